@@ -15,16 +15,7 @@ from typing import TYPE_CHECKING, Any
 from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
-    from hcss_twin.core.errors import (
-        CatalogError,
-        CubeError,
-        HcssError,
-        ImageError,
-        ProviderError,
-        ScenarioError,
-        SweepError,
-    )
-    from hcss_twin.cube.export.cube_export import export_cube
+    from hcss_twin.core.errors import CatalogError, CubeError, HcssError, ImageError, ProviderError, ScenarioError
     from hcss_twin.cube.reader import open_cube
     from hcss_twin.engine.column_spectra import ColumnSpectra, column_spectra
     from hcss_twin.engine.cube_temperature import brightness_temperature
@@ -35,8 +26,6 @@ if TYPE_CHECKING:
     from hcss_twin.providers.registry.specs import ProviderSpec, hookimpl
     from hcss_twin.reports.report import report
     from hcss_twin.scenario.scenario import Scenario
-    from hcss_twin.sweeps.dataset import open_sweep
-    from hcss_twin.sweeps.run import sweep
 
 
 __all__ = [
@@ -49,20 +38,16 @@ __all__ = [
     "ProviderSpec",
     "Scenario",
     "ScenarioError",
-    "SweepError",
     "Twin",
     "__version__",
     "brightness_temperature",
     "column_spectra",
-    "export_cube",
     "hookimpl",
     "make_plan",
     "open_cube",
-    "open_sweep",
     "report",
     "sense",
     "simulate",
-    "sweep",
 ]
 
 
@@ -75,21 +60,17 @@ def __getattr__(name: str) -> Any:
         "ImageError": "core.errors",
         "ProviderError": "core.errors",
         "ScenarioError": "core.errors",
-        "SweepError": "core.errors",
         "ProviderSpec": "providers.registry.specs",
         "Twin": "engine.twin",
         "brightness_temperature": "engine.cube_temperature",
         "column_spectra": "engine.column_spectra",
-        "export_cube": "cube.export.cube_export",
         "hookimpl": "providers.registry.specs",
         "Scenario": "scenario.scenario",
         "make_plan": "plan.make_plan",
         "open_cube": "cube.reader",
-        "open_sweep": "sweeps.dataset",
         "report": "reports.report",
         "sense": "engine.sense",
         "simulate": "engine.simulate",
-        "sweep": "sweeps.run",
     }
     if name not in homes:
         raise AttributeError(f"module 'hcss_twin' has no attribute '{name}'")

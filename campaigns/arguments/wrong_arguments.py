@@ -17,6 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "stability"))
 
 from hang import Hang, limited
 from hcss_evaluate import EvaluationChoice, evaluate, fit, fit_dimension, read_posterior
+from hcss_export import export_cube
+from hcss_sweep import open_sweep, sweep
 from hcss_uncertainty import open_propagation, propagate
 from input_files import FIT, noise, small_stratus
 from posterior_example import example_posterior
@@ -62,11 +64,11 @@ def calls(folder):
     uncertain = {"sea.temperature": "normal:291:1"}
     cheap = {
         "open_cube": (hcss_twin.open_cube, {"path": cube}),
-        "open_sweep": (hcss_twin.open_sweep, {"path": cube}),
+        "open_sweep": (open_sweep, {"path": cube}),
         "open_propagation": (open_propagation, {"path": cube}),
         "read_posterior": (read_posterior, {"path": folder / "p.nc"}),
         "brightness_temperature": (hcss_twin.brightness_temperature, {"cube": cube}),
-        "export_cube": (hcss_twin.export_cube, {"cube": cube, "to": "png", "output": folder, "replace": True}),
+        "export_cube": (export_cube, {"cube": cube, "to": "png", "output": folder, "replace": True}),
         "Scenario.load": (Scenario.load, {"source": "stratus"}),
         "Scenario.from_toml": (Scenario.from_toml, {"text": shipped}),
         "Scenario.from_dict": (Scenario.from_dict, {"raw": json.loads(scenario.to_json())}),
@@ -81,7 +83,7 @@ def calls(folder):
         "column_spectra": (hcss_twin.column_spectra, {"scene": cube}),
         "Twin": (Twin, {"scenario": scenario}),
         "Twin.frames": (lambda numbers=None: list(Twin(scenario).frames(numbers)), {}),
-        "sweep": (hcss_twin.sweep, {"source": scenario, "folder": folder / "sweep", **swept, "force": True}),
+        "sweep": (sweep, {"source": scenario, "folder": folder / "sweep", **swept, "force": True}),
         "propagate": (propagate, {"source": scenario, "draws": 2, "uncertain": uncertain}),
         "verify_cube": (verify_cube, {"path": cube}),
         "draw_preview": (draw_preview, {"cube": cube, "folder": folder, "animation": False}),

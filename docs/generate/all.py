@@ -4,8 +4,7 @@
 
     python docs/generate/all.py [--check]
 
-Requires the plugins hcss-bench, hcss-evaluate, hcss-modtran and hcss-paper, which provide commands and the table of
-equations.
+Requires the plugins that ``cli.py`` lists, which provide commands and the table of equations.
 """
 
 from __future__ import annotations

@@ -14,7 +14,16 @@ from hcss_twin.core.own_packages import COMMANDS
 
 PAGE = "reference/cli.md"
 
-LISTED = ("hcss-author", "hcss-bench", "hcss-evaluate", "hcss-modtran", "hcss-paper", "hcss-uncertainty")
+LISTED = (
+    "hcss-author",
+    "hcss-bench",
+    "hcss-evaluate",
+    "hcss-export",
+    "hcss-modtran",
+    "hcss-paper",
+    "hcss-sweep",
+    "hcss-uncertainty",
+)
 """Packages whose commands are listed; READMEs of the others list theirs."""
 
 _INTRODUCTION = """# Command line

@@ -68,7 +68,7 @@ def _bands(spectra: Any) -> list[dict[str, Any]]:
 
     means = [(band, plot.band_means(spectra, band)) for band in plot.BANDS_UM]
     return [
-        {"limits_um": band, "transmittance": each[0].tolist(), "path_radiance": each[1].tolist()}
-        for band, each in means
-        if each is not None  # the spectrum does not cover the band
+        {"limits_um": band, "transmittance": mean[0].tolist(), "path_radiance": mean[1].tolist()}
+        for band, mean in means
+        if mean is not None  # the spectrum does not cover the band
     ]

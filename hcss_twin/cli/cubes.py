@@ -1,10 +1,9 @@
-"""Commands on a cube: ``hcss export``, ``report``, ``sense``, ``verify`` and ``volume``; and ``hcss cache``."""
+"""Commands on a cube: ``hcss report``, ``sense``, ``verify`` and ``volume``; and ``hcss cache``."""
 
 from __future__ import annotations
 
 import json
 import sys
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from hcss_twin.cli.options import (
     EXISTING,
     EXISTING_FILE,
     EXISTING_FOLDER,
-    NEW,
     NEW_FILE,
     Number,
     Stop,
@@ -28,53 +26,11 @@ from hcss_twin.cli.options import (
     with_size,
 )
 
-FORMATS = ("fits", "envi", "geotiff", "png")
-LISTED = 8
-"""Maximum number of files listed on screen; the rest are counted."""
-
 EXIT_DIFFERENT = 1
 POSITIVE = Number(min=0, min_open=True)
 
 KINDS = {"tables": ".npz", "plans": ".npz", "references": ".npz", "optics": ".nc"}
 """Cache folders and file suffixes; a copy of those in ``core.cache``, which imports numpy. A test compares them."""
-
-
-@click.command("export")
-@click.argument("cube", type=EXISTING)
-@click.option("--to", required=True, type=click.Choice(FORMATS), help="Format.")
-@click.option("-o", "--output", type=NEW, help="Name or folder; default: CUBE_VARIABLE beside CUBE.")
-@click.option("--variable", help="Variable to write; default: radiance, or the only image.")
-@click.option("--band", "bands", multiple=True, help="Name of a band; repeat. Default: all.")
-@click.option("--frame", "frames", multiple=True, type=click.IntRange(min=0), help="Number of a frame; repeat.")
-@click.option("--limits", nargs=2, type=Number(), metavar="LOW HIGH", help="png: values of black and white.")
-@force_option
-@json_option
-def export_command(
-    cube: Path,
-    to: str,
-    output: Path | None,
-    variable: str | None,
-    bands: tuple[str, ...],
-    frames: tuple[int, ...],
-    limits: tuple[float, float] | None,
-    force: bool,
-    as_json: bool,
-) -> None:
-    """Write a variable of CUBE as FITS, ENVI, GeoTIFF or 16-bit PNG."""
-    from hcss_twin.cube.export.cube_export import export_cube
-
-    done = export_cube(cube, to, output, variable=variable, bands=bands, frames=frames, limits=limits, replace=force)
-    if as_json:
-        click.echo(json.dumps({**asdict(done), "files": [str(path) for path in done.files]}))
-        return
-    for path in done.files[:LISTED]:
-        click.echo(str(path))
-    if len(done.files) > LISTED:
-        click.echo(f"... and {len(done.files) - LISTED} more, the last {done.files[-1]}")
-    size = f"{done.frames} x {done.planes} x {done.rows} x {done.columns}"
-    click.echo(f"  {done.variable}: {size} values (frames, bands or layers, rows, columns)")
-    if done.missing:
-        click.echo(f"  {done.missing} of them are missing: {'sample 0' if to == 'png' else 'NaN'}")
 
 
 @click.command("report")

@@ -16,7 +16,7 @@ from typing import Any
 import click
 
 from hcss_twin.cli.atmosphere import atmosphere
-from hcss_twin.cli.cubes import cache, export_command, measured_beside, report_command, sense, verify, volume
+from hcss_twin.cli.cubes import cache, measured_beside, report_command, sense, verify, volume
 from hcss_twin.cli.group import CommandGroup
 from hcss_twin.cli.options import (
     EXISTING,
@@ -31,7 +31,6 @@ from hcss_twin.cli.options import (
     require_writable,
     scenario_options,
 )
-from hcss_twin.cli.sweep import sweep_command
 from hcss_twin.core.errors import CacheWarning, HcssError, OptionError, ScenarioError
 from hcss_twin.version import __version__
 
@@ -144,16 +143,13 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
     """Check SCENARIO, or all points of a sweep, and list all problems."""
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.plan.make_plan import make_plan
-    from hcss_twin.sweeps.design import is_sweep
+    from hcss_twin.scenario.file_checks import check_of
 
     try:
         with announce_compilation(partial(click.echo, err=True)):
-            if is_sweep(scenario):
-                from hcss_twin.sweeps.run import check
-
-                count, planned = check(scenario, assigned(assignments))
-                result = {"valid": True, "points": count, "planned": planned}
-                click.echo(json.dumps(result) if as_json else f"valid: {count} points, plans of {planned} of them")
+            if (check := check_of(scenario)) is not None:
+                checked = check(scenario, assigned(assignments))
+                click.echo(json.dumps({"valid": True, **checked.values}) if as_json else f"valid: {checked.text}")
                 return
             loaded = load(scenario, assignments)
             make_plan(loaded)
@@ -274,7 +270,7 @@ def schema() -> None:
     click.echo(json.dumps(json_schema(owned_schemas()), indent=1))
 
 
-for _command in (atmosphere, cache, export_command, report_command, sense, sweep_command, verify, volume):
+for _command in (atmosphere, cache, report_command, sense, verify, volume):
     cli.add_command(_command)
 
 

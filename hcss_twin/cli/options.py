@@ -163,9 +163,9 @@ def _read_by_command() -> Iterator[Path]:
     context = click.get_current_context()
     for parameter in context.command.params:
         given = None if isinstance(parameter.type, Output) else context.params.get(parameter.name or "")
-        for each in given if isinstance(given, tuple) else (given,):
-            if isinstance(each, str | Path) and len(str(each)) < 255 and Path(each).exists():
-                yield Path(each)
+        for argument in given if isinstance(given, tuple) else (given,):
+            if isinstance(argument, str | Path) and len(str(argument)) < 255 and Path(argument).exists():
+                yield Path(argument)
 
 
 def require_two_files(given: Mapping[str, Path | None]) -> None:

@@ -90,9 +90,9 @@ def _fits(value: Any, hint: Any) -> bool:
         return value is None
     if origin in (typing.Union, types.UnionType):
         names_file = isinstance(value, str) and any(map(_is_path, inner))
-        return not (names_file and "\0" in value) and any(_fits(value, each) for each in inner)
+        return not (names_file and "\0" in value) and any(_fits(value, choice) for choice in inner)
     if origin is typing.Literal:
-        return any(type(value) is type(each) for each in inner)  # the function knows the closest choice
+        return any(type(value) is type(choice) for choice in inner)  # the function knows the closest choice
     if origin is typing.Annotated:
         return _fits(value, inner[0])
     if origin is tuple:
@@ -101,11 +101,11 @@ def _fits(value: Any, hint: Any) -> bool:
         return _is_sequence(value) and len(value) == len(kinds) and all(map(_fits, value, kinds))
     if origin is not None and issubclass(origin, collections.abc.Mapping):
         return isinstance(value, Mapping) and all(
-            _fits(name, inner[0]) and _fits(each, inner[1]) for name, each in value.items()
+            _fits(name, inner[0]) and _fits(item, inner[1]) for name, item in value.items()
         )
     if origin is not None and issubclass(origin, collections.abc.Iterable) and not _is_array(origin):
         if issubclass(origin, collections.abc.Sequence) or _is_sequence(value):
-            return _is_sequence(value) and all(_fits(each, inner[0]) for each in value)
+            return _is_sequence(value) and all(_fits(item, inner[0]) for item in value)
         return isinstance(value, collections.abc.Iterable) and not isinstance(value, str | bytes)
     return _is_of(value, origin or hint)
 

@@ -59,9 +59,9 @@ def cache_root() -> Path | None:
 
     The operating system defines the user's cache folder: on Linux XDG_CACHE_HOME or ~/.cache.
     """
-    own = os.environ.get("HCSS_CACHE_DIR")
-    if own:
-        return Path(own)
+    folder = os.environ.get("HCSS_CACHE_DIR")
+    if folder:
+        return Path(folder)
     try:
         return platformdirs.user_cache_path("hcss-twin", appauthor=False, opinion=False)
     except RuntimeError:  # a system user without a home folder
@@ -71,9 +71,9 @@ def cache_root() -> Path | None:
 @contextlib.contextmanager
 def private_cache(folder: Path) -> Iterator[None]:
     """Use an empty cache in a folder while the block runs, so that no earlier result is used and none remains."""
-    own = {"HCSS_CACHE_DIR": str(folder), "HCSS_CACHE_MB": "10000"}
-    before = {name: os.environ.get(name) for name in own}
-    os.environ.update(own)
+    settings = {"HCSS_CACHE_DIR": str(folder), "HCSS_CACHE_MB": "10000"}
+    before = {name: os.environ.get(name) for name in settings}
+    os.environ.update(settings)
     try:
         yield
     finally:
@@ -225,10 +225,10 @@ class Store:
                 write(draft)
                 withhold(draft)
             total = 0
-            for each in self.kept():
-                total += each.size
+            for file in self.kept():
+                total += file.size
                 if total > limit:
-                    _remove(each.path)
+                    _remove(file.path)
 
     def forget(self, key: str) -> None:
         """Remove the file of a key, if there is one."""
@@ -244,11 +244,11 @@ class Store:
             with contextlib.suppress(OSError):  # removed by another process
                 about = path.stat()
                 files.append(CachedFile(path, about.st_size, about.st_mtime))
-        return sorted(files, key=lambda each: -each.last_used_s)
+        return sorted(files, key=lambda file: -file.last_used_s)
 
     def clear(self) -> list[CachedFile]:
         """Remove all files and return them."""
-        return [each for each in self.kept() if _remove(each.path)]
+        return [file for file in self.kept() if _remove(file.path)]
 
 
 def _remove(path: Path) -> bool:
@@ -285,7 +285,7 @@ def _encode(value: Any, classes: tuple[type, ...], arrays: dict[str, NDArray[Any
         arrays[key] = value
         return {"array": key}
     if isinstance(value, tuple | list):
-        return {"tuple": [_encode(each, classes, arrays) for each in value]}
+        return {"tuple": [_encode(item, classes, arrays) for item in value]}
     if type(value) in classes:
         fields = {
             field.name: _encode(getattr(value, field.name), classes, arrays) for field in dataclasses.fields(value)
@@ -300,6 +300,6 @@ def _decode(value: Any, classes: Mapping[str, type], arrays: Mapping[str, NDArra
     if "array" in value:
         return arrays[value["array"]]
     if "tuple" in value:
-        return tuple(_decode(each, classes, arrays) for each in value["tuple"])
-    fields = {name: _decode(each, classes, arrays) for name, each in value["fields"].items()}
+        return tuple(_decode(item, classes, arrays) for item in value["tuple"])
+    fields = {name: _decode(encoded, classes, arrays) for name, encoded in value["fields"].items()}
     return classes[value["class"]](**fields)

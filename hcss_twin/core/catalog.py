@@ -95,10 +95,10 @@ class Catalog:
             named = root / folder / f"{name}{suffix}"
             if "/" not in name and _is_file(named):
                 return self._record(named)
-        own = self._own(name)
-        if own.suffix and _is_file(own):
-            return self._record(own)
-        require_no_stream(own, CatalogError)
+        resolved = self._own(name)
+        if resolved.suffix and _is_file(resolved):
+            return self._record(resolved)
+        require_no_stream(resolved, CatalogError)
         known = set(self.names(folder, suffix))
         where = f"in catalogs/{folder}"
         if beside:
@@ -114,11 +114,11 @@ class Catalog:
         CatalogError
             If there is no such file.
         """
-        own = self._own(path)
-        if not _is_file(own):
-            require_no_stream(own, CatalogError)
-            raise CatalogError(f"no file '{path}' (looked at {own})")
-        return self._record(own)
+        resolved = self._own(path)
+        if not _is_file(resolved):
+            require_no_stream(resolved, CatalogError)
+            raise CatalogError(f"no file '{path}' (looked at {resolved})")
+        return self._record(resolved)
 
     def unchanged(self, used: Mapping[str, str]) -> bool:
         """Whether files that were read before, by their names in :attr:`used`, are unchanged.

@@ -133,7 +133,7 @@ class _Closure:
         """Return the folders of metadata of the distributions that installed a file or package."""
         folder, name = root.parent, root.name.encode()
         if folder not in self._records:
-            self._records[folder] = {each: each.read_bytes() for each in folder.glob("*.dist-info/RECORD")}
+            self._records[folder] = {record: record.read_bytes() for record in folder.glob("*.dist-info/RECORD")}
         starts = name + b"/", name + b","
         return [
             path.parent
@@ -177,7 +177,7 @@ class _Closure:
         """Follow a source to the modules and files that it names."""
         modules = set(_NAMED.findall(text))
         for whole, several in _IMPORT.findall(text.replace("\\\n", " ")):
-            modules |= {whole} if whole else {words[0] for each in several.split(",") if (words := each.split())}
+            modules |= {whole} if whole else {words[0] for name in several.split(",") if (words := name.split())}
         modules = {module.partition(".")[0] for module in modules} - self._seen - {""}
         self._modules += sorted(modules)
         if _COMPUTED.search(text):
@@ -185,11 +185,11 @@ class _Closure:
         named = sorted(set(_PATH.findall(text)) - {".", "..", "/"})
         near = [file.parent, file.parent.parent, Path.cwd()]
         with suppress(OSError, ValueError):
-            folders = [folder / each for folder in near for each in named if (folder / each).is_dir()]
+            folders = [folder / name for folder in near for name in named if (folder / name).is_dir()]
             # A folder that the source names may be put on the path when the provider is called.
             for path in [folder / f"{module}{end}" for folder in folders for module in modules for end in ("", ".py")]:
                 self._named(path)
-            for path in [folder / each for folder in (*near, *folders) for each in named if "." in each or "/" in each]:
+            for path in [folder / name for folder in (*near, *folders) for name in named if "." in name or "/" in name]:
                 self._named(path)
 
     def _named(self, path: Path) -> None:
@@ -260,7 +260,9 @@ def _files(root: Path) -> Iterator[Path]:
         yield root
         return
     for folder, inner, names in os.walk(root, followlinks=True):
-        inner[:] = sorted(each for each in inner if each != "__pycache__" and not each.startswith("."))
+        inner[:] = sorted(
+            subfolder for subfolder in inner if subfolder != "__pycache__" and not subfolder.startswith(".")
+        )
         yield from (Path(folder, name) for name in sorted(names) if not name.startswith("."))
 
 
@@ -268,8 +270,8 @@ def _uninstalled() -> Iterator[str]:
     """Yield the names of the top-level modules on the path that no distribution installed."""
     paths = sysconfig.get_paths()
     shipped = {Path(paths[name]).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib")}
-    for folder in {Path(each or ".").resolve() for each in sys.path}:
-        if folder.is_dir() and not any(folder == each or each in folder.parents for each in shipped):
+    for folder in {Path(entry or ".").resolve() for entry in sys.path}:
+        if folder.is_dir() and not any(folder == root or root in folder.parents for root in shipped):
             for file in folder.iterdir():
                 if file.name.endswith(_CODE) or (file / "__init__.py").is_file():
                     yield file.name.partition(".")[0]

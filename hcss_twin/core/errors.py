@@ -38,10 +38,6 @@ class CubeError(HcssError):
     """A cube file cannot be written or read."""
 
 
-class SweepError(HcssError):
-    """A sweep cannot be written or computed."""
-
-
 class ImageError(HcssError):
     """An image cannot be evaluated because of its shape, type or values."""
 
@@ -115,7 +111,9 @@ def _similarity(name: str, choice: str) -> float:
     if one and len(one) < len(other) and set(one) <= set(other):
         return 0.9 + 0.1 * whole  # swir is nearer to swir-2.7-3.0 than to mwir
     shorter, longer = sorted((one, other), key=len)
-    contained = bool(shorter) and all(any(_is_spelling(word, each) for each in longer) for word in shorter)
+    contained = bool(shorter) and all(
+        any(_is_spelling(word, longer_word) for longer_word in longer) for word in shorter
+    )
     return whole if contained or whole > 0.8 else 0.0  # 0.8: only the separators between words are missing
 
 

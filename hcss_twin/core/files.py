@@ -95,7 +95,7 @@ def require_file(path: Path, error: type[HcssError], form: str = "") -> None:
     if not form:
         return
     suffix = Path(f"x{path.name}").suffix.lower()  # that of .zarr, too
-    others = {each for name, suffixes in FORMS.items() if name != form for each in suffixes}
+    others = {suffix for name, suffixes in FORMS.items() if name != form for suffix in suffixes}
     if suffix not in FORMS[form] and suffix and (suffix in others or form in ("PNG", "picture")):
         closest = path.with_name(f"{path.name.removesuffix(path.suffix)}{FORMS[form][0]}")
         what = f"a {form}" if form == "picture" else form
@@ -135,9 +135,9 @@ def remove_orphans(folder: Path, every: bool = False) -> None:
 
 def require_first(draft: Path, path: Path, error: type[HcssError]) -> None:
     """Raise ``error`` if another process began to write the file before ``draft`` was created."""
-    for each in path.parent.glob(".*.partial"):
-        about = _DRAFT.fullmatch(each.name)
-        if about and about["name"] == path.name and each.name < draft.name:
+    for other_draft in path.parent.glob(".*.partial"):
+        about = _DRAFT.fullmatch(other_draft.name)
+        if about and about["name"] == path.name and other_draft.name < draft.name:
             raise error(f"cannot write {path}: process {about['process']} is writing it; {REMEDY}")
 
 

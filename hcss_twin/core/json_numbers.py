@@ -22,7 +22,7 @@ def json_list(values: NDArray[Any]) -> list[float | None]:
 def json_value(value: Any) -> Any:
     """Return a JSON-compatible value with None for non-finite numbers; tuples become lists."""
     if isinstance(value, dict):
-        return {name: json_value(each) for name, each in value.items()}
+        return {name: json_value(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
-        return [json_value(each) for each in value]
+        return [json_value(item) for item in value]
     return json_number(value) if isinstance(value, float) else value

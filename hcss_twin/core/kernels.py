@@ -41,12 +41,12 @@ def _without_modules() -> Iterator[None]:
     Numba imports them (its own array functions take 60 ms) for code that looks up globals at run time; compiled loops
     never do.
     """
-    own = environment._rebuild_env
+    rebuild = environment._rebuild_env
     environment._rebuild_env = _environment
     try:
         yield
     finally:
-        environment._rebuild_env = own
+        environment._rebuild_env = rebuild
 
 
 def _environment(module: str, constants: list[Any], name: str) -> Any:
@@ -132,7 +132,7 @@ def _silently(work: Callable[[], object]) -> None:
 def wait_for_kernels() -> None:
     """Wait for the process that :func:`compiling_meanwhile` has started, unless it takes longer than to compile."""
     started = sys.modules.get("multiprocessing")
-    for each in started.active_children() if started else ():
-        if each.name == COMPILES:
-            each.join(LONGEST_S)
-            each.terminate()
+    for process in started.active_children() if started else ():
+        if process.name == COMPILES:
+            process.join(LONGEST_S)
+            process.terminate()

@@ -73,12 +73,12 @@ class _Lock:
 
     def _take_others(self, blocking: bool) -> bool:
         backend = sys.modules.get("xarray.backends.netCDF4_")
-        for each in getattr(getattr(backend, "NETCDF4_PYTHON_LOCK", None), "locks", ()):
-            if not each.acquire(blocking):
+        for lock in getattr(getattr(backend, "NETCDF4_PYTHON_LOCK", None), "locks", ()):
+            if not lock.acquire(blocking):
                 while self._others:
                     self._others.pop().release()
                 return False
-            self._others.append(each)
+            self._others.append(lock)
         return True
 
 
@@ -134,7 +134,7 @@ class _Guarded:
         if isinstance(value, netCDF4.Dimension | netCDF4.Dataset):
             return (_Group if isinstance(value, netCDF4.Dataset) else _Guarded)(value, self._owner)
         if isinstance(value, Mapping):
-            return {name: self._guard(each) for name, each in value.items()}
+            return {name: self._guard(item) for name, item in value.items()}
         return partial(self._call, value) if callable(value) and not isinstance(value, type) else value
 
     def _call(self, method: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
@@ -193,9 +193,9 @@ class _Group(_Guarded):
     def variables(self) -> dict[str, NetcdfVariable]:
         """Variables by name; each keeps its settings."""
         with netcdf_lock():
-            for name, each in self._held.variables.items():
+            for name, variable in self._held.variables.items():
                 if name not in self._variables:
-                    self._variables[name] = NetcdfVariable(each, self._owner)
+                    self._variables[name] = NetcdfVariable(variable, self._owner)
         return self._variables  # type: ignore[no-any-return]
 
     def createVariable(self, *args: Any, **kwargs: Any) -> NetcdfVariable:  # as in netCDF4
@@ -312,9 +312,9 @@ def _opened_by_others(file: tuple[int, int]) -> Any:
     if os.path.isdir("/proc/self/fd") and file not in map(_identity, os.scandir("/proc/self/fd")):
         return None
     gc.unfreeze()  # hcss, and others before a fork, hide all objects from the search
-    for each in gc.get_objects():
-        if type(each) is netCDF4.Dataset and each.isopen() and _identity(each.filepath()) == file:
-            return each
+    for candidate in gc.get_objects():
+        if type(candidate) is netCDF4.Dataset and candidate.isopen() and _identity(candidate.filepath()) == file:
+            return candidate
     return None
 
 

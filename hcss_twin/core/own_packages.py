@@ -10,6 +10,7 @@ COMMANDS: Mapping[str, str] = {
     "check": "hcss-author",
     "clouds": "hcss-evaluate",
     "evaluate": "hcss-evaluate",
+    "export": "hcss-export",
     "fit": "hcss-evaluate",
     "import": "hcss-evaluate",
     "match": "hcss-evaluate",
@@ -19,6 +20,7 @@ COMMANDS: Mapping[str, str] = {
     "reproduce": "hcss-paper",
     "serve": "hcss-payload",
     "skies": "hcss-skies",
+    "sweep": "hcss-sweep",
 }
 """Package of each command of ``hcss``."""
 
@@ -36,8 +38,15 @@ LIGHT: Mapping[str, str] = dict.fromkeys(("reference", "slant", "source"), "hcss
 SECTIONS: Mapping[str, str] = dict.fromkeys(("attitude", "camera", "jitter", "orbit"), "hcss-payload")
 """Package of each section of a scenario."""
 
-PAGES: Mapping[str, str] = {"hcss_posterior_version": "hcss-evaluate", "hcss_propagation_version": "hcss-uncertainty"}
+PAGES: Mapping[str, str] = {
+    "hcss_posterior_version": "hcss-evaluate",
+    "hcss_propagation_version": "hcss-uncertainty",
+    "hcss_sweep": "hcss-sweep",
+}
 """Package of each page of ``hcss report``, by the global attribute that marks its files."""
+
+PAGES_OF_FOLDERS: Mapping[str, str] = {"index.json": "hcss-sweep"}
+"""Package of each page of ``hcss report`` on a folder, by the name of the file that marks the folder."""
 
 
 def comes_with(table: Mapping[str, str], name: str) -> str:

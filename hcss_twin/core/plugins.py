@@ -127,7 +127,7 @@ def installed(group: str) -> Iterator[tuple[Origin, importlib.metadata.EntryPoin
             continue
         seen.add(normalised(name))
         try:
-            selected = sorted(distribution.entry_points.select(group=group), key=lambda each: each.name)
+            selected = sorted(distribution.entry_points.select(group=group), key=lambda entry_point: entry_point.name)
         except FAILURES as error:
             yield Origin("entry_points.txt", name, version), error
             continue

@@ -87,13 +87,13 @@ def _require_heaps_that_end(path: str | os.PathLike[str]) -> None:
         with mmap.mmap(file.fileno(), min(os.path.getsize(path), SEARCHED), access=mmap.ACCESS_READ) as data:
             at = data.find(HEAP)
             while at >= 0 and at + 16 <= len(data):
-                end, place = at + struct.unpack_from("<Q", data, at + 8)[0], at + 16
-                while place + 16 <= min(end, len(data)):
-                    number, size = struct.unpack_from("<H6xQ", data, place)
+                end, position = at + struct.unpack_from("<Q", data, at + 8)[0], at + 16
+                while position + 16 <= min(end, len(data)):
+                    number, size = struct.unpack_from("<H6xQ", data, position)
                     step = (16 + (size + 7) // 8 * 8 if number else size) % 2**64
                     if step == 0:
                         raise OSError("a collection of texts has an object of no size")
-                    place += step
+                    position += step
                 at = data.find(HEAP, at + 1)
 
 

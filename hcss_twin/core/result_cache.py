@@ -45,10 +45,10 @@ class ArrayMemory:
     ) -> list[tuple[Array, ...]]:
         """Return some of several tuples of arrays that are computed together, and kept one by one."""
         keys = {number: key + number.to_bytes(4, "big") for number in wanted}
-        if all(each in self._arrays for each in keys.values()):
-            for each in keys.values():
-                self._arrays.move_to_end(each)
-            return [self._arrays[each] for each in keys.values()]
+        if all(part_key in self._arrays for part_key in keys.values()):
+            for part_key in keys.values():
+                self._arrays.move_to_end(part_key)
+            return [self._arrays[part_key] for part_key in keys.values()]
         every = compute()
         for number, arrays in enumerate(every):
             self._keep(key + number.to_bytes(4, "big"), arrays)
@@ -137,7 +137,7 @@ class ResultCache:
         """Return whether a file of the user may be read; if so, it is added to a restricted cache's ``own_files``."""
         if self._within is None:
             return True
-        if any(path.resolve().is_relative_to(each) for each in self._within):
+        if any(path.resolve().is_relative_to(folder) for folder in self._within):
             self.own_files.add(path)
             return True
         return False

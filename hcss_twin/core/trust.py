@@ -27,9 +27,9 @@ def distrust(path: Path) -> str:
         return ""
     except OSError as error:
         return f"{path} cannot be examined: {error.strerror}"
-    for each in (link, about):
-        if each.st_uid not in (os.getuid(), 0):
-            return f"{path} belongs to another user (number {each.st_uid})"
+    for status in (link, about):
+        if status.st_uid not in (os.getuid(), 0):
+            return f"{path} belongs to another user (number {status.st_uid})"
     if about.st_mode & stat.S_IWOTH:
         return f"all users may write to {path}"
     if about.st_mode & stat.S_IWGRP and not _is_private(about.st_gid):

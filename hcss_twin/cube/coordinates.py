@@ -128,8 +128,8 @@ def coordinate_specs(header: CubeHeader) -> tuple[VariableSpec, ...]:
     """Return the coordinate variables that a cube may have."""
     if header.layout is None:
         return COORDINATES
-    own = (spec for spec, _ in header.layout.coordinates)
-    return (*(spec for spec in COORDINATES if spec.name in OF_ANY_IMAGE), *own)
+    of_layout = (spec for spec, _ in header.layout.coordinates)
+    return (*(spec for spec in COORDINATES if spec.name in OF_ANY_IMAGE), *of_layout)
 
 
 def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
@@ -138,12 +138,12 @@ def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
     ``time`` is in seconds since the start. Coordinates of unused dimensions, and an unknown sensor altitude,
     are omitted.
     """
-    extent, place = footprint(header), header.image_window
+    extent, window = footprint(header), header.image_window
     times = np.array(header.frame_times_s, dtype=np.float64)
     values: dict[str, Any] = {
         "time": times,
-        "y": pixel_centres_m(place.first_row, header.rows, place.image_rows, header.pixel_size_m),
-        "x": pixel_centres_m(place.first_column, header.columns, place.image_columns, header.pixel_size_m),
+        "y": pixel_centres_m(window.first_row, header.rows, window.image_rows, header.pixel_size_m),
+        "x": pixel_centres_m(window.first_column, header.columns, window.image_columns, header.pixel_size_m),
         "band_name": np.array([band.name for band in header.bands], dtype=object),
         "wavelength": [band.central_um for band in header.bands],
         "wavelength_bounds": [(band.lower_um, band.upper_um) for band in header.bands],
@@ -163,7 +163,7 @@ def coordinate_values(header: CubeHeader) -> dict[str, NDArray[Any]]:
         "solar_azimuth_angle": list(header.solar_azimuth_deg),
     }
     if header.layout is not None:
-        values |= {spec.name: each for spec, each in header.layout.coordinates}
+        values |= {spec.name: value for spec, value in header.layout.coordinates}
     return {
         spec.name: np.asarray(values[spec.name], dtype=object if spec.dtype == "str" else spec.dtype)
         for spec in coordinate_specs(header)
@@ -183,9 +183,9 @@ def auxiliary_names(header: CubeHeader, dims: tuple[str, ...]) -> list[str]:
 
     If pixels have their own coordinates, those of the image centre are excluded.
     """
-    own = [spec.name for spec in header.geometry if set(spec.dims) <= set(dims)]
-    own += [spec.name for spec in header.variables if spec.kind == "geometry" and set(spec.dims) <= set(dims)]
-    instead = {STANDS_FOR.get(name) for name in own} | {"altitude"}
+    of_pixels = [spec.name for spec in header.geometry if set(spec.dims) <= set(dims)]
+    of_pixels += [spec.name for spec in header.variables if spec.kind == "geometry" and set(spec.dims) <= set(dims)]
+    instead = {STANDS_FOR.get(name) for name in of_pixels} | {"altitude"}
     if header.sensor_altitude_m is None:
         instead.add("sensor_altitude")
     centre = [
@@ -196,12 +196,12 @@ def auxiliary_names(header: CubeHeader, dims: tuple[str, ...]) -> list[str]:
         and spec.name not in instead
         and set(spec.dims) <= set(header.in_file(dims))
     ]
-    return [*centre, *own]
+    return [*centre, *of_pixels]
 
 
 def with_plane_axes(dataset: xr.Dataset) -> xr.Dataset:
     """Return a cube with the axes y and x in place of ``row`` and ``column``, if it has those."""
-    return dataset.rename({own: plane for plane, own in IMAGE_AXES.items() if own in dataset.dims})
+    return dataset.rename({image_axis: plane for plane, image_axis in IMAGE_AXES.items() if image_axis in dataset.dims})
 
 
 def is_bounds(spec: VariableSpec) -> bool:

@@ -23,8 +23,8 @@ class WrittenFrames:
         self._complete: set[int] = set()
         self._begun: dict[int, list[Window]] = {}
 
-    def room_for(self, index: int, place: Window | None) -> Window:
-        """Return rows and columns of a part (all if ``place`` is None) after checking that it is not yet written.
+    def room_for(self, index: int, region: Window | None) -> Window:
+        """Return rows and columns of a part (all if ``region`` is None) after checking that it is not yet written.
 
         Raises
         ------
@@ -34,18 +34,18 @@ class WrittenFrames:
         header = self._header
         if not 0 <= index < header.frames:
             raise CubeError(f"frame {index}: 0 to {header.frames - 1} is allowed")
-        wanted = (slice(0, header.rows), slice(0, header.columns)) if place is None else place
+        wanted = (slice(0, header.rows), slice(0, header.columns)) if region is None else region
         for name, part, size in zip(("rows", "columns"), wanted, (header.rows, header.columns), strict=True):
             if part.step not in (None, 1) or not 0 <= part.start < part.stop <= size:
                 raise CubeError(f"frame {index}, {name} {part}: slices inside 0 to {size} are allowed")
         written = self._begun.get(index, ())
-        if index in self._complete or any(_meet(wanted, each) for each in written):
-            raise CubeError(f"frame {index}: already written{'' if place is None else ' in part'}")
+        if index in self._complete or any(_meet(wanted, earlier) for earlier in written):
+            raise CubeError(f"frame {index}: already written{'' if region is None else ' in part'}")
         return wanted
 
-    def add(self, index: int, place: Window) -> None:
+    def add(self, index: int, region: Window) -> None:
         """Record a part as written."""
-        parts = [*self._begun.pop(index, []), place]
+        parts = [*self._begun.pop(index, []), region]
         # parts do not overlap, so their areas add up to the frame
         area = sum((rows.stop - rows.start) * (columns.stop - columns.start) for rows, columns in parts)
         if area == self._header.rows * self._header.columns:
@@ -66,7 +66,7 @@ def _meet(one: Window, other: Window) -> bool:
 
 
 def check_frame(
-    header: CubeHeader, index: int, arrays: Mapping[str, NDArray[Any]], place: Window | None = None
+    header: CubeHeader, index: int, arrays: Mapping[str, NDArray[Any]], region: Window | None = None
 ) -> None:
     """Check that a frame, or a part of it, has exactly the header's variables and that each array matches its spec.
 
@@ -83,15 +83,15 @@ def check_frame(
             f"variables the cube does not have: {', '.join(unknown) or 'none'}"
         )
     for spec in header.variables:
-        shape = frame_shape(header, spec, place)
+        shape = frame_shape(header, spec, region)
         _check_array(f"frame {index}, {spec.name}", spec, shape, arrays[spec.name])
 
 
-def frame_shape(header: CubeHeader, spec: VariableSpec, place: Window | None = None) -> tuple[int, ...]:
+def frame_shape(header: CubeHeader, spec: VariableSpec, region: Window | None = None) -> tuple[int, ...]:
     """Return the shape of one frame of a variable, or of a part of it."""
     sizes = header.sizes
-    if place is not None:
-        sizes |= {dim: part.stop - part.start for dim, part in zip(("y", "x"), place, strict=True)}
+    if region is not None:
+        sizes |= {dim: part.stop - part.start for dim, part in zip(("y", "x"), region, strict=True)}
     return tuple(sizes[dim] for dim in spec.dims if dim != "time")
 
 

@@ -37,15 +37,20 @@ class Footprint:
 
 def footprint(header: CubeHeader) -> Footprint:
     """Return the extent of the outer edges of all frames."""
-    if (own := header.layout) is not None:
-        corners = ((own.south, own.west), (own.south, own.east), (own.north, own.east), (own.north, own.west))
-        return Footprint(own.south, own.north, own.west, own.east, corners)
+    if (layout := header.layout) is not None:
+        corners = (
+            (layout.south, layout.west),
+            (layout.south, layout.east),
+            (layout.north, layout.east),
+            (layout.north, layout.west),
+        )
+        return Footprint(layout.south, layout.north, layout.west, layout.east, corners)
     shifts = [header.platform_speed_m_s * time for time in (*header.frame_times_s, 0.0)]
-    place, size = header.image_window, header.pixel_size_m
-    west_m = (place.first_column - 0.5 * place.image_columns) * size
-    east_m = (place.first_column + header.columns - 0.5 * place.image_columns) * size
-    y0 = (place.first_row - 0.5 * place.image_rows) * size
-    y1 = (place.first_row + header.rows - 0.5 * place.image_rows) * size
+    window, size = header.image_window, header.pixel_size_m
+    west_m = (window.first_column - 0.5 * window.image_columns) * size
+    east_m = (window.first_column + header.columns - 0.5 * window.image_columns) * size
+    y0 = (window.first_row - 0.5 * window.image_rows) * size
+    y1 = (window.first_row + header.rows - 0.5 * window.image_rows) * size
     x0, x1 = min(shifts) + west_m, max(shifts) + east_m
     along = np.arange(POINTS_PER_SIDE) / POINTS_PER_SIDE
     corner_x = np.array([x0, x1, x1, x0, x0])
@@ -121,12 +126,12 @@ class PixelGeometry:
             for columns in _cut(all_columns, width):
                 yield (rows, columns), self.values(names, (rows, columns), time_s)
 
-    def values(self, names: tuple[str, ...], place: Window, time_s: float = 0.0) -> dict[str, NDArray[Any]]:
+    def values(self, names: tuple[str, ...], region: Window, time_s: float = 0.0) -> dict[str, NDArray[Any]]:
         """Return the values (y, x) of the named coordinates for rows and columns of the cube.
 
         The result for a pixel is bit-identical in every part and window of the image.
         """
-        rows, columns = place
+        rows, columns = region
         types = {spec.name: spec.dtype for spec in self.header.geometry}
         shape = rows.stop - rows.start, columns.stop - columns.start
         result = {name: np.empty(shape, dtype=types[name]) for name in names}

@@ -187,10 +187,10 @@ def _check_sizes(header: CubeHeader) -> None:
         count = len(getattr(header, name))
         if count != header.frames:
             raise CubeError(f"{name}: {count} values for {header.frames} frames")
-    place = header.image_window
+    window = header.image_window
     for name, first, size, whole in (
-        ("rows", place.first_row, header.rows, place.image_rows),
-        ("columns", place.first_column, header.columns, place.image_columns),
+        ("rows", window.first_row, header.rows, window.image_rows),
+        ("columns", window.first_column, header.columns, window.image_columns),
     ):
         if not 0 <= first <= first + size <= whole:
             raise CubeError(f"window: {size} {name} from {first} on; the image has {whole}")

@@ -198,14 +198,14 @@ def creation_time() -> datetime:
 
 def window_attribute(header: CubeHeader) -> dict[str, Attribute]:
     """Describe the part of the image that the cube covers, if it is not all of it."""
-    place = header.window
-    if place is None:
+    image_window = header.window
+    if image_window is None:
         return {}
     window = {
-        "rows": [place.first_row, place.first_row + header.rows],
-        "columns": [place.first_column, place.first_column + header.columns],
-        "image_rows": place.image_rows,
-        "image_columns": place.image_columns,
+        "rows": [image_window.first_row, image_window.first_row + header.rows],
+        "columns": [image_window.first_column, image_window.first_column + header.columns],
+        "image_rows": image_window.image_rows,
+        "image_columns": image_window.image_columns,
     }
     return {"hcss_window": json.dumps(window)}
 

@@ -51,7 +51,7 @@ def is_replaced(name: str, inputs: str = "") -> bool:
     ``inputs`` is the attribute of variables of providers that names what they are derived from.
     """
     of_radiance = {spec.name for spec in VARIABLES if spec.needs_radiance}
-    return any(each in of_radiance or each.startswith(TERM_PREFIX) for each in (name, *inputs.split()))
+    return any(variable in of_radiance or variable.startswith(TERM_PREFIX) for variable in (name, *inputs.split()))
 
 
 RADIANCE = "radiance"
@@ -72,8 +72,10 @@ class CubePair:
         self._variables, self._where = {spec.name: spec for spec in variables}, where
         self._along_time = [
             name
-            for name, each in clean.variables.items()
-            if each.dimensions[:1] == ("time",) and each.ndim > 1 and not is_replaced(name, getattr(each, INPUTS, ""))
+            for name, variable in clean.variables.items()
+            if variable.dimensions[:1] == ("time",)
+            and variable.ndim > 1
+            and not is_replaced(name, getattr(variable, INPUTS, ""))
         ]
         self.frames = int(clean.dimensions["time"].size)
 
@@ -131,8 +133,8 @@ def measured_cube(
         NetcdfFile(clean_path) as clean,
         NetcdfFile(draft, "w") as measured,
     ):
-        for each in (clean, measured):
-            each.set_auto_maskandscale(False)
+        for dataset in (clean, measured):
+            dataset.set_auto_maskandscale(False)
         measured.set_fill_off()
         _define(clean, measured, variables, attributes)
         yield CubePair(clean, measured, variables, str(path))
@@ -164,7 +166,7 @@ def _define(
 
 def _copy_definition(measured: Any, name: str, source: Any) -> None:
     """Define a variable as in the clean cube; copy its values unless they are written frame by frame."""
-    given = {each: source.getncattr(each) for each in source.ncattrs()}
+    given = {attribute: source.getncattr(attribute) for attribute in source.ncattrs()}
     fill = given.pop("_FillValue", None if source.dtype is str else False)
     layout = {} if source.dtype is str else _layout(source)
     variable = measured.createVariable(name, source.dtype, source.dimensions, fill_value=fill, **layout)

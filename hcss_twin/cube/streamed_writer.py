@@ -97,14 +97,14 @@ class StreamedWriter(ABC):
         """Write one frame; frames may be written in any order, each once. See :meth:`write_tile`."""
         self.write_tile(index, None, arrays)
 
-    def write_tile(self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]) -> None:
+    def write_tile(self, index: int, region: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Write a part of one frame; parts may be written in any order, each pixel once.
 
         Parameters
         ----------
         index : int
             Number of the frame, from 0.
-        place : (slice, slice) or None
+        region : (slice, slice) or None
             Rows and columns of the cube; None for all of them.
         arrays : mapping of str to ndarray
             One array per variable of the header, without the time dimension, of the type in its spec.
@@ -116,8 +116,8 @@ class StreamedWriter(ABC):
         """
         with self._turn:
             self._require_open()
-            window = self._written.room_for(index, place)
-            check_frame(self.header, index, arrays, place)
+            window = self._written.room_for(index, region)
+            check_frame(self.header, index, arrays, region)
             with self._explained():
                 for spec in self.header.variables:
                     self._array(spec.name)[(index, ..., *window)] = _stored(spec, arrays[spec.name])
@@ -320,9 +320,9 @@ class BackgroundWriter:
         """
         self._hand_over(frame_bytes(arrays), self._writer.write_frame, index, arrays)
 
-    def write_tile(self, index: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]) -> None:
+    def write_tile(self, index: int, region: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Queue a part of a frame, like :meth:`write_frame`."""
-        self._hand_over(frame_bytes(arrays), self._writer.write_tile, index, place, arrays)
+        self._hand_over(frame_bytes(arrays), self._writer.write_tile, index, region, arrays)
 
     def write_frames(self, first: int, frames: Sequence[Mapping[str, NDArray[Any]]]) -> None:
         """Queue consecutive whole frames, like :meth:`write_frame`."""
@@ -350,8 +350,8 @@ class BackgroundWriter:
         interrupted: KeyboardInterrupt | None = None
         while True:
             try:
-                for each in self._waiting:
-                    each.cancel()
+                for task in self._waiting:
+                    task.cancel()
                 # the single thread runs tasks in order, so it is idle after this one
                 self._thread.submit(_nothing).result()
                 break

@@ -224,9 +224,9 @@ class CubeWriter(StreamedWriter):
             self._define_data(spec)
         if header.geometry:
             rows, columns = self._chunk(header.geometry[0])[-2:]
-            for place, arrays in self._geometry.parts(self._geometry.of_image, (rows, columns)):
+            for region, arrays in self._geometry.parts(self._geometry.of_image, (rows, columns)):
                 for name, array in arrays.items():
-                    dataset.variables[name][place] = array
+                    dataset.variables[name][region] = array
 
     def _define_coordinate(self, spec: VariableSpec, values: NDArray[Any]) -> None:
         variable = self._dataset.createVariable(

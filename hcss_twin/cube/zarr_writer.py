@@ -65,7 +65,7 @@ def cube_bytes(path: Path) -> int:
     """Size of a cube on disk: of the file, or of all files of a store."""
     if path.is_file():
         return path.stat().st_size
-    return sum(each.stat().st_size for each in path.rglob("*") if each.is_file())
+    return sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
 
 
 DIMENSIONS = "_ARRAY_DIMENSIONS"
@@ -126,9 +126,9 @@ class ZarrWriter(StreamedWriter):
             self._add_variable(INFO, np.array(b"", dtype="S1"), (), QUANTIZATION_ATTRIBUTES)
         specs = (*header.variables, *header.geometry)
         self._arrays = {spec.name: self._data_array(spec) for spec in specs}
-        for place, arrays in self._geometry.parts(self._geometry.of_image, self._chunk):
+        for region, arrays in self._geometry.parts(self._geometry.of_image, self._chunk):
             for name, array in arrays.items():
-                self._arrays[name][place] = array
+                self._arrays[name][region] = array
 
     def _add_variable(
         self, name: str, values: NDArray[Any], dims: tuple[str, ...], attributes: Mapping[str, Any]
@@ -193,10 +193,10 @@ class ZarrWriter(StreamedWriter):
         if old.is_symlink():
             old.unlink()
         elif old.exists():
-            for each in _unlisted(old):
-                place = self.path / each.relative_to(old)
-                place.parent.mkdir(parents=True, exist_ok=True)
-                os.replace(each, place)
+            for file in _unlisted(old):
+                target = self.path / file.relative_to(old)
+                target.parent.mkdir(parents=True, exist_ok=True)
+                os.replace(file, target)
             shutil.rmtree(old, ignore_errors=True)
 
     def _discard(self) -> None:
@@ -223,11 +223,11 @@ _CHUNK = re.compile(r"\d+([./]\d+)*")
 def _unlisted(store: Path) -> list[Path]:
     """Return the files in a store that belong to none of the arrays that its metadata list."""
     arrays, found = _arrays_of(store), []
-    for each in (path for path in store.rglob("*") if path.is_symlink() or not path.is_dir()):
-        name, _, rest = each.relative_to(store).as_posix().partition("/")
-        own = rest in (".zarray", ".zattrs") or _CHUNK.fullmatch(rest) if rest else name in _GROUP
-        if not own or (rest and name not in arrays):
-            found.append(each)
+    for path in (path for path in store.rglob("*") if path.is_symlink() or not path.is_dir()):
+        name, _, rest = path.relative_to(store).as_posix().partition("/")
+        is_of_zarr = rest in (".zarray", ".zattrs") or _CHUNK.fullmatch(rest) if rest else name in _GROUP
+        if not is_of_zarr or (rest and name not in arrays):
+            found.append(path)
     return found
 
 

@@ -118,7 +118,7 @@ def connected(scheduler: str, error: type[HcssError], wait_s: float | None = Non
         from distributed import Client
     except ImportError as cause:
         raise error(
-            f"the scheduler {scheduler} needs Dask, which is not installed: pip install 'hcss-twin[sweep]'"
+            f"the scheduler {scheduler} needs Dask, which is not installed: pip install 'hcss-twin[dask]'"
         ) from cause
     _require_answer(scheduler, error)
     with ExitStack() as stack:

@@ -104,7 +104,7 @@ def compile_tables(plan: Plan) -> RadianceTables:
         first if time == placing else columns.exact(axes, pair, other, [first], drift)
         for time, other in zip(times, suns, strict=True)
     ]
-    tables = tuple(columns.table(axes, own, other) for own, other in zip(exact, suns, strict=True))
+    tables = tuple(columns.table(axes, solved, other) for solved, other in zip(exact, suns, strict=True))
     texture = None if plan.texture is None else _texture(columns, axes, pair, exact, suns)
     waves = None
     if plan.waves is not None:
@@ -264,8 +264,8 @@ def table_key(plan: Plan) -> str:
             for layer, cloudy in zip(plan.layers, assembly.cloudy_layers, strict=True)
         ],
         "code": {
-            name: each
-            for name, each in assembly.code.items()
+            name: code
+            for name, code in assembly.code.items()
             if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS, Kind.SURFACES, Kind.VARIABLES)
         },
     }
@@ -280,8 +280,8 @@ def table_key(plan: Plan) -> str:
         parts["surface"] = [surface.name, surface.temperature_K]
         if surface.boundary is not None:  # it may depend on all inputs of the provider
             parts["surfaces"] = [scenario["surfaces"], scenario["image"], assembly.code[str(Kind.SURFACES)]]
-    own = [layer.get("optics") for layer in scenario["clouds"]["layers"]]
-    if any(own):
+    layer_optics = [layer.get("optics") for layer in scenario["clouds"]["layers"]]
+    if any(layer_optics):
         parts["optics"] = [[layer[key] for key in ("type", "base", "top")] for layer in scenario["clouds"]["layers"]]
-        parts["optics"] += own
+        parts["optics"] += layer_optics
     return result_key(parts, plan.catalog.shelf)

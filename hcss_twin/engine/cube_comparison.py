@@ -82,7 +82,7 @@ def _unequal(cube: NDArray[Any], ours: NDArray[Any]) -> NDArray[np.bool_]:
         different: NDArray[np.bool_] = (cube != ours) & ~(np.isnan(cube) & np.isnan(ours))
         return different
     one, other = (
-        np.ascontiguousarray(each).reshape(each.shape).view(f"u{ours.dtype.itemsize}") for each in (cube, ours)
+        np.ascontiguousarray(array).reshape(array.shape).view(f"u{ours.dtype.itemsize}") for array in (cube, ours)
     )
     return np.asarray(one != other)
 
@@ -131,7 +131,7 @@ class CubeComparison:
         self._labels: dict[str, list[str]] = {}
         names = {"band": [band.name for band in header.bands], LAYER: [layer.name for layer in header.layers]}
         for dim in ("band", *((LAYER,) if LAYER in header.sizes else ())):
-            theirs, ours = [str(each) for each in axes.get(dim, [])], names[dim]
+            theirs, ours = [str(label) for label in axes.get(dim, [])], names[dim]
             self._expect(f"{dim}s", ", ".join(theirs), ", ".join(ours))
             self._labels[dim] = both = [name for name in ours if name in theirs]
             self._common[dim] = tuple(map(theirs.index, both)), tuple(map(ours.index, both))
@@ -147,12 +147,12 @@ class CubeComparison:
         self._add_geometry(self._geometry.of_image, None, 0.0, None)
 
     def add_part(
-        self, theirs: int, ours: int, place: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]
+        self, theirs: int, ours: int, window: tuple[slice, slice] | None, arrays: Mapping[str, NDArray[Any]]
     ) -> None:
-        """Compare a frame, or the part of it given by ``place``, with the recomputation."""
-        self._add_geometry(self._geometry.of_frames, theirs, self._header.frame_times_s[ours], place)
-        corner = (0, 0) if place is None else (place[0].start, place[1].start)
-        index: Any = theirs if place is None else (theirs, ..., *place)
+        """Compare a frame, or the part of it given by ``window``, with the recomputation."""
+        self._add_geometry(self._geometry.of_frames, theirs, self._header.frame_times_s[ours], window)
+        corner = (0, 0) if window is None else (window[0].start, window[1].start)
+        index: Any = theirs if window is None else (theirs, ..., *window)
         for spec in self._header.variables:
             if spec.name in self._specs:
                 dims = [dim for dim in spec.dims if dim != "time"]
@@ -170,7 +170,7 @@ class CubeComparison:
         nearest = np.minimum(np.searchsorted(ours, theirs - SAME_TIME_NS), ours.size - 1)
         same = np.abs(ours[nearest] - theirs) <= SAME_TIME_NS
         if self._expect("frames", theirs.size, ours.size) and not same.all():
-            first, now = (np.datetime64(int(each[0]), "ns").astype("datetime64[ms]") for each in (theirs, ours))
+            first, now = (np.datetime64(int(times[0]), "ns").astype("datetime64[ms]") for times in (theirs, ours))
             self.changes.append(Change("times of frames", f"from {first} UTC", f"from {now} UTC"))
         return list(zip(np.flatnonzero(same).tolist(), nearest[same].tolist(), strict=True))
 
@@ -187,9 +187,9 @@ class CubeComparison:
         known = {spec.name for spec in COORDINATES} - set(ours) | {GRID_MAPPING}
         located = {spec.name for spec in GEOMETRY}
         theirs = {
-            name: ", ".join(each.dimensions)
-            for name, each in self._file.variables.items()
-            if name in ours or (name not in known and ("time" in each.dimensions or name in located))
+            name: ", ".join(variable.dimensions)
+            for name, variable in self._file.variables.items()
+            if name in ours or (name not in known and ("time" in variable.dimensions or name in located))
         }
         dims = {name: ", ".join(header.in_file(spec.dims)) for name, spec in ours.items()}
         lacking, extra = ({f"{n} ({d})" for n, d in dims.items()}, {f"{n} ({d})" for n, d in theirs.items()})
@@ -208,10 +208,10 @@ class CubeComparison:
     ) -> None:
         """Compare per-pixel coordinates, of one frame or of all, part by part."""
         present = tuple(name for name in names if name in self._specs)
-        for place, values in self._geometry.parts(present, time_s=time_s, inside=inside):
-            index: Any = place if frame is None else (frame, *place)
+        for window, values in self._geometry.parts(present, time_s=time_s, inside=inside):
+            index: Any = window if frame is None else (frame, *window)
             for name, ours in values.items():
-                self._add(name, index, ours, ("y", "x"), frame, (place[0].start, place[1].start))
+                self._add(name, index, ours, ("y", "x"), frame, (window[0].start, window[1].start))
 
     def _add(
         self,
@@ -227,17 +227,17 @@ class CubeComparison:
             cube = np.asarray(self._file[name][index])
         for axis, dim in enumerate(dims):
             if dim in self._common:
-                theirs, own = self._common[dim]
-                cube, ours = cube.take(theirs, axis), ours.take(own, axis)
+                theirs, our_indices = self._common[dim]
+                cube, ours = cube.take(theirs, axis), ours.take(our_indices, axis)
         offsets = {"y": corner[0], "x": corner[1]}
 
         def value_at(flat: int) -> ValueAt:
-            place = np.unravel_index(flat, ours.shape)
+            indices = np.unravel_index(flat, ours.shape)
             position: dict[str, int | str] = {} if frame is None else {"frame": frame}
-            for dim, number in zip(dims, map(int, place), strict=True):
+            for dim, number in zip(dims, map(int, indices), strict=True):
                 called = {"time": "frame", "y": "row", "x": "column"}.get(dim, dim)
                 position[called] = self._labels[dim][number] if dim in self._labels else number + offsets.get(dim, 0)
-            return ValueAt(position, float(cube[place]), float(ours[place]))
+            return ValueAt(position, float(cube[indices]), float(ours[indices]))
 
         spec = self._specs[name]
         relative_to = "exact" if np.dtype(spec.dtype).kind != "f" else "value" if spec.needs_radiance else "largest"

@@ -42,7 +42,7 @@ Read = Callable[[str], NDArray[Any]]
 
 def require_points(present: Collection[Any], name: str) -> None:
     """Raise a :class:`CubeError` if a cube with elements lacks what a sensor needs to draw them."""
-    missing = [each for each in _NEEDED if each not in present]
+    missing = [variable for variable in _NEEDED if variable not in present]
     if missing:
         raise CubeError(
             f"{name}: a sensor draws elements at their places within the pixels, and the cube lacks "
@@ -64,18 +64,18 @@ def points_apart(read: Read, corner: tuple[int, int], name: str) -> tuple[NDArra
         If the places are not in the pixels of the cube.
     """
     radiance, added = np.asarray(read("radiance")), np.asarray(read(ELEMENT_POINT_RADIANCE))
-    row, column = (np.asarray(read(each), dtype=np.float64) for each in ELEMENT_PLACE)
+    row, column = (np.asarray(read(variable), dtype=np.float64) for variable in ELEMENT_PLACE)
     y, x = np.nonzero(np.isfinite(row))
     if not y.size:
         return radiance, None
-    places = [each[y, x] - first for each, first in zip((row, column), corner, strict=True)]
+    places = [coordinate[y, x] - first for coordinate, first in zip((row, column), corner, strict=True)]
     # Stored in single precision, a place may lie on the border of its pixel.
     if any(np.any((at < pixel - 0.01) | (at > pixel + 1.01)) for at, pixel in zip(places, (y, x), strict=True)):
         raise CubeError(
             f"{name}: its elements are not in the pixels that it has; allowed: a cube or window with the pixels of its "
             "scenario, none left out and none averaged"
         )
-    rates = [np.asarray(read(each), dtype=np.float64)[y, x] for each in ELEMENT_RATE]
+    rates = [np.asarray(read(variable), dtype=np.float64)[y, x] for variable in ELEMENT_RATE]
     light = added[:, y, x].astype(np.float64)
     return radiance - added, Points(places[0], places[1], rates[0], rates[1], light)
 
@@ -191,14 +191,14 @@ def bands_of(dataset: xr.Dataset, name: str, base: Path | None = None) -> list[S
     catalog = Catalog(base=base or recorded.base)
     try:
         given = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
-        known = {band.name: band for band in (spectral_band(each, catalog) for each in given)}
+        known = {band.name: band for band in (spectral_band(section, catalog) for section in given)}
     except (KeyError, TypeError, ValueError) as error:
         raise _contradicted(name, error) from error
-    names = [str(each) for each in dataset["band"].to_numpy()]
-    others = [each for each in names if each not in known]
+    names = [str(label) for label in dataset["band"].to_numpy()]
+    others = [label for label in names if label not in known]
     if others:
         raise _contradicted(name, f"band_name: '{others[0]}'; allowed: {', '.join(known)}")
-    return [known[each] for each in names]
+    return [known[label] for label in names]
 
 
 def _contradicted(name: str, error: object) -> CubeError:
@@ -233,9 +233,9 @@ def corner_in_image(dataset: xr.Dataset, image: tuple[int, int], size_m: float) 
     corner = []
     for name, count in zip(("y", "x"), image, strict=True):
         centres_m = dataset[name].to_numpy().astype(np.float64)
-        place = centres_m / size_m + 0.5 * count - 0.5
-        first = int(np.rint(place[0]))
-        if first < 0 or np.max(np.abs(place - first - np.arange(place.size))) > 0.1:
+        indices = centres_m / size_m + 0.5 * count - 0.5
+        first = int(np.rint(indices[0]))
+        if first < 0 or np.max(np.abs(indices - first - np.arange(indices.size))) > 0.1:
             return 0, 0
         corner.append(first)
     return corner[0], corner[1]

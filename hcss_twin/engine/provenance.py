@@ -115,11 +115,11 @@ def _summary(plan: Plan) -> str:
 def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
     """Yield values of nested tables and lists by dotted key; empty tables and lists count as values."""
     if isinstance(value, dict) and value:
-        for name, each in value.items():
-            yield from leaves(each, f"{key}.{name}" if key else name)
+        for name, item in value.items():
+            yield from leaves(item, f"{key}.{name}" if key else name)
     elif isinstance(value, list) and value:
-        for index, each in enumerate(value):
-            yield from leaves(each, f"{key}[{index}]")
+        for index, item in enumerate(value):
+            yield from leaves(item, f"{key}[{index}]")
     else:
         yield key, value
 
@@ -249,8 +249,8 @@ class Recorded:
                 now = f"{entry.name} of {entry.origin}"
             except (ProviderError, ValueError):
                 version = installed_version(distribution)
-                here = "is not installed" if version == "not installed" else f"{version} does not bring it"
-                now = f"{distribution} {here}"
+                absence = "is not installed" if version == "not installed" else f"{version} does not bring it"
+                now = f"{distribution} {absence}"
             changes.append(Change(kind, f"{name} of {distribution} {recorded['version']}", now))
         return tuple(change for change in changes if change.now != change.recorded)
 
@@ -269,7 +269,7 @@ class Recorded:
         for name, recorded in self.files.items():
             at, now, state = name, (used or {}).get(name), "changed"
             # A user's file of the same name elsewhere was read instead.
-            alike = [each for each in new if Path(each).is_absolute() and Path(each).name == Path(name).name]
+            alike = [file for file in new if Path(file).is_absolute() and Path(file).name == Path(name).name]
             if now is None and Path(name).is_absolute() and len(alike) == 1:
                 at, now = alike[0], new.pop(alike[0])
             if now is None and Path(name).is_absolute() and not shelf.may_read(Path(name)):
@@ -317,8 +317,8 @@ class Recorded:
 def _is_table_of_texts(table: Any, nested: bool) -> bool:
     if nested and isinstance(table, dict):
         wanted = {"name", "distribution", "version"}
-        return all(_is_table_of_texts(each, False) and wanted <= set(each) for each in table.values())
-    return isinstance(table, dict) and all(isinstance(each, str) for each in table.values())
+        return all(_is_table_of_texts(entry, False) and wanted <= set(entry) for entry in table.values())
+    return isinstance(table, dict) and all(isinstance(text, str) for text in table.values())
 
 
 def _digest(name: str) -> str | None:

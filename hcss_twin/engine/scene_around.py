@@ -117,7 +117,7 @@ def _take_away(drawn: Sequence[Sequence[Piece]], radiance: NDArray[Any], area: W
 
 
 def _as_points(drawn: Sequence[Sequence[Piece]], area: Window) -> Points | None:
-    pieces = [each for pixel in drawn for each in pixel]
+    pieces = [piece for pixel in drawn for piece in pixel]
     if not pieces:
         return None
     return Points(

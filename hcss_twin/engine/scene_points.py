@@ -14,8 +14,8 @@ from hcss_twin.core.kernels import kernel
 def nearest(values: NDArray[Any], row: Array, column: Array, corner: tuple[int, int]) -> NDArray[Any]:
     """Return the values (Y, X) of points from a corner on, nearest to places (y, x); those of the edge beyond it."""
     y, x = (
-        np.clip(np.rint(np.nan_to_num(place)).astype(np.int64) - first, 0, size - 1)
-        for place, first, size in zip((row, column), corner, values.shape, strict=True)
+        np.clip(np.rint(np.nan_to_num(position)).astype(np.int64) - first, 0, size - 1)
+        for position, first, size in zip((row, column), corner, values.shape, strict=True)
     )
     return values[y, x]
 

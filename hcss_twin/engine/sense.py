@@ -127,13 +127,13 @@ def _write_measured(
 def _require_contrast(name: str, sensor: BuiltSensor, radiance: NDArray[Any], measured: NDArray[Any]) -> None:
     """Refuse a sensor that measures one value far outside the scene's in every band: nobody could use such a cube."""
     seen = []
-    for clean, own in zip(radiance, measured, strict=True):
-        value, low, high = float(own.flat[0]), float(clean.min()), float(clean.max())
+    for clean, of_band in zip(radiance, measured, strict=True):
+        value, low, high = float(of_band.flat[0]), float(clean.min()), float(clean.max())
         outside = value < (1.0 - BLIND) * low or value > (1.0 + BLIND) * high
         seen.append(f"{value:.4g}, of {low:.4g} to {high:.4g} in the scene")
-        if not outside or low == high or np.any(own != own.flat[0]):
+        if not outside or low == high or np.any(of_band != of_band.flat[0]):
             return
-    bands = ", ".join(f"'{band.name}' {each}" for band, each in zip(sensor.inputs.bands, seen, strict=True))
+    bands = ", ".join(f"'{band.name}' {text}" for band, text in zip(sensor.inputs.bands, seen, strict=True))
     raise CubeError(
         f"{name}: every pixel of the first frame measures the same radiance, W m-2 sr-1: band {bands}: the sensor "
         f"{_names(sensor)} ({sensor.title}) saturates or is "
@@ -310,7 +310,7 @@ def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Pat
     frames = [_measure(sensor, cube, name, index, partial(read, index)) for index in range(clean.sizes["time"])]
     _require_contrast(name, sensor, read(0, RADIANCE), frames[0][RADIANCE])
     measured = dataset.drop_vars(
-        [name for name, each in dataset.data_vars.items() if is_replaced(str(name), each.attrs.get(INPUTS, ""))]
+        [name for name, array in dataset.data_vars.items() if is_replaced(str(name), array.attrs.get(INPUTS, ""))]
     )
     # as in open_cube, where CF attributes for coordinates are part of the encoding
     for spec in sensor.variables:

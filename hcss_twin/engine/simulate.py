@@ -155,11 +155,11 @@ def _write_clean(
         if progress is not None:
             parts = progress(parts, parts_of(plan))
         with BackgroundWriter(writer) if overlaps(plan) else nullcontext(writer) as sink:
-            for first, place, frames in _batches(parts):
+            for first, window, frames in _batches(parts):
                 if len(frames) > 1:
                     sink.write_frames(first, frames)
                 else:
-                    sink.write_tile(first, place, frames[0])
+                    sink.write_tile(first, window, frames[0])
         if tables is not None and sample is not None:
             certificate = with_verdict(plan, certify(plan, tables, sample.frames, from_curves))
             writer.set_attributes(certificate.attributes())
@@ -195,8 +195,8 @@ def _require_no_input(plan: Plan, output: str | Path) -> None:
     }
     for path in (Path(scenario.origin), *used_paths(plan.catalog)):
         try:
-            for each in outputs:
-                require_not_read(each, [path], CubeError)
+            for written in outputs:
+                require_not_read(written, [path], CubeError)
         except CubeError as error:
             key = keys.get(path.resolve())
             raise CubeError(f"{error} (scenario key {key})" if key else str(error)) from None

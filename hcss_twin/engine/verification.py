@@ -199,7 +199,7 @@ def _other_size(size: tuple[int, int], scenario: Scenario) -> tuple[Change, ...]
     image = scenario.image
     shape = (image.rows, image.columns)
     if image.window is not None:
-        shape = tuple(each.stop - each.start for each in image.window.slices(*shape))
+        shape = tuple(span.stop - span.start for span in image.window.slices(*shape))
     pairs = zip(("rows", "columns"), size, shape, strict=True)
     return tuple(Change(name, str(cube), str(ours)) for name, cube, ours in pairs if cube != ours)
 
@@ -229,7 +229,7 @@ def _compare(
         comparison = CubeComparison(outcome.cube, file, axes, header)
         pairs = comparison.frames
         if wanted is not None and pairs:
-            pairs = [pairs[each] for each in np.unique(np.linspace(0, len(pairs) - 1, wanted).round().astype(int))]
+            pairs = [pairs[index] for index in np.unique(np.linspace(0, len(pairs) - 1, wanted).round().astype(int))]
         numbers = [ours for _, ours in pairs]
         count = 1 if measured else len(tiles(plan))
         parts: Iterable[Part] = (

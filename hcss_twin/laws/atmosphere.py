@@ -108,7 +108,9 @@ def path_radiance_is_that_of_air_at_its_temperatures(
         kelvin = np.append(profile.temperature_K[profile.altitude_m >= base], profile.temperature_at(base))
         emitted = 1.0 - provider.transmittance(wavenumber_cm1, leg)[0]
         radiance = provider.path_radiance(wavenumber_cm1, leg)[0]
-        most, least = (emitted * planck(wavenumber_cm1, float(each)) for each in (kelvin.max(), kelvin.min()))
+        most, least = (
+            emitted * planck(wavenumber_cm1, float(temperature_K)) for temperature_K in (kelvin.max(), kelvin.min())
+        )
         at_most("path radiance, with that of air of the highest temperature,", radiance, 1.02 * most + 1e-9)
         at_least("path radiance, with that of air of the lowest temperature,", radiance, 0.98 * least - 1e-9)
     if provider.declares.legs == "any":

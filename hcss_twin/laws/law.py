@@ -46,9 +46,9 @@ def near(what: str, got: Any, expected: Any, *, rtol: float = 0.0, atol: float =
     beyond = np.abs(got - expected) - (atol + rtol * np.abs(expected))
     wrong = ~(beyond <= 0.0)
     if np.any(wrong):
-        place = int(np.argmax(np.where(np.isnan(beyond), np.inf, beyond)))
+        worst = int(np.argmax(np.where(np.isnan(beyond), np.inf, beyond)))
         allowed = " and ".join([*([f"{100 * rtol:g} %"] if rtol else []), *([f"{atol:g}"] if atol or not rtol else [])])
-        value, other = float(got.ravel()[place]), float(expected.ravel()[place])
+        value, other = float(got.ravel()[worst]), float(expected.ravel()[worst])
         raise LawBroken(
             f"{what} is {value:.6g}; expected {other:.6g} within {allowed} ({int(wrong.sum())} of {wrong.size} differ)"
         )
@@ -69,8 +69,8 @@ def _within(what: str, got: Any, limit: Any, sign: float) -> None:
     beyond = sign * (got - limit)
     wrong = ~(beyond <= 0.0)
     if np.any(wrong):
-        place = int(np.argmax(np.where(np.isnan(beyond), np.inf, beyond)))
-        word, value, other = "most" if sign > 0 else "least", float(got.ravel()[place]), float(limit.ravel()[place])
+        worst = int(np.argmax(np.where(np.isnan(beyond), np.inf, beyond)))
+        word, value, other = "most" if sign > 0 else "least", float(got.ravel()[worst]), float(limit.ravel()[worst])
         raise LawBroken(f"{what} is {value:.6g}; expected at {word} {other:.6g} ({int(wrong.sum())} of {wrong.size})")
 
 

@@ -129,8 +129,8 @@ def sunlight_of_the_sea_is_irradiance_times_brdf(make: Make, inputs: RadianceInp
         model = _model(make, inputs, depth, sea=sea, view=view)
         if not model.solar_terms:
             raise Inapplicable("the model has no sunlight")
-        day, night = (_total(model.clear(wavenumber_cm1, each)) for each in (sun, None))
-        mu, mu0 = (np.cos(np.radians(each.zenith_deg)) for each in (view, sun))
+        day, night = (_total(model.clear(wavenumber_cm1, source)) for source in (sun, None))
+        mu, mu0 = (np.cos(np.radians(direction.zenith_deg)) for direction in (view, sun))
         azimuth = np.array([relative_azimuth_rad(view.azimuth_deg, sun.azimuth_deg)])
         brdf = sea.brdf(wavenumber_cm1, np.array([mu]), np.array([mu0]), azimuth)[0]
         through = np.exp(-depth * (1.0 / mu + 1.0 / mu0))

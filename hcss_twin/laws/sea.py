@@ -95,7 +95,7 @@ def hemispherical_integral(provider: SeaModel, wavenumber_cm1: Array, view: floa
     nodes, weights = np.polynomial.legendre.leggauss(64)
     mu, mu_weight = (nodes + 1.0) / 2.0, weights / 2.0
     azimuth = (np.arange(96) + 0.5) * np.pi / 96
-    grid_mu, grid_azimuth = (each.ravel() for each in np.meshgrid(mu, azimuth, indexing="ij"))
+    grid_mu, grid_azimuth = (coordinate.ravel() for coordinate in np.meshgrid(mu, azimuth, indexing="ij"))
     share = np.repeat(mu_weight * 2.0 * np.pi / azimuth.size, azimuth.size) * grid_mu
     kernel = provider.brdf(wavenumber_cm1, np.full(grid_mu.size, view), grid_mu, grid_azimuth)
     return share @ kernel, (share * grid_mu) @ kernel

@@ -101,11 +101,11 @@ def load_water_at(catalog: Catalog, temperature_K: float) -> RefractiveIndex:
         raise ValueError(
             f"water temperature {temperature_K:g} K: the tables allow {known[0]} to {known[-1]} K; closest is {closest}"
         )
-    low = max(each for each in known if each <= temperature_K)
+    low = max(kelvin for kelvin in known if kelvin <= temperature_K)
     cold = load_refractive_index(catalog, f"water-{low}K")
     if low == temperature_K:
         return cold
-    high = min(each for each in known if each > temperature_K)
+    high = min(kelvin for kelvin in known if kelvin > temperature_K)
     warm = load_refractive_index(catalog, f"water-{high}K")
     if not np.array_equal(cold.wavelength_um, warm.wavelength_um):
         raise CatalogError(f"optical_constants water-{low}K and water-{high}K: their wavelengths differ")

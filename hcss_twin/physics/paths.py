@@ -89,12 +89,12 @@ class LegSums:
         new = [leg for leg, values in zip(legs, stored, strict=True) if values is None]
         if new:
             self._compute(dict.fromkeys(new), known)
-        each = [known[leg] if values is None else values for leg, values in zip(legs, stored, strict=True)]
+        amounts = [known[leg] if values is None else values for leg, values in zip(legs, stored, strict=True)]
         if all(len(path.legs) == 1 for path in paths):
-            return np.concatenate(each).reshape(len(paths), self._size) if each else np.zeros((0, self._size))
+            return np.concatenate(amounts).reshape(len(paths), self._size) if amounts else np.zeros((0, self._size))
         result = np.zeros((len(paths), self._size))
         first = np.cumsum([0, *(len(path.legs) for path in paths)])
-        for place in range(int(np.max(np.diff(first), initial=0))):
-            chosen = np.flatnonzero(np.diff(first) > place)
-            result[chosen] += [each[start + place] for start in first[chosen].tolist()]
+        for number in range(int(np.max(np.diff(first), initial=0))):
+            chosen = np.flatnonzero(np.diff(first) > number)
+            result[chosen] += [amounts[start + number] for start in first[chosen].tolist()]
         return result

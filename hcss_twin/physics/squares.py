@@ -44,7 +44,7 @@ def segments(centre: float, side: float, within: slice, parts: int = 1) -> tuple
         same = np.full(pixel.size, centre)
         return pixel, same, same, same
     first, last = np.maximum(low, pixel), np.minimum(high, pixel + 1.0)
-    pixel, first, last = (each[last > first] for each in (pixel, first, last))
+    pixel, first, last = (values[last > first] for values in (pixel, first, last))
     half = (last - first)[:, None] / (2 * parts)
     number = np.arange(2 * parts)
     start = first[:, None] + number * half
@@ -60,21 +60,21 @@ def share_left(of: Rectangle, others: Sequence[Rectangle]) -> float:
     ]
     if not near:
         return 1.0
-    rows, columns = (_edges(of[n : n + 2], [each[n : n + 2] for each in near]) for n in (0, 2))
+    rows, columns = (_edges(of[n : n + 2], [rectangle[n : n + 2] for rectangle in near]) for n in (0, 2))
     covered = np.zeros((len(rows) - 1, len(columns) - 1), dtype=bool)
-    for each in near:
+    for rectangle in near:
         inside = [
             (edges[:-1] >= first) & (edges[1:] <= last)
-            for edges, first, last in ((rows, each[0], each[1]), (columns, each[2], each[3]))
+            for edges, first, last in ((rows, rectangle[0], rectangle[1]), (columns, rectangle[2], rectangle[3]))
         ]
         covered |= np.outer(*inside)
     area = np.outer(np.diff(rows), np.diff(columns)) if high > low and right > left else np.ones(covered.shape)
     return float(np.sum(area[~covered]) / np.sum(area))
 
 
-def _edges(own: tuple[float, ...], others: Sequence[tuple[float, ...]]) -> Array:
+def _edges(segment: tuple[float, ...], others: Sequence[tuple[float, ...]]) -> Array:
     """Return the edges, within a segment, of all segments; of one without length twice the same."""
-    if own[0] == own[1]:
-        return np.array(own)
-    edges = np.array([*own, *(edge for other in others for edge in other)])
-    return np.unique(np.clip(edges, own[0], own[1]))
+    if segment[0] == segment[1]:
+        return np.array(segment)
+    edges = np.array([*segment, *(edge for other in others for edge in other)])
+    return np.unique(np.clip(edges, segment[0], segment[1]))

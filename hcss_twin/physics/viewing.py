@@ -68,9 +68,9 @@ def toward_equatorial_deg(
     latitude_deg: float, longitude_deg: float, sensor_longitude_deg: float, altitude_m: float
 ) -> tuple[float, float]:
     """Return zenith and azimuth angle, at a place, of a sensor above the equator of the ellipsoid."""
-    place = np.array(latitude_deg), np.array(longitude_deg)
+    position_deg = np.array(latitude_deg), np.array(longitude_deg)
     sensor = to_earth_centred(np.array(0.0), np.array(sensor_longitude_deg), altitude_m)
-    zenith, azimuth = _angles_deg(sensor - to_earth_centred(*place), *place)
+    zenith, azimuth = _angles_deg(sensor - to_earth_centred(*position_deg), *position_deg)
     return float(zenith), float(azimuth)
 
 

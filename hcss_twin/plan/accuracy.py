@@ -175,7 +175,7 @@ def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
     black = BrightnessTemperature(assembly.spectral_grid, [band.name for band in assembly.bands])
     kelvin = black.where_known(brightest[:, None])[:, 0]
     beyond = np.where(brightest > black.highest_radiance, np.inf, 0.0)
-    return [float(each) for each in np.where(np.isnan(kelvin), beyond, kelvin)]
+    return [float(hottest_K) for hottest_K in np.where(np.isnan(kelvin), beyond, kelvin)]
 
 
 def extreme_radiances(assembly: Assembly, suns: Sequence[Sun | None]) -> tuple[Array, Array]:

@@ -56,8 +56,8 @@ class AirOverField:
 
     def of(self, view: View) -> Air:
         """Return the air of a view: that of its place, or of the image centre if it has none."""
-        place = (view.latitude_deg, view.longitude_deg) if isinstance(view, PlacedView) else self.centre_deg
-        return self.at(*place)
+        position_deg = (view.latitude_deg, view.longitude_deg) if isinstance(view, PlacedView) else self.centre_deg
+        return self.at(*position_deg)
 
 
 Climate: TypeAlias = Callable[[Callable[[Profile], Air], Callable[[float], SeaModel]], AirOverField]

@@ -101,9 +101,9 @@ def assemble(
     clouds = assemble_layers(builder, scenario, catalog, around)
     particles = particle_optics(builder, scenario, catalog, clouds, optics)
     generators_of = partial(build_generators, builder, scenario, catalog, clouds, motion, slant)
-    for each, name in {} if particles is None else particles.names.items():
+    for provider, name in {} if particles is None else particles.names.items():
         with builder.collect_problems("bands"):
-            require_bands_inside(bands, each.declares.valid, f"optics provider '{name}'")
+            require_bands_inside(bands, provider.declares.valid, f"optics provider '{name}'")
     if builder.has_problems:
         generators_of([None] * len(clouds))  # for their problems
         builder.raise_problems()

@@ -108,8 +108,10 @@ def build_air_over_field(
 
     centre_deg = place.latitude, place.longitude
     x, y = (0.5 * grid.pixel_size * count * np.array([-1.0, 0.0, 1.0]) for count in (grid.columns, grid.rows))
-    east, north = (each.ravel() for each in np.meshgrid(x, y))
-    for latitude, longitude in zip(*(each.tolist() for each in to_geographic(east, north, *centre_deg)), strict=True):
+    east, north = (coordinates.ravel() for coordinates in np.meshgrid(x, y))
+    for latitude, longitude in zip(
+        *(angles_deg.tolist() for angles_deg in to_geographic(east, north, *centre_deg)), strict=True
+    ):
         field.at(latitude, longitude)
     return AirOverField(centre_deg, cast(Callable[[float, float], Air], at), left_out)
 

@@ -206,7 +206,7 @@ class Assembly:
         return replace(self._with_model_inputs(sunlight_steps=steps), sunlight_steps=steps)
 
     def _with_model_inputs(self, **inputs: Any) -> Assembly:
-        model_of, exact_model_of = (partial(each, **inputs) for each in (self.model_of, self.exact_model_of))
+        model_of, exact_model_of = (partial(function, **inputs) for function in (self.model_of, self.exact_model_of))
         model = model_of(self.sea, self.view, self.sea_temperature_K, self.numerical_level)
         return replace(self, model=model, model_of=model_of, exact_model_of=exact_model_of)
 
@@ -286,9 +286,18 @@ class Assembly:
     def cloudy_layers(self) -> tuple[bool, ...]:
         """Whether any pixel can have cloud, for each layer; coverage from an image overrides a coverage of 0."""
         return tuple(
-            layer.coverage > 0.0 or getattr(generator, "image_coverage", None) is not None
-            for layer, generator in zip(self.layers, self.generators, strict=True)
+            layer.coverage > 0.0 or from_image for layer, from_image in zip(self.layers, self.from_images, strict=True)
         )
+
+    @property
+    def from_images(self) -> tuple[bool, ...]:
+        """Whether the clouds of each layer are those of an image, which decides their coverage."""
+        return tuple(getattr(generator, "image_coverage", None) is not None for generator in self.generators)
+
+    @property
+    def tops_vary(self) -> bool:
+        """Whether a generator gives tops of its own, rather than those of its layer."""
+        return any(getattr(generator, "cloud_top_range_m", None) is not None for generator in self.generators)
 
     @property
     def has_cloud(self) -> bool:
@@ -299,8 +308,8 @@ class Assembly:
     def has_clear_sky(self) -> bool:
         """Whether any pixel can be clear; full coverage leaves no gap, as the conformance kit checks."""
         return not any(
-            layer.coverage == 1.0 and getattr(generator, "image_coverage", None) is None
-            for layer, generator in zip(self.layers, self.generators, strict=True)
+            layer.coverage == 1.0 and not from_image
+            for layer, from_image in zip(self.layers, self.from_images, strict=True)
         )
 
     @property
@@ -310,5 +319,5 @@ class Assembly:
             (0.0, layer.thickness_min_m, layer.thickness_max_m) if cloudy else (0.0,)
             for layer, cloudy in zip(self.layers, self.cloudy_layers, strict=True)
         ]
-        columns = [each for each in product(*choices) if any(each)]
+        columns = [column for column in product(*choices) if any(column)]
         return np.array(columns, dtype=np.float64).reshape(len(columns), len(self.layers))

@@ -97,22 +97,22 @@ class GroupColumns:
         """Return terms (n, N, K, V) at n temperatures of columns (N, L); ``solve`` computes missing ones."""
         keys = [(*key, *row) for row in thickness_m.tolist()]
         missing = [
-            np.setdiff1d(wavenumber_cm1, self._known[each][0]) if each in self._known else wavenumber_cm1
-            for each in keys
+            np.setdiff1d(wavenumber_cm1, self._known[column_key][0]) if column_key in self._known else wavenumber_cm1
+            for column_key in keys
         ]
         rows = [row for row, name in enumerate(missing) if name.size]
         if rows:
             if sum(values.nbytes for _, values in self._known.values()) > LIMIT_BYTES:
                 self._known.clear()
                 return self.at(key, wavenumber_cm1, thickness_m, solve)
-            ahead = [each for each in self.foreseen.values() if np.isin(wavenumber_cm1, each).all()]
+            ahead = [foreseen for foreseen in self.foreseen.values() if np.isin(wavenumber_cm1, foreseen).all()]
             new = np.unique(np.concatenate([missing[row] for row in rows] + ahead))
             known = [self._known[keys[row]][0] if keys[row] in self._known else np.empty(0) for row in rows]
-            new = new[~np.all([np.isin(new, each) for each in known], axis=0)]
+            new = new[~np.all([np.isin(new, known_cm1) for known_cm1 in known], axis=0)]
             solved = solve(new, thickness_m[rows])
-            for place, row in enumerate(rows):
-                self._add(keys[row], new, solved[:, place])
-        return np.stack([self._of(each, wavenumber_cm1) for each in keys], axis=1)
+            for index, row in enumerate(rows):
+                self._add(keys[row], new, solved[:, index])
+        return np.stack([self._of(column_key, wavenumber_cm1) for column_key in keys], axis=1)
 
     def _add(self, key: tuple[object, ...], wavenumber_cm1: Array, values: Array) -> None:
         known, old = self._known.get(key, (np.empty(0), values[..., :0]))
@@ -248,8 +248,10 @@ class BetweenSeaTemperatures:
         emitted = np.stack([planck(wavenumber_cm1, kelvin) for kelvin in (self._kelvin, *self._nodes_K)])
         share = emitted[:1] / emitted[1:]
         scaled = at_nodes * share[:, None, None, :]
-        plain, relative = (np.tensordot(weights, each, 1) for each in (at_nodes, scaled))
-        error, error_relative = (_left_out(*np.abs(np.tensordot(inverse[-2:], each, 1))) for each in (at_nodes, scaled))
+        plain, relative = (np.tensordot(weights, terms, 1) for terms in (at_nodes, scaled))
+        error, error_relative = (
+            _left_out(*np.abs(np.tensordot(inverse[-2:], terms, 1))) for terms in (at_nodes, scaled)
+        )
         values: Array = np.where(error <= error_relative, plain, relative)
         error = np.sum(np.minimum(error, error_relative), axis=1)
         return values if np.all(error <= LARGEST_ERROR * np.sum(values, axis=1)) else None

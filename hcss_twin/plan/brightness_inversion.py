@@ -169,8 +169,8 @@ def _look_up(
         if not kelvin[i] < warmest:
             result[i] = np.float32(0.0)
             continue
-        place = min((clear - kelvin[i]) * per_kelvin, float(last))
-        low = min(int(place), last - 1)
-        share = np.float32(place - low)
+        position = min((clear - kelvin[i]) * per_kelvin, float(last))
+        low = min(int(position), last - 1)
+        share = np.float32(position - low)
         metres = table[low] + (table[low + 1] - table[low]) * share
         result[i] = max(metres, thinnest)

@@ -154,9 +154,9 @@ def build_elements(
             try:
                 elements.append(builder.build(Kind.ELEMENTS, name, inputs, section.parameters, label))
             except ScenarioError as error:  # of the provider, which does not know the place of its section
-                own = f"elements[{index}].parameters"
+                section_field = f"elements[{index}].parameters"
                 raise ScenarioError(
-                    [Problem(f"{own}.{problem.field}", problem.message) for problem in error.problems]
+                    [Problem(f"{section_field}.{problem.field}", problem.message) for problem in error.problems]
                 ) from error
     return tuple(elements)
 

@@ -16,6 +16,7 @@ from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
 from hcss_twin.plan.clouds import sums_up
+from hcss_twin.plan.combinations import Excluded, present, require_none
 from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.plan import Plan, PlannedLight
@@ -46,12 +47,12 @@ def with_light(plan: Plan) -> Plan:
         {entry.name: (origin, entry) for origin, entry in installed(group) if not isinstance(entry, BaseException)}
         for group in (GROUP, GROUP_OF_LAYERS if several else GROUP)
     )
-    unsupported, cloudy = list(_unsupported(plan)), plan.needs_radiance and plan.assembly.has_cloud
+    table, cloudy = excluded_beside_light(plan), plan.needs_radiance and plan.assembly.has_cloud
     errors: dict[str, float] = {}
     if name == AUTO:
         name = COLUMNS
         parallel = plan.views is None
-        if section.light_accuracy is not None and offered and cloudy and parallel and not unsupported:
+        if section.light_accuracy is not None and offered and cloudy and parallel and not any(present(table)):
             name, errors = _cheapest(plan, offered, section.light_accuracy)
     if name == COLUMNS:
         if section.light_profile != "uniform":
@@ -71,9 +72,7 @@ def with_light(plan: Plan) -> Plan:
         for package in sorted({LIGHT[light] for light in ({name} if known else LIGHT.keys() - of_one.keys())}):
             message += f". {'It comes' if known else 'Others come'} with {package}: {how_to_install(package)}"
         raise ScenarioError([Problem(_FIELD, message)])
-    if unsupported:
-        message = f"cannot be computed with {_FIELD} = '{name}'; allowed:"
-        raise ScenarioError([Problem(field, f"{what} {message} {allowed}") for field, what, allowed in unsupported])
+    require_none(f"{_FIELD} = '{name}'", table, f"{_FIELD} = '{COLUMNS}'")
     if not cloudy:
         return plan
     light, transport = _loaded(plan, name, *offered[name])
@@ -210,23 +209,22 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
     )
 
 
-def _unsupported(plan: Plan) -> Iterator[tuple[str, str, str]]:
-    """Yield field, what is not supported, and what is allowed."""
-    columns, assembly = f"{_FIELD} = '{COLUMNS}'", plan.assembly
+def excluded_beside_light(plan: Plan) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with light between columns."""
+    assembly = plan.assembly
     terms = any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed)
     ends = any(
         cloudy
         and not ((generator.declares.tileable or sums_up(generator)) and hasattr(generator, "thickness_around_m"))
         for generator, cloudy in zip(assembly.generators, assembly.cloudy_layers, strict=True)
     )
-    for present, field, what, allowed in (
-        (not plan.is_grid, _FIELD, "an image that is no grid on the ground", "no camera"),
-        (plan.surfaces is not None, "surfaces", "a map of the ground", "sea everywhere"),
-        (plan.tops is not None, "clouds.generator", "cloud with tops of its own", "the tops of the layer"),
-        (ends, "clouds.generator", "cloud that ends with the image", "a generator that continues it, as 'fractal'"),
-        (bool(assembly.elements), "elements", "an element among broken cloud", "no elements"),
-        (plan.waves is not None, "sea.waves", "a sea of resolved waves", "'averaged'"),
-        (terms, "output.variables", "a term of the radiance", "the total"),
-    ):
-        if present:
-            yield field, what, f"{allowed}, or {columns}"
+    generator = "a generator that continues it, as 'fractal'"
+    return (
+        Excluded(_FIELD, not plan.is_grid, "an image that is no grid on the ground", "no camera"),
+        Excluded("surfaces", assembly.surfaces is not None, "a map of the ground", "sea everywhere"),
+        Excluded("clouds.generator", assembly.tops_vary, "cloud with tops of its own", "the tops of the layer"),
+        Excluded("clouds.generator", ends, "cloud that ends with the image", generator),
+        Excluded("elements", bool(assembly.elements), "an element among broken cloud", "no elements"),
+        Excluded("sea.waves", plan.waves is not None, "a sea of resolved waves", "'averaged'"),
+        Excluded("output.variables", terms, "a term of the radiance", "the total"),
+    )

@@ -18,6 +18,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, few_columns, largest_change
 from hcss_twin.providers import Sun
@@ -70,12 +71,32 @@ class CloudTops(Effect):
         return parabola((top_m - low) / (high - low))
 
 
-def parabola(place: Array) -> Array:
-    """Return the weights (3, N) of values at 0, 1/2 and 1 in their parabola at places (N,)."""
-    return np.stack(((1.0 - place) * (1.0 - 2.0 * place), 4.0 * place * (1.0 - place), place * (2.0 * place - 1.0)))
+def parabola(position: Array) -> Array:
+    """Return the weights (3, N) of values at 0, 1/2 and 1 in their parabola at positions (N,)."""
+    return np.stack(
+        (
+            (1.0 - position) * (1.0 - 2.0 * position),
+            4.0 * position * (1.0 - position),
+            position * (2.0 * position - 1.0),
+        )
+    )
 
 
-def extreme_tops(scenario: Scenario, assembly: Assembly) -> list[Assembly]:
+def excluded_beside_tops(assembly: Assembly) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with cloud tops that vary with the generator."""
+    given, slant = any(layer.temperature_K is not None for layer in assembly.layers), assembly.slant
+    several, air = len(assembly.layers) > 1, "that of the air at each top"
+    return (
+        Excluded("clouds.layers", several, f"{len(assembly.layers)} layers of cloud", "one layer"),
+        Excluded("clouds.temperature", given, "a temperature of the cloud", f"without it, which is {air}"),
+        Excluded("slant.shadows", slant.shadows, "shadows", "false"),
+        Excluded("slant.parallax", slant.parallax, "parallax", "false"),
+        Excluded("elements", bool(assembly.elements), "elements", "no elements"),
+        Excluded("surfaces", assembly.surfaces is not None, "a map of the ground", "sea everywhere"),
+    )
+
+
+def extreme_tops(assembly: Assembly) -> list[Assembly]:
     """Return the scenes with all cloud tops at the highest and at the lowest altitude.
 
     Raises
@@ -85,19 +106,7 @@ def extreme_tops(scenario: Scenario, assembly: Assembly) -> list[Assembly]:
     ProviderError
         If the range of the tops is empty, or outside the profile.
     """
-    problems = []
-    why = "the tops of a cloud layer vary with its generator, which is computed in scenes"
-    if len(assembly.layers) > 1:
-        problems.append(Problem("clouds", f"{len(assembly.layers)} layers: {why} of one layer"))
-    elif assembly.layers[0].temperature_K is not None:
-        problems.append(Problem("clouds.temperature", f"given: {why} with the temperature of the air at each top"))
-    if assembly.slant.shadows or assembly.slant.parallax:
-        problems.append(Problem("slant", f"shadows or parallax: {why} without; allowed: false"))
-    for field, present in (("elements", bool(assembly.elements)), ("surfaces", assembly.surfaces is not None)):
-        if present:
-            problems.append(Problem(field, f"given: {why} without"))
-    if problems:
-        raise ScenarioError(problems, scenario.origin)
+    require_none("cloud tops that vary with the generator", excluded_beside_tops(assembly), "a generator without")
     (generator,), (layer,) = assembly.generators, assembly.layers
     if getattr(generator, "cloud_top_m", None) is None:
         raise ProviderError(f"the generator of '{layer.name}' has cloud_top_range_m, but no cloud_top_m")
@@ -127,18 +136,18 @@ def plan_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccurac
 
     def at(top_m: float) -> Array:
         if top_m not in known:
-            own = assembly.hanging_from(top_m)
-            thinner = np.minimum(thickness, own.layers[0].thickness_max_m)
-            known[top_m] = replace(columns, thickness_m=thinner[:, None]).total(own.model, sun)
+            hanging = assembly.hanging_from(top_m)
+            thinner = np.minimum(thickness, hanging.layers[0].thickness_max_m)
+            known[top_m] = replace(columns, thickness_m=thinner[:, None]).total(hanging.model, sun)
         return known[top_m]
 
     pending, nodes, worst = [(float(low), float(high))], [float(low)], 0.0
     while pending:
         bottom, top = pending.pop()
         middle = 0.5 * (bottom + top)
-        ends = np.stack([at(each) for each in (bottom, middle, top)])
+        ends = np.stack([at(altitude_m) for altitude_m in (bottom, middle, top)])
         guess = np.einsum("np,ncb->pcb", parabola(np.array(_BETWEEN)), ends)
-        exact = np.stack([at(bottom + place * (top - bottom)) for place in _BETWEEN])
+        exact = np.stack([at(bottom + position * (top - bottom)) for position in _BETWEEN])
         error = SAFETY_FACTOR * largest_change(guess, exact)
         if error <= SHARE * accuracy.relative:
             nodes += [middle, top]

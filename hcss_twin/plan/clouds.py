@@ -207,11 +207,14 @@ def assemble_layers(
             notes = _too_coarse(resolved, section, scenario.image.pixel_size)
             layers.append(AssembledLayer(layer, section, field, particles, resolved.type_parameters, filled_in, notes))
     geometries = {
-        each.field: (each.section, LayerGeometry(each.layer.base_m, each.layer.top_m, each.layer.thickness_min_m))
-        for each in layers
+        assembled.field: (
+            assembled.section,
+            LayerGeometry(assembled.layer.base_m, assembled.layer.top_m, assembled.layer.thickness_min_m),
+        )
+        for assembled in layers
     }
     builder.keep(overlap_problems(geometries))
-    return sorted(layers, key=lambda each: each.layer.base_m)
+    return sorted(layers, key=lambda assembled: assembled.layer.base_m)
 
 
 def wind_velocity_m_s(speed_m_s: float, from_deg: float) -> tuple[float, float]:
@@ -242,8 +245,8 @@ def build_generators(
     image, samples = scenario.image, scenario.image.samples_per_pixel
     points = Grid(image.rows * samples, image.columns * samples, image.pixel_size / samples)
     generators: list[CloudGenerator] = []
-    for index, (each, inversion) in enumerate(zip(layers, inversions, strict=True)):
-        layer, section, field = each.layer, each.section, each.field
+    for index, (assembled, inversion) in enumerate(zip(layers, inversions, strict=True)):
+        layer, section, field = assembled.layer, assembled.section, assembled.field
         margin = slant.margin(layer, points.pixel_size_m)
         inputs = CloudInputs(
             layer,
@@ -251,7 +254,7 @@ def build_generators(
             _moving(motion, section, scenario),
             layer_seed(scenario.seed, index),
             catalog,
-            each.type_parameters,
+            assembled.type_parameters,
             inversion,
         )
         label = numbered(Kind.CLOUDS, index, len(layers))

@@ -64,7 +64,7 @@ def describe(plan: Plan) -> dict[str, Any]:
         "packing": {spec.name: vars(spec.packing) for spec in plan.variables if spec.packing is not None},
         "filled_in": [vars(item) for item in plan.filled_in],
         "notes": list(plan.notes),
-        "provider_costs": [vars(each) for each in provider_costs(plan)],
+        "provider_costs": [vars(cost) for cost in provider_costs(plan)],
         "skipped": [vars(item) for item in plan.omissions],
         **_against_the_world(plan),
         **{name: value for effect in plan.effects for name, value in effect.described().items()},

@@ -91,18 +91,20 @@ class ErrorBudget:
 
         It is a total only if none is :meth:`unknown`; otherwise the error is at least that.
         """
-        known = [each for each in self.contributions[cell] if each.relative is not None]
-        relative, kelvin = ([getattr(each, unit) or 0.0 for each in known] for unit in ("relative", "kelvin"))
+        known = [contribution for contribution in self.contributions[cell] if contribution.relative is not None]
+        relative, kelvin = (
+            [getattr(contribution, unit) or 0.0 for contribution in known] for unit in ("relative", "kelvin")
+        )
         return math.hypot(*relative), math.hypot(*kelvin)
 
     def unknown(self, cell: tuple[str, str]) -> list[str]:
         """Return what is unknown of a class and band."""
-        return [each.unknown for each in self.contributions[cell] if each.unknown]
+        return [contribution.unknown for contribution in self.contributions[cell] if contribution.unknown]
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """Return total and contributions by class and band, as JSON values; ``at_least`` where part is unknown."""
         told: dict[str, dict[str, Any]] = {}
-        for (of, band), own in self.contributions.items():
+        for (of, band), contributions in self.contributions.items():
             relative, kelvin = self.total((of, band))
             unknown = self.unknown((of, band))
             name = "at_least" if unknown else "total"
@@ -110,7 +112,9 @@ class ErrorBudget:
                 name: relative,
                 f"{name}_K": kelvin,
                 "unknown": unknown,
-                "contributions": [{**vars(each), "sources": list(each.sources)} for each in own],
+                "contributions": [
+                    {**vars(contribution), "sources": list(contribution.sources)} for contribution in contributions
+                ],
             }
         return told
 
@@ -124,10 +128,12 @@ class ErrorBudget:
         """Return a line for each class: the total of each band, its largest contribution, and what is unknown."""
         by_class: dict[str, list[str]] = {}
         unknown: dict[str, dict[str, None]] = {}
-        for (of, band), own in self.contributions.items():
-            largest = max(own, key=lambda each: each.relative or 0.0)
+        for (of, band), contributions in self.contributions.items():
+            largest = max(contributions, key=lambda contribution: contribution.relative or 0.0)
             by_class.setdefault(of, []).append(f"{band} {self._total((of, band))} mostly {largest.name}")
-            unknown.setdefault(of, {}).update({each.name: None for each in own if each.unknown})
+            unknown.setdefault(of, {}).update(
+                {contribution.name: None for contribution in contributions if contribution.unknown}
+            )
         return tuple(
             f"{of} {', '.join(parts)}" + (f"; unknown: {', '.join(unknown[of])}" if unknown[of] else "")
             for of, parts in by_class.items()
@@ -137,11 +143,11 @@ class ErrorBudget:
         return ("at least " if self.unknown(cell) else "") + _size(*self.total(cell))
 
     def _cell(self, of: str, band: str) -> str:
-        own = sorted(self.contributions[of, band], key=lambda each: -(each.relative or 0.0))
+        contributions = sorted(self.contributions[of, band], key=lambda contribution: -(contribution.relative or 0.0))
         parts = [
-            f"{each.name} {_size(each.relative, each.kelvin)}{_remark(each)}"
-            for each in own
-            if each.relative is not None
+            f"{contribution.name} {_size(contribution.relative, contribution.kelvin)}{_remark(contribution)}"
+            for contribution in contributions
+            if contribution.relative is not None
         ]
         unknown = self.unknown((of, band))
         tail = f", unknown: {', '.join(unknown)}" if unknown else ""
@@ -150,12 +156,14 @@ class ErrorBudget:
     def beyond(self, accuracy: float) -> tuple[str, ...]:
         """Return what the chosen models leave out beyond the accuracy though a key would add it, largest first."""
         worst: dict[tuple[str, str], tuple[float, str]] = {}
-        for (of, band), own in self.contributions.items():
-            for each in own:
-                if each.needs and each.relative is not None and each.relative > OMISSION_SHARE * accuracy:
-                    text = f"{each.name} {_size(each.relative, each.kelvin)} in {of} {band}, needs {each.needs}"
-                    key = (each.name, each.needs)
-                    worst[key] = max(worst.get(key, (0.0, "")), (each.relative, text))
+        for (of, band), contributions in self.contributions.items():
+            for contribution in contributions:
+                relative = contribution.relative
+                if contribution.needs and relative is not None and relative > OMISSION_SHARE * accuracy:
+                    size = _size(relative, contribution.kelvin)
+                    text = f"{contribution.name} {size} in {of} {band}, needs {contribution.needs}"
+                    key = (contribution.name, contribution.needs)
+                    worst[key] = max(worst.get(key, (0.0, "")), (relative, text))
         return tuple(text for _, text in sorted(worst.values(), reverse=True))
 
 
@@ -183,8 +191,8 @@ def beyond_accuracy(plan: Plan, budget: ErrorBudget) -> tuple[str, ...]:
         if omission.needs and omission.bound is not None and omission.bound > limit
     ]
     texts = [
-        f"{each.what} {_percent(each.size)} ({each.sense or 'any pixel'}), needs {each.needs}"
-        for each in sorted(left, key=lambda each: -(each.size or 0.0))
+        f"{omission.what} {_percent(omission.size)} ({omission.sense or 'any pixel'}), needs {omission.needs}"
+        for omission in sorted(left, key=lambda omission: -(omission.size or 0.0))
     ]
     return (*texts, *budget.beyond(plan.accuracy.relative))
 
@@ -217,7 +225,7 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
     }
     cells = {}
     for of, (kind, kelvin) in classes.items():
-        own = {**stated, "particles": particles.get(of)}
+        errors_of = {**stated, "particles": particles.get(of)}
         for index, band in enumerate(plan.bands):
             scale = _Band(plan, index, kelvin)
             error = plan.accuracy.relative if engine is None else engine.get(band.name)
@@ -226,10 +234,10 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
                 Contribution(ENGINE, error, scale.kelvin(error), 1.0, measured),
                 Contribution(NUMERICS, numeric, scale.kelvin(numeric), 1.0, "largest"),
                 *(
-                    each
-                    for name, errors in own.items()
-                    for each in _of_provider(plan, name, errors, of, kind, scale)
-                    if plan.light is None or each.name != COLUMNS
+                    contribution
+                    for name, errors in errors_of.items()
+                    for contribution in _of_provider(plan, name, errors, of, kind, scale)
+                    if plan.light is None or contribution.name != COLUMNS
                 ),
             )
             if plan.light is not None and kind == CLOUDY:
@@ -265,8 +273,8 @@ class _Band:
         at = np.full(self.wavelength_um.size, np.nan)
         for error in errors:
             relative = error.relative if error.relative is not None else (error.kelvin or 0.0) * self.per_kelvin
-            here = (self.wavelength_um >= error.lower_um) & (self.wavelength_um <= error.upper_um)
-            at[here] = np.fmax(at[here], relative)
+            inside = (self.wavelength_um >= error.lower_um) & (self.wavelength_um <= error.upper_um)
+            at[inside] = np.fmax(at[inside], relative)
         known = ~np.isnan(at)
         share = float(np.sum(self.weights[known]))
         return (float(self.weights[known] @ at[known]) / share if share > LEAST_KNOWN else None), share
@@ -286,19 +294,19 @@ def _of_provider(
     for cause in dict.fromkeys(error.name for error in errors):
         every = [error for error in errors if error.name == cause and error.path == "up"]
         # What is known for other clouds only is unknown here, unless it is of another material.
-        others = set() if kind == CLEAR else {each.column for each in every} - {CLEAR}
+        others = set() if kind == CLEAR else {error.column for error in every} - {CLEAR}
         if cause != name:
             others -= DENSITY_KG_M3.keys()
-        if not any(each.column in columns | others for each in every):
+        if not any(error.column in columns | others for error in every):
             continue
         fitting = [
-            each
-            for each in every
-            if each.column in columns
-            and each.sunlight in sunlight
-            and each.zenith_deg[0] <= zenith_deg <= each.zenith_deg[1]
-            and each.lower_um <= band.longest_um
-            and each.upper_um >= band.shortest_um
+            error
+            for error in every
+            if error.column in columns
+            and error.sunlight in sunlight
+            and error.zenith_deg[0] <= zenith_deg <= error.zenith_deg[1]
+            and error.lower_um <= band.longest_um
+            and error.upper_um >= band.shortest_um
         ]
         is_stated = True
         relative, share = band.mean(fitting)
@@ -308,9 +316,9 @@ def _of_provider(
             band.kelvin(relative),
             share,
             fitting[0].statistic if fitting else "",
-            tuple(dict.fromkeys(each.source for each in fitting)),
-            all(each.command for each in fitting),
-            next((each.needs for each in fitting if each.needs), ""),
+            tuple(dict.fromkeys(error.source for error in fitting)),
+            all(error.command for error in fitting),
+            next((error.needs for error in fitting if error.needs), ""),
         )
     if not is_stated:  # only other paths or columns
         yield Contribution(name)

@@ -120,10 +120,10 @@ def few_columns(assembly: Assembly, per_band: int = PER_BAND) -> FewColumns:
         for band, weights in enumerate(grid.weights_cm1)
         for run in np.array_split(np.flatnonzero(weights), min(per_band, int(np.count_nonzero(weights))))
     ]
-    places, own = np.unique([run[run.size // 2] for _, run in runs], return_inverse=True)
+    places, indices = np.unique([run[run.size // 2] for _, run in runs], return_inverse=True)
     summed = np.zeros((grid.weights_cm1.shape[0], places.size))
-    for (band, run), place in zip(runs, own, strict=True):
-        summed[band, place] += np.sum(grid.weights_cm1[band, run])
+    for (band, run), index in zip(runs, indices, strict=True):
+        summed[band, index] += np.sum(grid.weights_cm1[band, run])
     return FewColumns(grid.wavenumber_cm1[places], summed, assembly.extreme_thicknesses_m, assembly.has_clear_sky)
 
 

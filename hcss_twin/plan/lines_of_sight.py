@@ -77,8 +77,8 @@ class SunTrack:
         """Zenith (deg), azimuth (deg) and distance (au), each (F,), at seconds after the start."""
         instants = [self.start + timedelta(seconds=float(second)) for second in time_s]
         east = self.platform_speed_m_s * time_s + aside_m[0]
-        place = to_geographic(east, np.full_like(east, aside_m[1]), self.latitude_deg, self.longitude_deg)
-        return sun_position(instants, *place)
+        position_deg = to_geographic(east, np.full_like(east, aside_m[1]), self.latitude_deg, self.longitude_deg)
+        return sun_position(instants, *position_deg)
 
 
 @lru_cache(maxsize=1024)

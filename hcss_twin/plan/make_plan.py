@@ -122,13 +122,13 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     probes = _probes(scenario, assembly, catalog)
     suns = SunFrames(track, times, zenith, azimuth)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
-        scenes, surfaces = _at_extreme_tops(scenario, assembly), None
-        each = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
-        analysis = each[0] if len(each) == 1 else strictest(each[0], each)
+        scenes, surfaces = _at_extreme_tops(assembly), None
+        analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
+        analysis = analyses[0] if len(analyses) == 1 else strictest(analyses[0], analyses)
     if assembly.surfaces is not None:
         from hcss_twin.plan.surfaces import extreme_states, merged, plan_surfaces  # not for scenes of sea alone
 
-        states = [analyse_scene(scenario, assembly.over(each), catalog, suns) for each in extreme_states(assembly)]
+        states = [analyse_scene(scenario, assembly.over(state), catalog, suns) for state in extreme_states(assembly)]
         analysis = merged(scenario, assembly, analysis, states)
         resolved = analysis.resolves_waves
         wanted = computed_variables(scenario, assembly, resolved, cube_variables(scenario, assembly, resolved))
@@ -206,13 +206,13 @@ def _make_plan(scenario: Scenario, catalog: Catalog, between: SeaTemperatures | 
     return with_light(plan)
 
 
-def _at_extreme_tops(scenario: Scenario, assembly: Assembly) -> list[Assembly]:
+def _at_extreme_tops(assembly: Assembly) -> list[Assembly]:
     """Return the scene, or those with the highest and with the lowest cloud tops."""
-    if not any(getattr(generator, "cloud_top_range_m", None) is not None for generator in assembly.generators):
+    if not assembly.tops_vary:
         return [assembly]
     from hcss_twin.plan.cloud_tops import extreme_tops  # not for layers with tops of their own
 
-    return extreme_tops(scenario, assembly)
+    return extreme_tops(assembly)
 
 
 def _cloud_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccuracy, suns: SunFrames) -> CloudTops:
@@ -240,7 +240,7 @@ def _on_land(share: float) -> tuple[str, ...]:
 
 def _first_clouds(assembly: Assembly) -> None:
     """Compute the clouds of a small image at time 0."""
-    points = tuple(slice(0, each) for each in (assembly.grid.rows, assembly.grid.columns))
+    points = tuple(slice(0, size) for size in (assembly.grid.rows, assembly.grid.columns))
     if assembly.grid.rows * assembly.grid.columns <= _SMALL_IMAGE:
         for generator in assembly.generators:
             generator.thickness_m(0.0, *points)

@@ -70,10 +70,15 @@ class NumericalLevel:
     sunlight_steps: int = 0
 
 
-def finest(each: Sequence[NumericalLevel]) -> NumericalLevel:
+def finest(levels: Sequence[NumericalLevel]) -> NumericalLevel:
     """Return a level that is as fine as each of several."""
-    level, sunlight = max(own.level for own in each), max(own.level + own.sunlight_steps for own in each)
-    return NumericalLevel(level, max(own.error for own in each), all(own.enough for own in each), sunlight - level)
+    level, sunlight = (
+        max(chosen.level for chosen in levels),
+        max(chosen.level + chosen.sunlight_steps for chosen in levels),
+    )
+    return NumericalLevel(
+        level, max(chosen.error for chosen in levels), all(chosen.enough for chosen in levels), sunlight - level
+    )
 
 
 def reference_level(assembly: Assembly) -> int:
@@ -123,10 +128,10 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
 
     @cache
     def error(level: int, steps: int = 0) -> float:
-        own = SAFETY_FACTOR * change(level, level + 1, steps)
-        if own > tolerance or level == 0:  # the level before can only add to it
-            return own
-        return max(own, SAFETY_FACTOR * change(level - 1, level + 1, steps) / FASTEST_CONVERGENCE)
+        next_change = SAFETY_FACTOR * change(level, level + 1, steps)
+        if next_change > tolerance or level == 0:  # the level before can only add to it
+            return next_change
+        return max(next_change, SAFETY_FACTOR * change(level - 1, level + 1, steps) / FASTEST_CONVERGENCE)
 
     first = level = min(next(level for limit, level in FIRST_LEVELS if tolerance > limit), last)
     while error(level) > tolerance and level < last:
@@ -137,7 +142,7 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
     if level >= MANY_STREAMS and any(suns):
         sizes = [*((fewer, level - fewer) for fewer in range(1, level - 1)), (level, 0)]
     within = next((size for size in sizes if error(*size) <= tolerance), None)
-    level, steps = within or min(sizes, key=lambda each: error(*each))
+    level, steps = within or min(sizes, key=lambda size: error(*size))
     return NumericalLevel(level, error(level, steps), within is not None, steps)
 
 
@@ -156,10 +161,10 @@ def refine_toward(
     sunlight = chosen.level + chosen.sunlight_steps
 
     def error_toward(view: View, level: int, steps: int) -> float:
-        own = assembly.with_finer_sunlight(steps)
+        finer_assembly = assembly.with_finer_sunlight(steps)
 
         def at(level: int) -> Array:
-            model = own.at_level(level).model_toward(view)
+            model = finer_assembly.at_level(level).model_toward(view)
             expect_views(model, views)
             of_view = suns if assembly.own_suns is None else assembly.own_suns(view)
             return np.concatenate([columns.total(model, sun) for sun in dict.fromkeys(of_view)])
@@ -170,10 +175,10 @@ def refine_toward(
 
     for level, more in product(range(chosen.level, last + 1), (0, SUNLIGHT_STEPS) if any(suns) else (0,)):
         steps, errors = max(sunlight - level, 0) + more, []
-        for place, view in enumerate(order):
+        for index, view in enumerate(order):
             errors.append(error_toward(view, level, steps))
             if errors[-1] > tolerance:
-                error, order = errors[-1], [order.pop(place), *order]  # the next sizes are tested there first
+                error, order = errors[-1], [order.pop(index), *order]  # the next sizes are tested there first
                 break
         else:
             return NumericalLevel(level, max(*errors, chosen.error), True, steps)
@@ -220,8 +225,8 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
         places = np.unique(np.concatenate([grid.nodes[band] for band in narrow]))
         weights = np.zeros((len(grid.nodes), places.size))
         weights[narrow] = grid.weights_cm1[narrow][:, places]
-        own = grid.wavenumber_cm1[places]
-        return np.concatenate((total, clouds(own, np.intersect1d(own, grid.ends_cm1)) @ weights.T))
+        narrow_cm1 = grid.wavenumber_cm1[places]
+        return np.concatenate((total, clouds(narrow_cm1, np.intersect1d(narrow_cm1, grid.ends_cm1)) @ weights.T))
 
     def error(refinement: int) -> float:
         return largest_change(at(refinement), at(refinement + 1))
@@ -245,8 +250,8 @@ def _spectra(columns: FewColumns, model: RadianceModel, sun: Sun | None) -> Call
         new = np.array([wavenumber for wavenumber in wavenumber_cm1.tolist() if wavenumber not in known])
         if new.size:
             new = np.union1d(new, ends_cm1)
-            own = replace(columns, wavenumber_cm1=new, weights_cm1=np.eye(new.size))
-            known.update(zip(new.tolist(), own.total(model, sun).T, strict=True))
+            new_columns = replace(columns, wavenumber_cm1=new, weights_cm1=np.eye(new.size))
+            known.update(zip(new.tolist(), new_columns.total(model, sun).T, strict=True))
         return np.stack([known[wavenumber] for wavenumber in wavenumber_cm1.tolist()], axis=1)
 
     return at

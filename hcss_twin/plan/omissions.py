@@ -270,7 +270,7 @@ def _changes_of_air(
     yield Omission(what, f"the scenario has one {sea}{texture}; the air is that of the first frame's place", 0.0)
     ends, largest = columns.only(columns.ends), 0.0
     for factor, *pair in air.left_out():
-        exact, guess = (assembly.model_in(each) for each in pair)
+        exact, guess = (assembly.model_in(profile_air) for profile_air in pair)
         for _, sun in known:
             largest = max(largest, factor * largest_change(ends.total(guess, sun), ends.total(exact, sun)))
     if not largest:

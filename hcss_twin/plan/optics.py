@@ -39,11 +39,11 @@ class LayerOptics:
     def __init__(self, optics: Sequence[Optics], particles: Sequence[Microphysics]) -> None:
         self._of = {_single(cloud): provider for cloud, provider in zip(particles, optics, strict=True)}
         every = [provider.declares for provider in optics]
-        ranges = [each.valid["wavenumber_cm1"] for each in every if "wavenumber_cm1" in each.valid]
+        ranges = [declaration.valid["wavenumber_cm1"] for declaration in every if "wavenumber_cm1" in declaration.valid]
         common = (max(low for low, _ in ranges), min(high for _, high in ranges)) if ranges else None
         self.declares = OpticsDeclaration(
             valid={} if common is None else {"wavenumber_cm1": common},
-            materials=frozenset().union(*(each.materials for each in every)),
+            materials=frozenset().union(*(declaration.materials for declaration in every)),
         )
 
     def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
@@ -56,7 +56,7 @@ class LayerOptics:
         """
         provider = self._of.get(_single(cloud))
         if provider is None:
-            known = ", ".join(f"'{each.material}'" for each in self._of)
+            known = ", ".join(f"'{particles.material}'" for particles in self._of)
             raise ProviderError(f"particles of '{cloud.material}' asked for are those of no layer; allowed: {known}")
         return provider.single_scattering(cloud, wavenumber_cm1)
 
@@ -111,10 +111,12 @@ def particle_optics(
     default : Optics or None
         Of :func:`default_optics`.
     """
-    chosen = [each.section.optics or scenario.optics for each in layers]
+    chosen = [assembled.section.optics or scenario.optics for assembled in layers]
     made: dict[str, Optics | None] = {_key(scenario.optics): default}
-    fields = [f"{each.field}.optics.provider" if each.section.optics else "optics.provider" for each in layers]
-    different = len({_key(each) for each in chosen})
+    fields = [
+        f"{assembled.field}.optics.provider" if assembled.section.optics else "optics.provider" for assembled in layers
+    ]
+    different = len({_key(section) for section in chosen})
     for index, (section, field) in enumerate(zip(chosen, fields, strict=True)):
         key = _key(section)
         if made.get(key) is None and field != "optics.provider":
@@ -123,20 +125,20 @@ def particle_optics(
                 name, inputs = selected(section, "provider"), OpticsInputs(catalog)
                 made[key] = builder.build(Kind.OPTICS, name, inputs, section.parameters, label)
     every = [made.get(_key(section)) for section in chosen]
-    of_layers = tuple(each for each in every if each is not None)
+    of_layers = tuple(provider for provider in every if provider is not None)
     if len(of_layers) < len(layers) or not (layers or default):
         return None
     for layer, section, optics in zip(layers, chosen, of_layers, strict=True):
         with builder.collect_problems(layer.field):
             _require_material(layer, optics, selected(section, "provider"))
-    names = {each: selected(section, "provider") for section, each in zip(chosen, of_layers, strict=True)}
+    names = {provider: selected(section, "provider") for section, provider in zip(chosen, of_layers, strict=True)}
     if len(set(of_layers)) <= 1:
         only = (*of_layers, default)[0]
         assert only is not None
         return ParticleOptics(only, of_layers, tuple(fields), names)
     with builder.collect_problems(layers[-1].field):
         _require_different(layers, of_layers, names)
-    particles = [each.layer.microphysics for each in layers]
+    particles = [assembled.layer.microphysics for assembled in layers]
     return ParticleOptics(LayerOptics(of_layers, particles), of_layers, tuple(fields), names)
 
 

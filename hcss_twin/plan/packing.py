@@ -13,6 +13,7 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.models.radiance.brightness_temperature import COLDEST_K, HOTTEST_K, BrightnessTemperature
 from hcss_twin.plan.accuracy import LARGEST_SHARE, RequestedAccuracy, extreme_radiances, relative_slope
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.few_columns import SAFETY_FACTOR
 from hcss_twin.plan.waves import wave_bound
 from hcss_twin.providers import Sun
@@ -56,8 +57,8 @@ def widest(ranges: Iterable[RadianceRange | None]) -> RadianceRange | None:
     known = [range_ for range_ in ranges if range_ is not None]
     if not known:
         return None
-    darkest = np.min([each.darkest for each in known], axis=0)
-    brightest = np.max([each.brightest for each in known], axis=0)
+    darkest = np.min([range_.darkest for range_ in known], axis=0)
+    brightest = np.max([range_.brightest for range_ in known], axis=0)
     return RadianceRange(tuple(darkest.tolist()), tuple(brightest.tolist()))
 
 
@@ -80,13 +81,12 @@ def packed_variables(
     if scenario.output.packing is None:
         return variables
     needy = [spec.name for spec in variables if spec.needs_radiance and spec.kind != "own"]
-    problem = None
-    if scenario.output.quantization > 0.0:
-        problem = "'int16' with output.quantization, which rounds the same numbers; allowed: one of the two"
-    elif needy and assembly.elements:
-        problem = "'int16' with [[elements]], whose radiance has no known limit; allowed: to leave it out"
-    if problem is not None:
-        raise ScenarioError([Problem("output.packing", problem)])
+    rounded, limitless = "rounding of the same numbers", "[[elements]], whose radiance has no known limit,"
+    table = (
+        Excluded("output.quantization", scenario.output.quantization > 0.0, rounded, "0"),
+        Excluded("elements", bool(needy and assembly.elements), limitless, "no elements"),
+    )
+    require_none("output.packing = 'int16'", table, "no output.packing")
     packings = _Packings(assembly, accuracy, expected)
     return tuple(replace(spec, packing=packings.of(spec)) for spec in variables)
 
@@ -103,7 +103,7 @@ def packing_lines(variables: tuple[VariableSpec, ...], bands: Sequence[str]) -> 
         elif spec.dtype == "float32":
             names.setdefault("not packed, as their range is not known", []).append(spec.name)
     packs = any(spec.packing is not None for spec in variables)
-    return tuple(f"{', '.join(each)}: {what}" for what, each in names.items()) if packs else ()
+    return tuple(f"{', '.join(variable_names)}: {what}" for what, variable_names in names.items()) if packs else ()
 
 
 class _Packings:

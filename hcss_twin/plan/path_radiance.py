@@ -43,16 +43,16 @@ def unused_path_radiance(assembly: Assembly, sun: Sun | None, accuracy: float) -
     names = [f"'{assembly.entries[str(kind)].name}'" for kind in (Kind.ATMOSPHERE, Kind.RADIANCE)]
     said = "the radiance model {1} does not use the path radiance of the atmosphere {0}: ".format(*names)
     try:
-        own = provider.path_radiance(wavenumber, [to_space(ground_m, assembly.view.zenith_deg)])[0]
+        provided = provider.path_radiance(wavenumber, [to_space(ground_m, assembly.view.zenith_deg)])[0]
     except ProviderError as error:
         return (f"{said}the difference is unknown ({error})",)
-    more = columns.weights_cm1 @ (own - derived_path_radiance(assembly, wavenumber, ground_m))
+    more = columns.weights_cm1 @ (provided - derived_path_radiance(assembly, wavenumber, ground_m))
     if np.all(np.abs(more) < 0.5 * accuracy * _clear(assembly, few_columns(assembly), sun)):
         return ()  # the plan has computed these few columns before
     clear = _clear(assembly, columns, sun)
     if provider.declares.legs != "to_space":
         layers = emission_of_layers(provider, assembly.profile, wavenumber, ground_m, assembly.view.zenith_deg)
-        if np.all(np.abs(columns.weights_cm1 @ (own - layers)) <= accuracy * clear):
+        if np.all(np.abs(columns.weights_cm1 @ (provided - layers)) <= accuracy * clear):
             return ()  # the emission of the same air, with one temperature for each layer
     shares = np.divide(more, clear, out=np.zeros_like(more), where=clear > 0.0)
     changes = [

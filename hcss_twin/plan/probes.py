@@ -123,7 +123,7 @@ def probe_providers(assembly: Assembly, catalog: Catalog, spectral: bool) -> Pro
 
 
 def _probe_all(built: Mapping[str, Built], laws: Mapping[str, list[tuple[Law, Ask]]]) -> Probes:
-    return Probes(tuple(probe(label, built[label], each) for label, each in laws.items() if each))
+    return Probes(tuple(probe(label, built[label], asked) for label, asked in laws.items() if asked))
 
 
 def probe(label: str, built: Built, laws: list[tuple[Law, Ask]]) -> Probed:
@@ -164,7 +164,7 @@ def expected_failures(provider: Any, label: str) -> dict[str, str]:
     """
     declared = getattr(provider, "expected_failures", {})
     if not isinstance(declared, Mapping) or not all(
-        isinstance(each, str) for pair in declared.items() for each in pair
+        isinstance(text, str) for pair in declared.items() for text in pair
     ):
         raise ProviderDefect(f"{label}: expected_failures is {declared!r}; expected a mapping of laws to reasons")
     return {name.replace("_", " "): reason for name, reason in declared.items()}
@@ -183,8 +183,8 @@ def laws_of(
     given["wavenumber_cm1"] = wavenumber_cm1
     if kind is Kind.RADIANCE:
         given["inputs"] = replace(sample_radiance_inputs(), wind_from_deg=built.inputs.wind_from_deg)
-    own = built.provider.declares.materials if kind is Kind.OPTICS else ()
-    for cloud in [each for each in particles_of if each.material in own] if kind is Kind.OPTICS else (None,):
+    materials = built.provider.declares.materials if kind is Kind.OPTICS else ()
+    for cloud in [cloud for cloud in particles_of if cloud.material in materials] if kind is Kind.OPTICS else (None,):
         for law in LAWS[kind]:
             if law.__name__ != "declared_range_is_usable_to_its_ends":  # the scene may not need the ends
                 names = law.__code__.co_varnames[: law.__code__.co_argcount]
@@ -230,7 +230,7 @@ def _digest(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
     if isinstance(value, Mapping):
-        return {str(key): _digest(each) for key, each in value.items()}
+        return {str(key): _digest(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_digest(each) for each in value]
+        return [_digest(item) for item in value]
     return value if isinstance(value, str | int | float | None) else type(value).__name__

@@ -80,7 +80,7 @@ def provider_costs(plan: Plan) -> tuple[ProviderCost, ...]:
 def _cost(plan: Plan, label: str, built: Built) -> Iterator[ProviderCost]:
     try:
         if built.entry.kind is Kind.CLOUDS:
-            rows, columns = (slice(0, length(each)) for each in plan.extent)
+            rows, columns = (slice(0, length(pixels)) for pixels in plan.extent)
             frames = plan.frame_times_s.size
             one = _seconds(lambda: built.provider.thickness_m(float(plan.frame_times_s[0]), rows, columns))
             yield ProviderCost(label, "thickness_m", frames, frames * one)
@@ -97,8 +97,8 @@ def _spectral(plan: Plan, label: str, built: Built) -> ProviderCost:
     asked = _CALLS[built.entry.kind][plan.assembly.entries["radiance"].name not in _GATHERING]
     name, ask = _member(plan, built)
     one, many = (_seconds(lambda nu=nu: ask(nu, 1)) for nu in (some[:1], some))  # type: ignore[misc]
-    each = max(many - one, 0.0) / max(some.size - 1, 1)
-    seconds = asked.calls * max(one - each, 0.0) + asked.spectra * grid.size * each
+    per_wavenumber = max(many - one, 0.0) / max(some.size - 1, 1)
+    seconds = asked.calls * max(one - per_wavenumber, 0.0) + asked.spectra * grid.size * per_wavenumber
     if asked.paths > 1:
         for_paths = max(_seconds(lambda: ask(some, PATHS)) - many, 0.0) / (some.size * (PATHS - 1))
         seconds += asked.spectra * grid.size * asked.paths * for_paths

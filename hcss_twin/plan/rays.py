@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
+from hcss_twin.core.errors import ProviderError
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.plan.air_over_field import Climate
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.directions import Directions
 from hcss_twin.plan.slant_paths import displacement_m
 from hcss_twin.plan.surroundings import FilledIn
@@ -151,21 +152,7 @@ class Rays(ABC):
 
     def prepare(self, scenario: Scenario, assembly: Assembly, radiance: bool) -> None:
         """Take note of the scene that will be seen; raise a :class:`ScenarioError` for what cannot be shown."""
-        problems = []
-        for number, (layer, generator) in enumerate(zip(assembly.layers, assembly.generators, strict=True)):
-            from_image = getattr(generator, "image_coverage", None) is not None
-            if 0.0 < layer.coverage < 1.0 and layer.coverage_mode == "frame" and not from_image:
-                field = scenario.field_as_typed(f"clouds.layers[{number}].coverage_mode")
-                message = "'frame', but the image moves over the clouds; allowed: 'field'; closest is 'field'"
-                problems.append(Problem(field, message))
-            if getattr(generator, "cloud_top_range_m", None) is not None:
-                message = "tops of their own in an image that is no grid on the ground; allowed: tops of the layer"
-                problems.append(Problem("clouds", message))
-        if assembly.air_over_field is not None and self.climate is None:
-            message = "several profiles, but the image is no grid on the ground; allowed: one"
-            problems.append(Problem("atmosphere.profile", message))
-        if problems:
-            raise ScenarioError(problems)
+        require_none("an image that is no grid on the ground", excluded_beside_rays(self, scenario, assembly))
 
     def layout(self, scenario: Scenario) -> ImageLayout | None:
         """Return the coordinates of the cube, and the extent of what its first and last frame see at sea level."""
@@ -180,10 +167,10 @@ class Rays(ABC):
         frames, place = scenario.frames, scenario.place
         ends_s = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
         seen = [self.points_m((slice(0, rows), slice(0, columns)), time_s, 0.0) for time_s in ends_s]
-        x_m, y_m = (np.concatenate([np.ravel(each) for each in axis]) for axis in zip(*seen, strict=True))
+        x_m, y_m = (np.concatenate([np.ravel(coordinates) for coordinates in axis]) for axis in zip(*seen, strict=True))
         met = ~np.isnan(x_m)
         latitude, longitude = to_geographic(x_m[met], y_m[met], place.latitude, place.longitude)
-        return ImageLayout(axes, *(float(end(each)) for each in (latitude, longitude) for end in (np.min, np.max)))
+        return ImageLayout(axes, *(float(end(angles)) for angles in (latitude, longitude) for end in (np.min, np.max)))
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Set what pixels without ground show to missing in a part of a frame, and add the coordinates of pixels."""
@@ -192,6 +179,25 @@ class Rays(ABC):
             for values in frame.values():
                 if values.dtype.kind == "f":
                     values[..., unseen] = np.nan
+
+
+def excluded_beside_rays(rays: Rays, scenario: Scenario, assembly: Assembly) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with an image that is no grid on the ground."""
+    modes = (
+        Excluded(
+            scenario.field_as_typed(f"clouds.layers[{number}].coverage_mode"),
+            0.0 < layer.coverage < 1.0 and layer.coverage_mode == "frame" and not from_image,
+            "'frame', one coverage of every image,",
+            "'field'",
+        )
+        for number, (layer, from_image) in enumerate(zip(assembly.layers, assembly.from_images, strict=True))
+    )
+    profiles = assembly.air_over_field is not None and rays.climate is None
+    return (
+        *modes,
+        Excluded("clouds.generator", assembly.tops_vary, "cloud tops that vary with the generator", "one without"),
+        Excluded("atmosphere.profile", profiles, "a field of several profiles", "one profile"),
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -74,7 +74,7 @@ class SceneAnalysis:
     expected: RadianceRange | None = None
 
 
-def strictest(first: SceneAnalysis, each: Sequence[SceneAnalysis]) -> SceneAnalysis:
+def strictest(first: SceneAnalysis, analyses: Sequence[SceneAnalysis]) -> SceneAnalysis:
     """Return an analysis with the strictest choices of several, for states of one scene.
 
     Parameters
@@ -82,21 +82,23 @@ def strictest(first: SceneAnalysis, each: Sequence[SceneAnalysis]) -> SceneAnaly
     first : SceneAnalysis
         Its omissions are kept, and its notes come first.
     """
-    faint = [analysis.faint_sunlight for analysis in each]
-    axes = [analysis.views for analysis in (first, *each) if analysis.views is not None]
+    faint = [analysis.faint_sunlight for analysis in analyses]
+    axes = [analysis.views for analysis in (first, *analyses) if analysis.views is not None]
     views = None
     if axes:
         orders = max(axis.order_x for axis in axes), max(axis.order_y for axis in axes)
         views = ViewAxis(*orders, max(axis.estimated_error for axis in axes))
     return replace(
         first,
-        accuracy=min((analysis.accuracy for analysis in each), key=lambda accuracy: accuracy.relative),
+        accuracy=min((analysis.accuracy for analysis in analyses), key=lambda accuracy: accuracy.relative),
         faint_sunlight=None if None in faint else max(share or 0.0 for share in faint),
         views=views,
-        notes=tuple(dict.fromkeys(note for analysis in (first, *each) for note in analysis.notes)),
-        numerics=finest([analysis.numerics for analysis in each]),
-        expected=widest(analysis.expected for analysis in (first, *each)),
-        spectral_grid=max((analysis.spectral_grid for analysis in each), key=lambda own: (own.refinement, own.error)),
+        notes=tuple(dict.fromkeys(note for analysis in (first, *analyses) for note in analysis.notes)),
+        numerics=finest([analysis.numerics for analysis in analyses]),
+        expected=widest(analysis.expected for analysis in (first, *analyses)),
+        spectral_grid=max(
+            (analysis.spectral_grid for analysis in analyses), key=lambda grid: (grid.refinement, grid.error)
+        ),
     )
 
 
@@ -115,7 +117,7 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
         del layer["edge_taper"]
     parts = {
         "scenario": {name: value for name, value in text.items() if name not in ("title", "seed", "sensor")},
-        "filled_in": [dataclasses.asdict(each) for each in assembly.filled_in],
+        "filled_in": [dataclasses.asdict(item) for item in assembly.filled_in],
         "files": dict(catalog.used),
         "code": assembly.code,
         "layers": [(layer.base_m, layer.top_m) for layer in assembly.layers],

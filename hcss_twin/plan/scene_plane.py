@@ -68,9 +68,9 @@ class ScenePlane:
             return
         raise ScenarioError([Problem("image", message)])
 
-    def _around(self, place: Array, size: int) -> slice:
-        """Return the pixels that hold places along one axis; those that end on the border stay inside."""
-        least, most = float(np.nanmin(place)), float(np.nanmax(place))
+    def _around(self, position: Array, size: int) -> slice:
+        """Return the pixels that hold positions along one axis; those that end on the border stay inside."""
+        least, most = float(np.nanmin(position)), float(np.nanmax(position))
         low, high = int(np.floor(least)), int(np.floor(most)) + 2
         # Half a point beyond the outermost centres is still inside the image.
         if least >= -0.5:

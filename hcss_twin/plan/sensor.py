@@ -15,6 +15,7 @@ from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, RADIANCE, measured_var
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.output import cube_variables
 from hcss_twin.plan.sensor_stages import Source, Stage, build_stages, with_points
@@ -234,11 +235,10 @@ def require_instants(sensor: BuiltSensor, assembly: Assembly, first_s: float, la
     asks = [stage for stage in sensor.stages if stage.instants is not None]
     if sensor.instants is None or sensor.instants == (0.0, 0.0):
         return
-    if assembly.slant.shadows:
-        message = f"shadows are known at the frames, and '{asks[0].entry.name}' asks for other instants; allowed: false"
-        raise ScenarioError([Problem("slant.shadows", message)])
+    of_frames = Excluded("slant.shadows", assembly.slant.shadows, "shadows, which are known at the frames,", "false")
+    require_none(f"instants between them, as '{asks[0].entry.name}' needs", [of_frames])
     pixel = slice(0, 1), slice(0, 1)
-    for generator in (each for each in assembly.generators if each.declares.tileable):
+    for generator in (candidate for candidate in assembly.generators if candidate.declares.tileable):
         for time_s in (first_s + sensor.instants[0], last_s + sensor.instants[1]):
             with attribute_to_field(f"{asks[0].field}.model"):
                 generator.thickness_m(time_s, *pixel)

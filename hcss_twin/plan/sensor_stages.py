@@ -190,11 +190,11 @@ def build_stages(section: SensorSection, inputs: SensorInputs, source: Source | 
     """
     base = inputs.seed if section.seed is None else section.seed
     stages: list[Stage] = []
-    for index, each in enumerate(section.stages or (section,)):
+    for index, stage_section in enumerate(section.stages or (section,)):
         field = f"sensor.stages[{index}]" if section.stages else "sensor"
-        seed = _later_seed(base, index) if each.seed is None else each.seed
+        seed = _later_seed(base, index) if stage_section.seed is None else stage_section.seed
         with _of_stage(field):
-            stages.append(_build(each, field, replace(inputs, seed=seed), source, stages))
+            stages.append(_build(stage_section, field, replace(inputs, seed=seed), source, stages))
         remembers = [stage for stage in stages[:-1] if stage.provider.declares.remembers]
         if stages[-1].instants is not None and remembers:
             message = (

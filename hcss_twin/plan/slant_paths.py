@@ -106,7 +106,7 @@ class SlantPaths:
 
         The margin is equal on opposite sides, because cloud fields are centred on the image.
         """
-        rows, columns = (abs(each) for each in self.of_view(layer, point_m))
+        rows, columns = (abs(points) for points in self.of_view(layer, point_m))
         if self.shadows and self.sun_zenith_deg.size:
             away = displacement_m(layer.top_m, self.sun_zenith_deg, self.sun_azimuth_deg)
             farthest = np.max(np.abs(away), axis=1) * (1.0 + _ROUNDING)

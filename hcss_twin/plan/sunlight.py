@@ -168,8 +168,8 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> flo
     for part in (replace(columns, thickness_m=cloudy.thickness_m[:0]), cloudy):
         if not (part.clear or part.thickness_m.size):
             continue
-        for each in suns:
-            largest = max(largest, SAFETY_FACTOR * _share(assembly, part, each))
+        for position in suns:
+            largest = max(largest, SAFETY_FACTOR * _share(assembly, part, position))
             if largest > limit:
                 return None
     return largest

@@ -21,6 +21,7 @@ from hcss_twin.physics import quadrature
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.accuracy import SHARES, RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns, largest_change
 from hcss_twin.plan.scene_analysis import SceneAnalysis, strictest
@@ -55,13 +56,13 @@ class TemperatureAxis:
         self._kelvin = np.linspace(nodes_K[0], nodes_K[-1], _TABLE)
         black = _black_body(grid, self._kelvin)
         self._black = (black - black[:, :1]) / (black[:, -1:] - black[:, :1])
-        self._nodes = np.stack([np.interp(nodes_K, self._kelvin, each) for each in self._black])
+        self._nodes = np.stack([np.interp(nodes_K, self._kelvin, radiance) for radiance in self._black])
 
     def weights(self, temperature_K: Array) -> Array:
         """Return the weight (n, B, N) of each node at temperatures (N,)."""
         middle, half = 0.5 * (self._kelvin[0] + self._kelvin[-1]), 0.5 * (self._kelvin[-1] - self._kelvin[0])
         basis = quadrature.weights(self._nodes.shape[1] - 1, (temperature_K - middle) / half).T
-        part = np.stack([np.interp(temperature_K, self._kelvin, each) for each in self._black])
+        part = np.stack([np.interp(temperature_K, self._kelvin, radiance) for radiance in self._black])
         # The polynomial is through what remains of the values at the nodes after the straight line between the ends.
         weights = np.repeat(basis[:, None], part.shape[0], axis=1)
         weights[0] += 1.0 - part - np.einsum("bn,nt->bt", 1.0 - self._nodes, basis)
@@ -154,18 +155,20 @@ def plan_surfaces(scenario: Scenario, assembly: Assembly, accuracy: RequestedAcc
     return PlannedSurfaces(surfaces.classes, tuple(nodes), _shares(scenario, assembly), worst)
 
 
-def _nodes(assembly: Assembly, own: SceneClass, tolerance: float) -> tuple[tuple[float, ...], float]:
+def _nodes(assembly: Assembly, class_: SceneClass, tolerance: float) -> tuple[tuple[float, ...], float]:
     """Choose the temperatures of a class, and return them with the error between them."""
-    middle, half = 0.5 * (own.low_K + own.high_K), 0.5 * (own.high_K - own.low_K)
+    middle, half = 0.5 * (class_.low_K + class_.high_K), 0.5 * (class_.high_K - class_.low_K)
     columns = few_columns(assembly, _WAVENUMBERS)
     known: dict[float, Array] = {}
 
     def at(places: Array) -> tuple[list[float], Array]:
-        kelvin = [own.low_K if x == -1.0 else own.high_K if x == 1.0 else middle + half * x for x in places.tolist()]
+        kelvin = [
+            class_.low_K if x == -1.0 else class_.high_K if x == 1.0 else middle + half * x for x in places.tolist()
+        ]
         for temperature in kelvin:
             if temperature not in known:
                 # Sunlight does not depend on the temperature and would only make the error relatively smaller.
-                known[temperature] = columns.total(assembly.over(own.at(temperature)).model, None)
+                known[temperature] = columns.total(assembly.over(class_.at(temperature)).model, None)
         return kelvin, np.stack([known[temperature] for temperature in kelvin])
 
     for order in _ORDERS:
@@ -202,7 +205,7 @@ def extreme_states(assembly: Assembly) -> list[SurfaceState]:
 
 
 def merged(
-    scenario: Scenario, assembly: Assembly, of_sea: SceneAnalysis, each: Sequence[SceneAnalysis]
+    scenario: Scenario, assembly: Assembly, of_sea: SceneAnalysis, of_states: Sequence[SceneAnalysis]
 ) -> SceneAnalysis:
     """Return the analysis of a scene from those of its sea and of each extreme state alone.
 
@@ -217,13 +220,13 @@ def merged(
     assert surfaces is not None
     field = any(class_.low_K < class_.high_K for class_ in surfaces.classes)
     omissions: dict[str, Omission] = {}
-    for item in (item for analysis in (of_sea, *each) for item in analysis.omissions):
+    for item in (item for analysis in (of_sea, *of_states) for item in analysis.omissions):
         if item.what == "changes of air and sea over image and frames":
             item = Omission("changes of air over image and frames", "the scenario has one profile and one wind", 0.0)
         before = omissions.get(item.what, item)
         unknown = item.bound is None or before.bound is None
         bound = None if unknown else max(item.bound or 0.0, before.bound or 0.0)
-        estimates = [each.estimate for each in (item, before) if each.estimate is not None]
+        estimates = [omission.estimate for omission in (item, before) if omission.estimate is not None]
         omissions[item.what] = replace(before, bound=bound, estimate=max(estimates, default=None))
     if len(surfaces.classes) > 1 and scenario.image.samples_per_pixel == 1:
         why = "image.samples_per_pixel is 1: a pixel has the surface at its centre"
@@ -237,9 +240,10 @@ def merged(
     ):
         why = "the surface has no class 'sea' at sea.temperature, for which waves are drawn"
         if scenario.sea.waves == "resolved":
-            raise ScenarioError([Problem("sea.waves", f"'resolved': {why}; allowed: 'averaged'")])
+            sealess = Excluded("surfaces", True, f"a map of the ground ({why})", "one with sea")
+            require_none("sea.waves = 'resolved'", [sealess], "sea.waves = 'averaged'")
         waves, omissions[WAVES] = False, Omission(WAVES, why, None)
-    strict = strictest(of_sea, each)
+    strict = strictest(of_sea, of_states)
     return replace(
         strict,
         faint_sunlight=None if field else strict.faint_sunlight,

@@ -19,6 +19,7 @@ from hcss_twin.models.atmosphere.profile_file import load_profile, load_profiles
 from hcss_twin.models.atmosphere.same_profile import difference
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.scenario import Scenario
 
@@ -203,8 +204,8 @@ def _with_inversion(
     if bound is not None:
         _refuse_bound(scenario, bound, [field], "temperatures")
     if of_places is not None:
-        message = "given with profiles at several places, which have boundary layers of their own; allowed: one profile"
-        raise ScenarioError([Problem(field, message)])
+        several = "a field of profiles, which have boundary layers of their own,"
+        require_none(f"[{field}]", [Excluded("atmosphere.profile", True, several, "one profile")], "no inversion")
     kelvin = section.surface_temperature
     if kelvin is None:
         kelvin, why = float(profile.temperature_K[0]), "of the profile; the climatology has none there"
@@ -235,13 +236,13 @@ def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, fil
     if section.others == "profile":
         return profile
     year = scenario.time.astimezone(UTC).year
-    means = {gas: each for gas, each in means_of_year(year).items() if gas in profile.model_gases - set(given)}
+    means = {gas: mean for gas, mean in means_of_year(year).items() if gas in profile.model_gases - set(given)}
     if not means:
         return profile
-    factors = {gas: each / float(profile.mixing_ratio[gas][0]) for gas, each in means.items()}
+    factors = {gas: mean / float(profile.mixing_ratio[gas][0]) for gas, mean in means.items()}
     known = min(max(year, min(MEANS)), max(MEANS))
     why = f"global means of {known}" + ("" if known == year else f", the year closest to {year} with known means")
-    values = ", ".join(f"{gas.upper()} {1e6 * each:.4g}" for gas, each in means.items()) + " ppm"
+    values = ", ".join(f"{gas.upper()} {1e6 * mean:.4g}" for gas, mean in means.items()) + " ppm"
     filled.append(FilledIn(field, values, f"{why}, NOAA"))
     return with_factors(profile, factors)
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, cells_of
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import Excluded, present, require_none
 from hcss_twin.plan.effects import Effect
 from hcss_twin.providers import Grid, RadianceModel, Sun
 from hcss_twin.scenario.scenario import Scenario
@@ -75,7 +75,7 @@ class Texture(Effect):
 
     def perturbed(self, assembly: Assembly, state: State) -> Assembly:
         """Return the scene in a perturbed state everywhere."""
-        warmer_K, drier = (place * step for place, step in zip(state, self.steps, strict=True))
+        warmer_K, drier = (change * step for change, step in zip(state, self.steps, strict=True))
         return assembly.perturbed(warmer_K, 1.0 - drier)
 
 
@@ -98,15 +98,15 @@ class TextureFields:
         return warmer, drier
 
 
-def change_weights(places: Sequence[float], place: Array) -> Array:
-    """Return the weights (N, ...) of how values at N places differ from the scene, in the polynomial at a place.
+def change_weights(places: Sequence[float], position: Array) -> Array:
+    """Return the weights (N, ...) of how values at N places differ from the scene, in the polynomial at a position.
 
     The polynomial is that of degree N through these values and that of the scene, at 0.
     """
     weights = []
-    for own in places:
-        others = [0.0, *(each for each in places if each != own)]
-        weights.append(np.prod([(place - other) / (own - other) for other in others], axis=0))
+    for node in places:
+        others = [0.0, *(other for other in places if other != node)]
+        weights.append(np.prod([(position - other) / (node - other) for other in others], axis=0))
     return np.stack(weights)
 
 
@@ -141,14 +141,14 @@ class Expansion:
     @property
     def mixed(self) -> Array:
         """Change of ``warm`` (2, ...) with the vapour, linear and quadratic."""
-        dry, moist = (self.values[3 + place] - self.values[5 + place] - self.warm for place in (0, 1))
+        dry, moist = (self.values[3 + index] - self.values[5 + index] - self.warm for index in (0, 1))
         return np.stack((dry - moist, dry + moist)) / 2.0
 
     def __call__(self, warmer: Array, drier: Array, places: int = len(VAPOUR_PLACES)) -> Array:
         """Return the change at a perturbation, from some of the states of vapour only."""
         weights = change_weights(VAPOUR_PLACES[:places], drier)
         away = self.values[5 : 5 + places] - self.values[0]
-        of_vapour = np.sum([weight * each for weight, each in zip(weights, away, strict=True)], axis=0)
+        of_vapour = np.sum([weight * difference for weight, difference in zip(weights, away, strict=True)], axis=0)
         linear, square = self.mixed
         of_sea = warmer * (self.warm - self.square + linear * drier + square * drier**2) + warmer**2 * self.square
         change: Array = of_vapour + of_sea
@@ -160,7 +160,7 @@ def sea_factors(model: RadianceModel, warmer: RadianceModel, wavenumber_cm1: Arr
 
     At one wavenumber the emission of the sea has this factor under any cloud, and what it reflects to first order.
     """
-    spectra = (each.clear(wavenumber_cm1, sun) for each in (model, warmer))
+    spectra = (radiance_model.clear(wavenumber_cm1, sun) for radiance_model in (model, warmer))
     before, after = (np.stack([np.asarray(terms[name]) for name in model.terms]) for terms in spectra)
     factors: Array = np.divide(after, before, out=np.ones_like(before), where=before > 0.0)
     return factors
@@ -171,14 +171,14 @@ def typical_texture_K(grid: Grid) -> float:
     return DEFAULT_K * math.sqrt(sum(share for _, share in cells_of(SEA_TEMPERATURE, grid)))
 
 
-def _excluding(assembly: Assembly) -> list[str]:
-    tops = any(getattr(generator, "cloud_top_range_m", None) is not None for generator in assembly.generators)
-    possible = {
-        "a map of surfaces, which has temperatures of its own": assembly.surfaces is not None,
-        "an image that is no grid on the ground": assembly.directions is not None,
-        "cloud tops that vary with the generator": tops,
-    }
-    return [what for what, present in possible.items() if present]
+def excluded_beside_texture(assembly: Assembly) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with texture of the sea or of vapour."""
+    of_map = "a map of the ground, which has temperatures of its own,"
+    return (
+        Excluded("surfaces", assembly.surfaces is not None, of_map, "sea everywhere"),
+        Excluded("image", assembly.directions is not None, "an image that is no grid on the ground", "no camera"),
+        Excluded("clouds.generator", assembly.tops_vary, "cloud tops that vary with the generator", "one without"),
+    )
 
 
 def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
@@ -187,11 +187,11 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
     small = f"structures within the image vary by {typical_K:.1g} K (standard deviation)"
     if given is not None:
         return "sea.temperature_texture is 0" if given == 0.0 else "" if typical_K else small
-    if excluding := _excluding(assembly):
-        return f"the scene has {excluding[0]}"
+    if excluded := next(present(excluded_beside_texture(assembly)), None):
+        return f"the scene has {excluded.what.rstrip(',')}"
     if light.light not in ("auto", "columns") or light.light_accuracy is not None:
         return "light between columns is compared with a sea of one temperature"
-    if any(getattr(generator, "image_coverage", None) is not None for generator in assembly.generators):
+    if any(assembly.from_images):
         return "clear sky of the clouds' image has a texture of its own"
     return small if typical_K < LEAST_K else ""
 
@@ -205,14 +205,9 @@ def plan_texture(scenario: Scenario, assembly: Assembly) -> Texture | None:
         If it is given and other keys exclude it.
     """
     given, vapour = scenario.sea.temperature_texture, scenario.atmosphere.water_vapour_texture
-    problems = [
-        Problem(field, f"{value:g} given with {what}; allowed: 0")
-        for field, value in {"sea.temperature_texture": given, "atmosphere.water_vapour_texture": vapour}.items()
-        for what in _excluding(assembly)
-        if value
-    ]
-    if problems:
-        raise ScenarioError(problems, scenario.origin)
+    for key, value in {"sea.temperature_texture": given, "atmosphere.water_vapour_texture": vapour}.items():
+        if value:
+            require_none(f"{key} = {value:g}", excluded_beside_texture(assembly), f"{key} = 0")
     kelvin = 0.0 if why_one_temperature(scenario, assembly) else DEFAULT_K if given is None else given
     vapour = vapour if cells_of(WATER_VAPOUR, assembly.grid) else 0.0
     return Texture(kelvin, vapour) if kelvin or vapour else None

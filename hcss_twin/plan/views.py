@@ -20,6 +20,7 @@ from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly, expect_views
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.directions import Views
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
@@ -109,7 +110,7 @@ class ImageViews:
             views = [View(zenith, azimuth) for zenith, azimuth in angles]
         if self.centre_deg is None:
             return views
-        places = zip(*(each.tolist() for each in to_geographic(east, north, *self.centre_deg)), strict=True)
+        places = zip(*(angles_deg.tolist() for angles_deg in to_geographic(east, north, *self.centre_deg)), strict=True)
         return [
             PlacedView(view.zenith_deg, view.azimuth_deg, *place) for view, place in zip(views, places, strict=True)
         ]
@@ -256,32 +257,32 @@ def choose_views(
         return None
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
     corners = views.at([(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
-    own = assembly.directions is not None
+    has_directions = assembly.directions is not None
     if not all(low <= view.zenith_deg <= high for view in corners):
-        if own:
+        if has_directions:
             message = f"allows view zeniths of {low:g} to {high:g} deg, and pixels have others; allowed: another one"
             raise ScenarioError([Problem("atmosphere.provider", message)])
         return None
-    if own:  # directions over a whole pass, through glint
+    if has_directions:  # directions over a whole pass, through glint
         tolerance *= AIR_SHARE
     more = (1, 1) if assembly.own_suns is None else MORE_PLACES
     most, largest = MAX_ORDER * more[0], MAX_NODES * more[1]
     # Safety factor, because few columns underestimate the error of all.
-    each = 0.5 * tolerance / SAFETY_FACTOR
+    axis_tolerance = 0.5 * tolerance / SAFETY_FACTOR
     try:
         names = scenario.output.variables
         terms = assembly.own_suns is None or any(name.startswith(("terms", "all", TERM_PREFIX)) for name in names)
         values = _columns(assembly, views, suns, terms)
-        (x, x_error), (y, y_error) = (place_axis(values, along_x, each, most) for along_x in (True, False))
+        (x, x_error), (y, y_error) = (place_axis(values, along_x, axis_tolerance, most) for along_x in (True, False))
     except (ProviderError, ScenarioError):
-        if own:
+        if has_directions:
             raise
         return None
-    if x == y == 0 and not own:
+    if x == y == 0 and not has_directions:
         return None
-    _refuse_beside(scenario, assembly, tolerance)
+    _require_one_view(scenario, assembly, tolerance)
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
-    tolerance *= 1.0 if own or assembly.air_over_field is None else AIR_SHARE
+    tolerance *= 1.0 if has_directions or assembly.air_over_field is None else AIR_SHARE
     if assembly.own_suns is not None and assembly.air_over_field is not None and most in (x, y):
         tolerance *= KINKS_LEAVE
     if error > tolerance or nodes > largest:
@@ -313,9 +314,9 @@ def _columns(assembly: Assembly, views: Views, suns: Sequence[Sun | None], terms
             if place not in known:
                 model = assembly.model_toward(toward[place])
                 expect_views(model, new)
-                own = suns if assembly.own_suns is None else assembly.own_suns(toward[place])
-                under = [columns.terms(model, sun) for sun in own]
-                all_terms = np.concatenate([np.stack(list(each.values()), axis=1) for each in under])
+                local_suns = suns if assembly.own_suns is None else assembly.own_suns(toward[place])
+                under = [columns.terms(model, sun) for sun in local_suns]
+                all_terms = np.concatenate([np.stack(list(spectra.values()), axis=1) for spectra in under])
                 known[place] = all_terms if terms else np.sum(all_terms, axis=1, keepdims=True)
         return [known[place] for place in places]
 
@@ -339,22 +340,20 @@ def _what_varies(assembly: Assembly) -> str:
     return "view" if assembly.air_over_field is None else "air or the view"
 
 
-def _refuse_beside(scenario: Scenario, assembly: Assembly, tolerance: float) -> None:
-    """Reject options that support only one view for all pixels."""
-    beside = {
-        "slant.shadows": (scenario.slant.shadows, "false"),
-        "slant.parallax": (scenario.slant.parallax, "false"),
-        "sea.waves": (scenario.sea.waves != "averaged", "'averaged'"),
-    }
-    problems = [
-        Problem(
-            field,
-            f"supports one view only, but the pixels need individual views: the {_what_varies(assembly)} changes the "
-            f"radiance over the image by more than {tolerance:.1e}; allowed: {allowed}, a smaller image, a lower "
-            "accuracy, or no platform.altitude" + ("" if assembly.air_over_field is None else " and one profile"),
-        )
-        for field, (wanted, allowed) in beside.items()
-        if wanted
-    ]
-    if problems:
-        raise ScenarioError(problems)
+def _require_one_view(scenario: Scenario, assembly: Assembly, tolerance: float) -> None:
+    without = "no platform.altitude" + ("" if assembly.air_over_field is None else " and one profile")
+    why = f"the {_what_varies(assembly)} changes the radiance over the image by more than {tolerance:.1e}"
+    require_none(
+        f"a view of each pixel ({why})",
+        excluded_beside_views(scenario),
+        f"a smaller image, a lower accuracy, or {without}",
+    )
+
+
+def excluded_beside_views(scenario: Scenario) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with views that differ between the pixels of a grid."""
+    return (
+        Excluded("slant.shadows", scenario.slant.shadows, "shadows", "false"),
+        Excluded("slant.parallax", scenario.slant.parallax, "parallax", "false"),
+        Excluded("sea.waves", scenario.sea.waves != "averaged", "resolved waves", "'averaged'"),
+    )

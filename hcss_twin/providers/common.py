@@ -136,7 +136,7 @@ def _is_number(value: Any, high: float) -> bool:
 
 
 def _is_range(value: Any) -> bool:
-    good = isinstance(value, tuple) and len(value) == 2 and all(isinstance(each, int | float) for each in value)
+    good = isinstance(value, tuple) and len(value) == 2 and all(isinstance(bound, int | float) for bound in value)
     return good and all(map(math.isfinite, value)) and value[0] <= value[1]
 
 
@@ -154,7 +154,7 @@ OPTIONAL_MEMBERS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "skipped": (_is_pairs, "a tuple of pairs of text: what is left out, and why"),
     "image_coverage": (lambda value: value is None or _is_number(value, 1.0), "None or a number from 0 to 1"),
     "honours": (
-        lambda value: isinstance(value, tuple | list | Set) and all(each in LAYER_OPTIONS for each in value),
+        lambda value: isinstance(value, tuple | list | Set) and all(option in LAYER_OPTIONS for option in value),
         f"a tuple of names among {', '.join(LAYER_OPTIONS)}",
     ),
     "frame_summary": (callable, "a method"),

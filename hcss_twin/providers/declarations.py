@@ -76,7 +76,7 @@ class ModelError:
     needs: str = ""
 
     def __post_init__(self) -> None:
-        sizes = [each for each in (self.relative, self.kelvin) if each is not None]
+        sizes = [size for size in (self.relative, self.kelvin) if size is not None]
         if not sizes or not all(math.isfinite(size) and size >= 0.0 for size in sizes):
             raise ValueError(
                 f"model error '{self.name}': relative {self.relative}, kelvin {self.kelvin}; allowed: one or both, "
@@ -215,17 +215,19 @@ def check_declaration(declares: Any) -> None:
 
 
 def _check_dependencies(name: str, value: Any, allowed: tuple[str, ...]) -> None:
-    for each in value or ():
-        if each not in allowed:
-            raise ValueError(f"{name} names '{each}'; {choose_from(each, allowed)}")
+    for dependency in value or ():
+        if dependency not in allowed:
+            raise ValueError(f"{name} names '{dependency}'; {choose_from(dependency, allowed)}")
 
 
 def _check_ranges(name: str, value: Any, allowed: tuple[str, ...]) -> None:
-    for each, bounds in value.items():
-        if each not in allowed:
-            raise ValueError(f"{name} names '{each}', which the engine does not use; {choose_from(each, allowed)}")
+    for quantity, bounds in value.items():
+        if quantity not in allowed:
+            raise ValueError(
+                f"{name} names '{quantity}', which the engine does not use; {choose_from(quantity, allowed)}"
+            )
         if len(bounds) != 2 or not bounds[0] <= bounds[1]:
-            raise ValueError(f"{name}['{each}'] is {bounds}; expected (low, high)")
+            raise ValueError(f"{name}['{quantity}'] is {bounds}; expected (low, high)")
 
 
 def _check_legs(name: str, value: Any, _: tuple[str, ...]) -> None:
@@ -240,20 +242,20 @@ def _check_resolution(name: str, value: Any, _: tuple[str, ...]) -> None:
 
 def _check_texts(name: str, value: Any, _: tuple[str, ...] = ()) -> None:
     # a single string is a sequence of letters, each of which would become a note
-    if not isinstance(value, tuple) or not all(isinstance(each, str) for each in value):
+    if not isinstance(value, tuple) or not all(isinstance(text, str) for text in value):
         raise ValueError(f"{name} is {value!r}; expected a tuple of strings")
 
 
 def _check_texts_by_name(name: str, value: Any, _: tuple[str, ...]) -> None:
-    for each, texts in value.items():
-        _check_texts(f"{name}['{each}']", texts)
+    for key, texts in value.items():
+        _check_texts(f"{name}['{key}']", texts)
 
 
 def _check_materials(name: str, value: Any, _: tuple[str, ...]) -> None:
     if (
         not isinstance(value, Set)
         or not value
-        or not all(isinstance(each, str) and re.fullmatch("[a-z][a-z0-9-]*", each) for each in value)
+        or not all(isinstance(material, str) and re.fullmatch("[a-z][a-z0-9-]*", material) for material in value)
     ):
         raise ValueError(f"{name} is {value!r}; expected a set of names of lower-case letters, digits and hyphens")
 

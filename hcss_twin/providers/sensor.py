@@ -104,8 +104,8 @@ class Points:
         added = np.zeros((len(self.radiance), rows, columns))
         y, x = np.floor(self.row).astype(np.intp), np.floor(self.column).astype(np.intp)
         inside = (y >= 0) & (y < rows) & (x >= 0) & (x < columns)
-        for own, light in zip(added, self.radiance, strict=True):
-            np.add.at(own.reshape(-1), y[inside] * columns + x[inside], light[inside])
+        for pixels, light in zip(added, self.radiance, strict=True):
+            np.add.at(pixels.reshape(-1), y[inside] * columns + x[inside], light[inside])
         return added
 
 

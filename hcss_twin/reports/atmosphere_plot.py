@@ -86,9 +86,9 @@ def open_source(name: str, profile: str = "us-standard-1976") -> AtmosphereSourc
     catalog = Catalog()
     tables = catalog.names("atmospheres", ".nc")
     if name.endswith(".nc") or name in tables:
-        own = read_atmosphere_table(catalog.find(name, "atmospheres", ".nc")).profile
-        table = TableTransmittance(AtmosphereInputs(own, catalog), TableParameters(file=name))
-        return AtmosphereSource(Path(name).stem, table, own)
+        table_profile = read_atmosphere_table(catalog.find(name, "atmospheres", ".nc")).profile
+        table = TableTransmittance(AtmosphereInputs(table_profile, catalog), TableParameters(file=name))
+        return AtmosphereSource(Path(name).stem, table, table_profile)
     registry = Registry.discover()
     names = registry.names(Kind.ATMOSPHERE)
     if name not in names:
@@ -124,9 +124,11 @@ def _evaluate(source: AtmosphereSource, wavenumber: Array, zenith: Array, height
     base, nadir = float(height[0]), float(zenith[0])
     provider, profile = source.provider, source.profile
     angles = provider.transmittance(wavenumber, [to_space(base, float(angle)) for angle in zenith])
-    heights = provider.transmittance(wavenumber, [to_space(float(each), nadir) for each in height])
+    heights = provider.transmittance(wavenumber, [to_space(float(altitude_m), nadir) for altitude_m in height])
     glow = np.stack([path_radiance(provider, profile, wavenumber, [base], float(angle))[0] for angle in zenith])
-    glow_height = np.asarray(path_radiance(provider, profile, wavenumber, [float(each) for each in height], nadir))
+    glow_height = np.asarray(
+        path_radiance(provider, profile, wavenumber, [float(altitude_m) for altitude_m in height], nadir)
+    )
     return AtmosphereSpectra(source.label, wavenumber, zenith, height, (angles, glow), (heights, glow_height))
 
 
@@ -141,7 +143,7 @@ def _common_wavenumbers(sources: Sequence[AtmosphereSource], range_um: tuple[flo
     low, high = _common_range(sources, "wavenumber_cm1", 1e4 / range_um[1], 1e4 / range_um[0])
     natives = (source.provider.declares.native_grid_cm1 for source in sources)
     even = np.arange(np.ceil(low / _STEP_CM1) * _STEP_CM1, high + 1e-9, _STEP_CM1)
-    native = next((each for each in natives if each is not None), even)
+    native = next((grid_cm1 for grid_cm1 in natives if grid_cm1 is not None), even)
     grid: Array = native[(native >= low) & (native <= high)]
     if grid.size < 2:
         raise CatalogError(
@@ -154,10 +156,10 @@ def _common_nodes(sources: Sequence[AtmosphereSource], key: str, wanted: Sequenc
     low, high = _common_range(sources, key, -np.inf, np.inf)
     if low > high:
         raise CatalogError(f"the providers have no {what} in common")
-    inside = [float(each) for each in wanted if low <= each <= high]
+    inside = [float(node) for node in wanted if low <= node <= high]
     # Include the ends of a narrow range even if they were not requested.
     if len(inside) < 2:
-        inside += [each for each in (low, high) if np.isfinite(each)]
+        inside += [end for end in (low, high) if np.isfinite(end)]
     return np.unique(inside)
 
 
@@ -311,5 +313,5 @@ def _bands(axis: Axes, spectra: Sequence[AtmosphereSpectra], quantity: int) -> N
 def _legend(axis: Axes, title: str, quantity: int) -> None:
     # Both panels of a row share their colours; the legend to the right of them covers no data.
     if quantity == 1:
-        place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
-        axis.legend(fontsize=8, title=title, title_fontsize=8, **place)
+        position: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+        axis.legend(fontsize=8, title=title, title_fontsize=8, **position)

@@ -159,9 +159,9 @@ def _shape(scenario: str, frame: int, thickness_m: Array, base_m: Array, top_m: 
     if shares is None:
         return base_m, top_m
     edges = np.linspace(plan.layers[0].base_m, plan.layers[0].top_m, 101)
-    own = shares(plan.frame_times_s[frame], *plan.extent, thickness_m.astype(np.float32), edges) > 0.0
-    base = np.where(thickness_m > 0.0, edges[np.argmax(own, axis=0)], np.nan)
-    return base, edges[100 - np.argmax(own[::-1], axis=0)]
+    has_cloud = shares(plan.frame_times_s[frame], *plan.extent, thickness_m.astype(np.float32), edges) > 0.0
+    base = np.where(thickness_m > 0.0, edges[np.argmax(has_cloud, axis=0)], np.nan)
+    return base, edges[100 - np.argmax(has_cloud[::-1], axis=0)]
 
 
 def _scene(dataset: xr.Dataset) -> tuple[int, int]:
@@ -265,8 +265,8 @@ def occupancy(
 def _not_ascending(edges: NDArray[np.float64]) -> str:
     if edges.ndim != 1 or edges.size < 2:
         return ""
-    place = int(np.argmin(np.diff(edges) > 0.0))
-    return f", where {edges[place + 1]:g} m follows {edges[place]:g} m"
+    index = int(np.argmin(np.diff(edges) > 0.0))
+    return f", where {edges[index + 1]:g} m follows {edges[index]:g} m"
 
 
 def write_occupancy(columns: CloudColumns, path: Path, step_m: float) -> tuple[int, int, int]:

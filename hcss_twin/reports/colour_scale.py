@@ -126,10 +126,10 @@ class ColourScale:
         ticks = self.ticks()
         marks = []
         for value, word in zip(ticks, tick_texts(ticks), strict=True):
-            place = 100.0 * (value - self.low) / (self.high - self.low)
+            percent = 100.0 * (value - self.low) / (self.high - self.low)
             # keep the outermost labels within the width of the bar
-            side = "first" if place < 8 else "last" if place > 92 else None
-            marks.append(element("span", word, style=f"left:{place:.2f}%", class_=side))
+            side = "first" if percent < 8 else "last" if percent > 92 else None
+            marks.append(element("span", word, style=f"left:{percent:.2f}%", class_=side))
         notes: list[str] = [f"{self.low:.5g} to {self.high:.5g} {units}".strip()]
         if self.below or self.above:
             beyond = "beyond the ends" if self.below and self.above else "below" if self.below else "above"

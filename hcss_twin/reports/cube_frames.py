@@ -92,15 +92,17 @@ def quantities(dataset: xr.Dataset) -> list[ImageQuantity]:
         if not set(PLANE) <= set(data.dims) or len(others) > 1:
             continue
         name, dim = str(key), others[0] if others else None
-        parts = tuple(str(each) for each in dataset[dim].to_numpy()) if dim is not None else ("",)
+        parts = tuple(str(part) for part in dataset[dim].to_numpy()) if dim is not None else ("",)
         flags = tuple(word.replace("_", " ") for word in str(data.attrs.get("flag_meanings", "")).split())
         label = (f"{name.removeprefix(TERM_PREFIX)} (term)" if name.startswith(TERM_PREFIX) else name).replace("_", " ")
         units = str(data.attrs.get("units", ""))
         limits = band_limits_um(dataset, data) or [(0.0, 0.0)] * len(parts)
         colours = tuple(colours_of(name, low) for low, _ in limits)
         listed.append(ImageQuantity(name, label, _UNITS.get(units, units), dim, parts, flags, colours))
-    order = {name: place for place, name in enumerate(CURVES)}
-    return sorted(listed, key=lambda each: order.get(each.name, 2 if each.name.startswith(TERM_PREFIX) else 3))
+    order = {name: number for number, name in enumerate(CURVES)}
+    return sorted(
+        listed, key=lambda quantity: order.get(quantity.name, 2 if quantity.name.startswith(TERM_PREFIX) else 3)
+    )
 
 
 @dataclass(frozen=True)
@@ -149,7 +151,7 @@ def _middle(size: int) -> slice:
 def spread(count: int, wanted: int) -> list[int]:
     """Return at most ``wanted`` evenly spaced numbers from 0 to ``count - 1``, including the ends."""
     chosen = np.unique(np.linspace(0, count - 1, min(count, max(1, wanted))).round().astype(int))
-    return [int(each) for each in chosen]
+    return [int(number) for number in chosen]
 
 
 @dataclass(frozen=True)
@@ -260,13 +262,13 @@ def read_all(reader: Reader, shown: Sequence[ImageQuantity]) -> tuple[list[Serie
     for group, most in zip(groups, (FRAMES, OTHER_FRAMES), strict=True):
         budget = left * (_FIRST_SHARE if group is groups[0] and groups[1] else 1.0)
         selection = _select(reader, group, budget, most)
-        own = _read(reader, group, selection)
-        while _size(own) > budget and _side(own) > 1:
-            larger = max(selection.binning + 1, math.floor(selection.binning * math.sqrt(_size(own) / budget)))
+        group_series = _read(reader, group, selection)
+        while _size(group_series) > budget and _side(group_series) > 1:
+            larger = max(selection.binning + 1, math.floor(selection.binning * math.sqrt(_size(group_series) / budget)))
             selection = replace(selection, binning=larger)
-            own = _read(reader, group, selection)
-        left -= _size(own)
-        series += own
+            group_series = _read(reader, group, selection)
+        left -= _size(group_series)
+        series += group_series
         selections.append(selection)
     return series, selections[0], selections[1]
 
@@ -339,7 +341,7 @@ def binned(plane: NDArray[Any], binning: int, flags: bool) -> NDArray[Any]:
 
 
 def _size(series: Sequence[Series]) -> int:
-    return sum(len(picture) for each in series for picture in each.pictures)
+    return sum(len(picture) for part in series for picture in part.pictures)
 
 
 def _side(series: Sequence[Series]) -> int:

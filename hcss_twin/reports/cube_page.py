@@ -83,7 +83,7 @@ def _subtitle(dataset: xr.Dataset, path: Path) -> str:
     if {"y", "x"} <= set(sizes):
         parts.append(f"{sizes['y']} x {sizes['x']} pixels")
     if "band" in sizes:
-        parts.append("bands " + ", ".join(str(each) for each in dataset["band"].to_numpy()))
+        parts.append("bands " + ", ".join(str(band) for band in dataset["band"].to_numpy()))
     if "time" in dataset.coords:
         parts.append(f"from {np.datetime_as_string(dataset['time'].to_numpy()[0], unit='s')}Z")
     kind = "Measured cube" if SENSOR_ATTRIBUTE in dataset.attrs else "Cube"
@@ -94,11 +94,11 @@ def _numbers(series: Sequence[Series]) -> Table:
     """Return the mean, minimum and maximum of every quantity and band over the shown frames."""
     rows = []
     for one in series:
-        known = [each for each in one.numbers if not np.isnan(each.mean)]
+        known = [numbers for numbers in one.numbers if not np.isnan(numbers.mean)]
         values = ["none"] * 3
         if known:
-            mean = np.mean([each.mean for each in known])
-            ends = min(each.lowest for each in known), max(each.highest for each in known)
+            mean = np.mean([numbers.mean for numbers in known])
+            ends = min(numbers.lowest for numbers in known), max(numbers.highest for numbers in known)
             values = [f"{value:.5g}" for value in (mean, *ends)]
         rows.append([one.quantity.label, one.part, str(len(one.frames)), *values, one.quantity.units])
     header = ["quantity", "band or layer", "frames", "mean", "lowest", "highest", "unit"]
@@ -119,14 +119,18 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
     # one row per kind of curve: radiance and temperature are side by side
     kinds: list[list[Markup]] = [[], [], []]
     for name in CURVES:
-        own = [one for one in series if one.quantity.name == name]
-        group = [one for one in own if one.histogram is not None]
+        of_quantity = [one for one in series if one.quantity.name == name]
+        group = [one for one in of_quantity if one.histogram is not None]
         if not group:
             continue
-        shown, label, frames = group[:DRAWN_BANDS], own[0].quantity.label, frames_text(len(own[0].frames))
+        shown, label, frames = (
+            group[:DRAWN_BANDS],
+            of_quantity[0].quantity.label,
+            frames_text(len(of_quantity[0].frames)),
+        )
         more = f" The first {DRAWN_BANDS} of {len(group)} bands." if len(group) > DRAWN_BANDS else ""
-        if len(group) < len(own):
-            alike = ", ".join(one.part for one in own if one.histogram is None)
+        if len(group) < len(of_quantity):
+            alike = ", ".join(one.part for one in of_quantity if one.histogram is None)
             more += f" Not shown: {alike}, where all pixels have the same value."
         kinds[0].append(
             drawing(_histograms(shown), f"histograms of {label}", f"Histograms of {label}, pixels of {frames}.{more}")
@@ -137,7 +141,7 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
                 f"{window[1]} pixels, after subtracting a plane and tapering.{more}"
             )
             kinds[1].append(drawing(_spectra(shown), f"power spectra of {label}", caption))
-        if len(own[0].frames) > 1:
+        if len(of_quantity[0].frames) > 1:
             caption = f"Mean of {label} over the frame; the band spans the lowest to the highest pixel.{more}"
             kinds[2].append(drawing(_over_time(dataset, shown), f"{label} over time", caption))
     return beside(*(figure for kind in kinds for figure in kind))
@@ -159,9 +163,9 @@ def _histograms(group: Sequence[Series]) -> Figure:
 
 def _spectra(group: Sequence[Series]) -> Figure:
     figure, (axis,) = panels(1, 3.0)
-    for place, one in enumerate(group):
+    for index, one in enumerate(group):
         if one.spectrum is not None:
-            style = ("-", "--", "-.", ":")[place % 4]
+            style = ("-", "--", "-.", ":")[index % 4]
             axis.loglog(one.spectrum.cycles_per_km, one.spectrum.power, style, label=one.part, lw=1.3)
     axis.minorticks_off()
     axis.set_xlabel("wavenumber (cycles per km)", fontsize=LETTERS)
@@ -177,7 +181,7 @@ def _over_time(dataset: xr.Dataset, group: Sequence[Series]) -> Figure:
     for axis, one in zip(axes, group, strict=True):
         seconds = (times[list(one.frames)] - times[0]) / np.timedelta64(1, "ns") * 1e-9
         lowest, highest, mean = (
-            [getattr(each, name) for each in one.numbers] for name in ("lowest", "highest", "mean")
+            [getattr(numbers, name) for numbers in one.numbers] for name in ("lowest", "highest", "mean")
         )
         axis.fill_between(seconds, lowest, highest, color=INK, alpha=0.15, lw=0)
         axis.plot(seconds, mean, "o-", color=INK, ms=3, lw=1.2)
@@ -193,7 +197,7 @@ def _sensor(attributes: Mapping[str, Any]) -> Block:
     pairs: list[tuple[str, str]] = []
     for key, value in about.items():
         if isinstance(value, dict):
-            items = (f"{_spaced(name)}: {_value(each)}" for name, each in value.items() if each is not None)
+            items = (f"{_spaced(name)}: {_value(item)}" for name, item in value.items() if item is not None)
             pairs.append((_spaced(key), bullets(items)))
         elif value not in (None, "", []):
             pairs.append((_spaced(key), _value(value)))
@@ -208,9 +212,9 @@ def _spaced(name: str) -> str:
 
 def _value(value: object) -> str:
     if isinstance(value, dict):
-        return ", ".join(f"{_spaced(str(key))} {_value(each)}" for key, each in value.items())
+        return ", ".join(f"{_spaced(str(key))} {_value(item)}" for key, item in value.items())
     if isinstance(value, list):
-        return "; ".join(_value(each) for each in value)
+        return "; ".join(_value(item) for item in value)
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
@@ -238,7 +242,7 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
             ]
             for stratum in strata
         ]
-        header = ["kind of pixel", "there are", "checked", "exceed", "excluded", *(f"error {each}" for each in bands)]
+        header = ["kind of pixel", "there are", "checked", "exceed", "excluded", *(f"error {band}" for band in bands)]
         yield Table(header, rows, "Pixels of the checked frames by kind.")
     terms = json_attribute(attributes, "hcss_certificate_terms", {})
     if terms:
@@ -259,7 +263,7 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
     beyond = json_attribute(attributes, "hcss_beyond_accuracy", [])
     if beyond:
         yield note("Not within the requested accuracy because of omitted effects:")
-        yield bullets(str(each) for each in beyond)
+        yield bullets(str(effect) for effect in beyond)
     if words is not None:
         yield folded("The certificate in words", bullets(str(words).split("; ")))
 
@@ -273,10 +277,11 @@ def _total(cell: Mapping[str, Any]) -> tuple[str, str]:
 
 def _contributions(cell: Mapping[str, Any]) -> str:
     """Contributions to one class and band, the largest first, and the names of the unknown ones."""
-    known = [each for each in cell["contributions"] if each["relative"] is not None]
+    known = [contribution for contribution in cell["contributions"] if contribution["relative"] is not None]
     parts = [
-        f"{each['name']} {100.0 * each['relative']:.2g}{'' if each['recomputed'] else ' (notes)'}"
-        for each in sorted(known, key=lambda each: -each["relative"])
+        f"{contribution['name']} {100.0 * contribution['relative']:.2g}"
+        f"{'' if contribution['recomputed'] else ' (notes)'}"
+        for contribution in sorted(known, key=lambda contribution: -contribution["relative"])
     ]
     return ", ".join([*parts, *(f"{name} unknown" for name in cell["unknown"])])
 
@@ -313,15 +318,19 @@ def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
     """Yield the defaults used, the approximations with their bounds, and the error of each."""
     filled = json_attribute(attributes, "hcss_filled_in", [])
     if filled:
-        rows = [[str(each[key]) for key in ("field", "value", "why")] for each in filled]
+        rows = [[str(entry[key]) for key in ("field", "value", "why")] for entry in filled]
         yield Table(["filled in", "value", "why"], rows, "Values that the scenario does not give.", text_columns=3)
     skipped = json_attribute(attributes, "hcss_skipped", [])
     if skipped:
         # unknown bounds come between known and zero bounds
-        ranked = sorted(skipped, key=lambda each: -(1e-300 if each.get("bound") is None else each["bound"]))
+        ranked = sorted(skipped, key=lambda omission: -(1e-300 if omission.get("bound") is None else omission["bound"]))
         rows = [
-            [str(each["what"]), *(_bound_text(each, key) for key in ("bound", "estimate")), str(each["why"])]
-            for each in ranked
+            [
+                str(omission["what"]),
+                *(_bound_text(omission, key) for key in ("bound", "estimate")),
+                str(omission["why"]),
+            ]
+            for omission in ranked
         ]
         caption = (
             "Approximations and omitted physics, with the largest share of the radiance of any pixel that each can "
@@ -331,12 +340,14 @@ def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
     notes = json_attribute(attributes, "hcss_notes", [])
     if notes:
         yield element("h3", "Notes of the providers")
-        yield bullets(str(each) for each in notes)
+        yield bullets(str(text) for text in notes)
     if not (filled or skipped or notes):
         yield paragraph("The cube contains no plan.")
     errors = [(name, error) for name, error in json_attribute(attributes, "hcss_table_errors", {}).items() if error]
     if errors:
-        rows = [[_spaced(name), _error(error)] for name, error in sorted(errors, key=lambda each: -each[1])]
+        rows = [
+            [_spaced(name), _error(error)] for name, error in sorted(errors, key=lambda named_error: -named_error[1])
+        ]
         caption = "Relative error measured while compiling the radiance tables; the other approximations have none."
         yield Table(["approximation", "measured error"], rows, caption)
     if "hcss_wavenumbers_used" in attributes:

@@ -118,7 +118,7 @@ def _clouds(plan: Plan) -> Rows:
         if plan.needs_radiance or any("optical" in spec.name for spec in plan.variables):
             yield "particles", _particles(layer, plan)
     motion = plan.scenario.motion
-    frozen = motion.evolution_time == "frozen" or not any(each.declares.evolves for each in generators)
+    frozen = motion.evolution_time == "frozen" or not any(generator.declares.evolves for generator in generators)
     time = "165 s per km of wavelength, below 8 km as in turbulence"
     if isinstance(motion.evolution_time, float):
         time = f"{motion.evolution_time:g} s"
@@ -190,7 +190,7 @@ def _named(entry: Entry) -> str:
 def _output(plan: Plan) -> Rows:
     output = plan.scenario.output
     count = plan.uncompressed_bytes
-    size = next((f"{count / each:.1f} {unit}" for unit, each in (("TB", 1e12), ("GB", 1e9)) if count >= each), "")
+    size = next((f"{count / factor:.1f} {unit}" for unit, factor in (("TB", 1e12), ("GB", 1e9)) if count >= factor), "")
     size = size or f"{count / 1e6:.1f} MB"
     stored = f" before compression, compressed at level {output.compression}" if output.compression else ""
     checked = f"; certificate of {output.certificate} pixels" if output.certificate else "; no certificate"
@@ -217,15 +217,15 @@ def _output(plan: Plan) -> Rows:
 
 def _numerics(plan: Plan) -> str:
     """Return how the sizes of the numerical solution were chosen."""
-    own, grid, last = plan.numerics, plan.grid_refinement, plan.assembly.model.declares.numerical_levels - 1
+    numerics, grid, last = plan.numerics, plan.grid_refinement, plan.assembly.model.declares.numerical_levels - 1
     step = {-1: "every second wavenumber", 0: "the wavenumbers"}.get(
         grid.refinement, f"{2**grid.refinement} times the wavenumbers"
     )
     text = f"spectral grid: {step} of the atmosphere's, error {grid.error:.2g}"
     if last > 0:
-        finer = f", for sunlight {own.level + own.sunlight_steps}" if own.sunlight_steps else ""
-        text = f"level {own.level} of 0 to {last} of the radiance model{finer}, error {own.error:.2g}; {text}"
-    return text if own.enough else f"{text}; finer levels would be needed, but there are none"
+        finer = f", for sunlight {numerics.level + numerics.sunlight_steps}" if numerics.sunlight_steps else ""
+        text = f"level {numerics.level} of 0 to {last} of the radiance model{finer}, error {numerics.error:.2g}; {text}"
+    return text if numerics.enough else f"{text}; finer levels would be needed, but there are none"
 
 
 def _budget(plan: Plan) -> str:

@@ -107,11 +107,11 @@ def draw_preview(
             raise CubeError(f"cannot write to {folder}: {error.strerror}") from error
         suffix = {"radiance": "", "brightness_temperature": "kelvin"}.get(name, name)
         limits = band_limits_um(dataset, dataset[name])
-        for place, (part, data) in enumerate(_parts(dataset[name])):
-            stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", each) for each in (part, suffix) if each)])
+        for number, (part, data) in enumerate(_parts(dataset[name])):
+            stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", word) for word in (part, suffix) if word)])
             if any(path.stem == stem for path in written):  # differs only in characters not allowed in names
                 stem += f"_{len(written)}"
-            low, high = limits[place] if limits else (0.0, 0.0)
+            low, high = limits[number] if limits else (0.0, 0.0)
             title = f"{part} ({low:.4g}-{high:.4g} um)" if limits else part or name
             grey = "gray_r" if colours_of(name, low) == "gray_r" else "gray"
             _contact_sheet(dataset, data, title, frames, grey, drawn(folder / f"{stem}.png"))

@@ -76,7 +76,7 @@ def origin(attributes: Mapping[str, Any]) -> Iterator[Block]:
     if providers:
         header = ["kind", "provider", "distribution", "version"]
         keys = ("name", "distribution", "version")
-        rows = [[kind, *(str(each.get(key, "")) for key in keys)] for kind, each in providers.items()]
+        rows = [[kind, *(str(provider.get(key, "")) for key in keys)] for kind, provider in providers.items()]
         yield Table(header, rows, text_columns=4)
     hashes = json_attribute(attributes, "hcss_files_sha256", {})
     if hashes:

@@ -1,12 +1,14 @@
-"""Reports: one HTML file about a cube, a sweep, or a file for which an installed package has a page.
+"""Reports: one HTML file about a cube, or a file or folder for which an installed package has a page.
 
 A package names a function in the entry point group ``hcss_twin.pages``. It takes the path of a NetCDF file and returns
-a :class:`hcss_twin.reports.page.Page`; the name of the entry point is the global attribute that its files have.
+a :class:`hcss_twin.reports.page.Page`; the name of the entry point is the global attribute that its files have. In the
+group ``hcss_twin.pages_of_folders`` the function takes a folder, and the entry point has the name of a file in it.
 """
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -14,40 +16,31 @@ from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import require_file, require_not_read
 from hcss_twin.core.netcdf import NetcdfFile
-from hcss_twin.core.own_packages import PAGES as MARKED
-from hcss_twin.core.own_packages import how_to_install
+from hcss_twin.core.own_packages import PAGES, PAGES_OF_FOLDERS, how_to_install
 from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe, installed
 from hcss_twin.core.reading import reading, require_no_stream
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.reports.page import write_page
-from hcss_twin.sweeps.dataset import MARK
 
 ALLOWED = (
     "allowed: a cube (.nc or .zarr, of `hcss run` or `hcss sense`), the folder or the dataset of a sweep "
     "(`hcss sweep`), a posterior (`hcss fit`), or a propagation (`hcss propagate`)"
 )
 
-GROUP = "hcss_twin.pages"
-
-PAGES = {
-    MARK: "hcss_twin.reports.sweep_page:sweep_page",  # before cubes, whose mark the dataset of a sweep also has
-    FORMAT_ATTRIBUTE: "hcss_twin.reports.cube_page:cube_page",
-}
-"""Page of each file type of this package by its marker attribute."""
+GROUP, GROUP_OF_FOLDERS = "hcss_twin.pages", "hcss_twin.pages_of_folders"
 
 
 @checked
 def report(
     source: str | os.PathLike[str], output: str | os.PathLike[str] | None = None, *, replace: bool = False
 ) -> Path:
-    """Write a self-contained HTML report of a cube, a sweep, or a file of a plugin, such as a posterior.
+    """Write a self-contained HTML report of a cube, or a file or folder of a plugin, such as a sweep.
 
     Parameters
     ----------
     source : path-like
-        A cube (NetCDF or Zarr, clean or measured), the folder or the dataset of a sweep, or a file for which an
-        installed plugin has a page.
+        A cube (NetCDF or Zarr, clean or measured), or a file or folder for which an installed plugin has a page.
     output : path-like, optional
         Name of the file; default: ``SOURCE.html``, without the suffix of the source, next to it.
     replace : bool
@@ -86,36 +79,39 @@ def _page_of(path: Path) -> tuple[str, EntryPoint]:
         raise HcssError(f"cannot report on {path}: there is no such file; {ALLOWED}")
     require_no_stream(path, HcssError)
     if path.is_dir():
-        # imported here because it imports the whole scenario package, which a file does not need
-        from hcss_twin.sweeps.folder import INDEX
-
         if is_zarr(path):
-            return _of_package(FORMAT_ATTRIBUTE)
-        if (path / INDEX).is_file():
-            return _of_package(MARK)
-        raise HcssError(f"cannot report on {path}: it is a folder without {INDEX} of a sweep; {ALLOWED}")
+            return _of_cube()
+        known = ", ".join(PAGES_OF_FOLDERS)
+        what = f"a folder without {known} of a sweep"
+        return _of_plugin(path, lambda name: (path / name).is_file(), GROUP_OF_FOLDERS, PAGES_OF_FOLDERS, what)
     try:
         with reading(path, HcssError), NetcdfFile(path) as file:
             marks = set(file.ncattrs())
     except Exception as error:  # a damaged file of any kind
         raise HcssError(f"cannot report on {path}: {_why_not(path)}; {ALLOWED}") from error
-    for mark in PAGES:
-        if mark in marks:
-            return _of_package(mark)
-    for origin, entry in installed(GROUP):
-        if not isinstance(entry, BaseException) and entry.name in marks:
+    if FORMAT_ATTRIBUTE in marks:
+        return _of_cube()
+    known = ", ".join((FORMAT_ATTRIBUTE, *PAGES))
+    return _of_plugin(path, marks.__contains__, GROUP, PAGES, f"NetCDF without {known}")
+
+
+def _of_cube() -> tuple[str, EntryPoint]:
+    return OWN_DISTRIBUTION, EntryPoint(FORMAT_ATTRIBUTE, "hcss_twin.reports.cube_page:cube_page", GROUP)
+
+
+def _of_plugin(
+    path: Path, has: Callable[[str], bool], group: str, known: Mapping[str, str], what: str
+) -> tuple[str, EntryPoint]:
+    """Return the page of an installed plugin; the error for a plugin that is not installed names it."""
+    for origin, entry in installed(group):
+        if not isinstance(entry, BaseException) and has(entry.name):
             return str(origin), entry
-    for mark, plugin in MARKED.items():
-        if mark in marks:
+    for mark, plugin in known.items():
+        if has(mark):
             raise HcssError(
                 f"cannot report on {path}: its page comes with the plugin {plugin}: {how_to_install(plugin)}"
             )
-    known = ", ".join((*PAGES, *MARKED))
-    raise HcssError(f"cannot report on {path}: it is NetCDF without {known}; {ALLOWED}")
-
-
-def _of_package(mark: str) -> tuple[str, EntryPoint]:
-    return OWN_DISTRIBUTION, EntryPoint(mark, PAGES[mark], GROUP)
+    raise HcssError(f"cannot report on {path}: it is {what}; {ALLOWED}")
 
 
 def _why_not(path: Path) -> str:

@@ -94,7 +94,7 @@ def layers_of(dataset: xr.Dataset) -> Layers:
             of_type = _type_altitudes(str(section.get("type")), hashes)
             base, top = (of_type[0] if base is None else base, of_type[1] if top is None else top)
         layers.append((str(section.get("type")), base, top))
-    return sorted(layers, key=lambda each: np.inf if each[1] is None else each[1])
+    return sorted(layers, key=lambda layer: np.inf if layer[1] is None else layer[1])
 
 
 def _type_altitudes(name: str, hashes: Mapping[str, str]) -> tuple[float | None, float | None]:
@@ -159,7 +159,7 @@ def _clouds(layers: Layers, sea: float) -> Iterator[Markup]:
             low, high = 40.0 + 55.0 * number, 65.0 + 55.0 * number
             label = f"{name}, altitude unknown"
         else:
-            low, high = (18.0 + 112.0 * each / highest for each in (base, top))
+            low, high = (18.0 + 112.0 * altitude_m / highest for altitude_m in (base, top))
             label = f"{name} {base:g} to {top:g} m"
         height = max(high - low, 5.0)
         yield _shape("rect", x=0, y=sea - high, width=460, height=height, fill=_CLOUD, fill_opacity=0.35, rx=4)
@@ -204,7 +204,7 @@ def plan_view(scene: SceneGeometry) -> Markup:
         parts.append(_text((402, 304), "footprint", _MOTION, "middle"))
     parts += _bearing(centre, radius, scene.sun_azimuth[0], _SUN, "sun", "sun-bearing")
     if _difference(*scene.sun_azimuth):
-        first, last = (_at(centre, radius + 5, each) for each in scene.sun_azimuth)
+        first, last = (_at(centre, radius + 5, azimuth) for azimuth in scene.sun_azimuth)
         clockwise = int(_difference(scene.sun_azimuth[1], scene.sun_azimuth[0]) > 0)
         size = f"{radius + 5:g} {radius + 5:g}"
         arc = f"M{first[0]:.2f} {first[1]:.2f} A{size} 0 0 {clockwise} {last[0]:.2f} {last[1]:.2f}"
@@ -252,14 +252,16 @@ def _line(
     return element("line", **ends, stroke=colour, stroke_width=f"{width:g}", stroke_dasharray=dash, class_=key)
 
 
-def _text(place: Place2, text: str, colour: str, anchor: str = "start") -> Markup:
+def _text(point: Place2, text: str, colour: str, anchor: str = "start") -> Markup:
     # a white outline keeps the text readable on lines
     halo = {"stroke": "#fff", "stroke_width": "3", "paint_order": "stroke", "stroke_linejoin": "round"}
-    return element("text", text, x=f"{place[0]:.1f}", y=f"{place[1]:.1f}", fill=colour, text_anchor=anchor, **halo)
+    return element("text", text, x=f"{point[0]:.1f}", y=f"{point[1]:.1f}", fill=colour, text_anchor=anchor, **halo)
 
 
 def _shape(name: str, **attributes: float | str) -> Markup:
-    return element(name, **{key: each if isinstance(each, str) else f"{each:g}" for key, each in attributes.items()})
+    return element(
+        name, **{key: value if isinstance(value, str) else f"{value:g}" for key, value in attributes.items()}
+    )
 
 
 def _drawing(title: str, parts: Sequence[Markup]) -> Markup:

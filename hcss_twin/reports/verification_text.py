@@ -84,7 +84,7 @@ def _variable(check: VariableCheck) -> Rows:
         yield "", f"most at {_place(check.largest_at)}"
 
 
-def _place(place: ValueAt) -> str:
-    position = ", ".join(f"{name} {value}" for name, value in place.position.items())
+def _place(value_at: ValueAt) -> str:
+    position = ", ".join(f"{name} {value}" for name, value in value_at.position.items())
     where = f"{position}: " if position else ""
-    return f"{where}{place.cube:.9g} in the cube, {place.recomputed:.9g} recomputed"
+    return f"{where}{value_at.cube:.9g} in the cube, {value_at.recomputed:.9g} recomputed"

@@ -217,16 +217,16 @@ def unknown_band(name: str, known: Mapping[str, Mapping[str, Any]]) -> str:
     """
     message = f"no band named {shown(name)}; {choose_from(name, known)}"
     match = _WAVELENGTH.fullmatch(name)
-    alike = [each for each in known if match and each.startswith(f"{match[1]}-")]
+    alike = [band for band in known if match and band.startswith(f"{match[1]}-")]
     if not match or not alike:
         return message
     wavelength = float(match[2])
-    limits = {each: known[each]["limits_um"] for each in alike}
-    around = [each for each in alike if limits[each][0] <= wavelength <= limits[each][1]]
+    limits = {band: known[band]["limits_um"] for band in alike}
+    around = [band for band in alike if limits[band][0] <= wavelength <= limits[band][1]]
     guess = (
-        min(around, key=lambda each: limits[each][1] - limits[each][0])
+        min(around, key=lambda band: limits[band][1] - limits[band][0])
         if around
-        else min(alike, key=lambda each: abs(sum(limits[each]) / 2 - wavelength))
+        else min(alike, key=lambda band: abs(sum(limits[band]) / 2 - wavelength))
     )
     low, high = limits[guess]
     return f"{message.partition('; closest is')[0]}; closest is '{guess}' ({low:g} to {high:g} um)"

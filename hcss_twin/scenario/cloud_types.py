@@ -175,7 +175,7 @@ def overlap_problems(layers: Mapping[str, tuple[Layer, Extent]]) -> Iterator[Pro
     layers : mapping of str to (Layer, Extent)
         Section and merged altitudes of each layer by field; layers may touch.
     """
-    ascending = sorted(layers.items(), key=lambda each: (each[1][1].base, each[1][1].top))
+    ascending = sorted(layers.items(), key=lambda layer: (layer[1][1].base, layer[1][1].top))
     for (lower, (low, below)), (upper, (high, above)) in pairwise(ascending):
         if below.top <= above.base:
             continue

@@ -63,8 +63,8 @@ def provider_sections(data: Mapping[str, Any]) -> list[tuple[str, Any, Kind]]:
         sections.append((f"elements[{index}]", element, Kind.ELEMENTS))
     output = data.get("output", {})
     derived = output.get("derived", []) if isinstance(output, dict) else []
-    for index, each in enumerate(derived if isinstance(derived, list) else []):
-        sections.append((f"output.derived[{index}]", each, Kind.VARIABLES))
+    for index, variables in enumerate(derived if isinstance(derived, list) else []):
+        sections.append((f"output.derived[{index}]", variables, Kind.VARIABLES))
     if "surfaces" in data:
         sections.append(("surfaces", data["surfaces"], Kind.SURFACES))
     sections += [(path, stage, Kind.SENSORS) for path, stage in raw_stages(data)]
@@ -101,10 +101,10 @@ def misplaced_parameters(data: Mapping[str, Any], registry: Registry, typed: Cal
             if home is not None:
                 parameter, entry, is_selected = home
                 field = f"{path}.{key}"
-                place = typed(field).removesuffix(key)
+                prefix = typed(field).removesuffix(key)
                 whose = f"a parameter of {kind.human} '{entry.name}'"
-                whose += "" if is_selected else f', with {place}{selector} = "{entry.name}"'
-                yield Problem(field, f"unknown key; closest is '{place}parameters.{parameter}', {whose}")
+                whose += "" if is_selected else f', with {prefix}{selector} = "{entry.name}"'
+                yield Problem(field, f"unknown key; closest is '{prefix}parameters.{parameter}', {whose}")
 
 
 def _has_home(key: str, value: object) -> bool:
@@ -167,8 +167,8 @@ def _copy(value: Any, levels: int) -> Any:
     if levels == 0:
         raise ScenarioError([Problem("scenario", f"nested too deeply; allowed: {DEEPEST} levels")])
     if isinstance(value, Mapping):
-        return {key: _copy(each, levels - 1) for key, each in value.items()}
-    return [_copy(each, levels - 1) for each in value]
+        return {key: _copy(item, levels - 1) for key, item in value.items()}
+    return [_copy(item, levels - 1) for item in value]
 
 
 def name_problems(data: Mapping[str, Any], registry: Registry, catalog: Catalog) -> Iterator[Problem]:

@@ -127,9 +127,9 @@ def homes(model: type[BaseModel], key: str, path: str = "") -> Iterator[str]:
     for name, field in model.model_fields.items():
         for nested in _models_in(field.annotation):
             single = nested is field.annotation or type(None) in typing.get_args(field.annotation)
-            here = f"{path}{name}{'' if single else '[0]'}."
+            nested_path = f"{path}{name}{'' if single else '[0]'}."
             # the keys of a single layer are allowed in [clouds] itself
-            yield from homes(nested, key, path if name in REPEATED else here)
+            yield from homes(nested, key, path if name in REPEATED else nested_path)
 
 
 def _wrong_type(kind: str, value: object, model: type[BaseModel], location: Location) -> str:
@@ -160,7 +160,7 @@ def _typed(value: object, location: Location, raw: Any) -> tuple[str, object]:
         except (KeyError, IndexError, TypeError):
             raw = value
             break
-    text = next((each for each in (raw, value) if isinstance(each, str)), None)
+    text = next((candidate for candidate in (raw, value) if isinstance(candidate, str)), None)
     if text is None:
         return shown(value), value
     number = in_plain_units(text) if isinstance(value, str) else value
@@ -201,7 +201,7 @@ def _in_another_unit(model: type[BaseModel], location: Location, value: object) 
 
 def _dimensions(metadata: Iterable[object], annotation: Any) -> Iterator[str]:
     """Dimension of a quantity, from its field or, if it is optional, from the type inside."""
-    parsers = (getattr(each, "func", None) for each in metadata)
+    parsers = (getattr(constraint, "func", None) for constraint in metadata)
     yield from (parser.dimension for parser in parsers if isinstance(parser, QuantityParser))
     for argument in typing.get_args(annotation):
         yield from _dimensions(getattr(argument, "__metadata__", ()), None)
@@ -228,15 +228,15 @@ def _bound(value: float) -> str:
 def _bounds(model: type[BaseModel], location: Location) -> dict[str, float]:
     """Limits of the number at a location, from its field or, inside a list, from the element type."""
     *path, last = location or ("",)
-    place = 0
+    element_index = 0
     while isinstance(last, int) and path:
-        place, last = last, path.pop()
+        element_index, last = last, path.pop()
     owner = model_at(model, tuple(path), last)
     if owner is None or last not in owner.model_fields:
         return {}
     field = owner.model_fields[str(last)]
     inside = isinstance(location[-1], int)
-    metadata = list(_element_metadata(field.annotation, place)) if inside else field.metadata
+    metadata = list(_element_metadata(field.annotation, element_index)) if inside else field.metadata
     bounds: dict[str, float] = {}
     for constraint in metadata:
         for key, _ in _BOUNDS:
@@ -246,14 +246,14 @@ def _bounds(model: type[BaseModel], location: Location) -> dict[str, float]:
     return bounds
 
 
-def _element_metadata(annotation: Any, place: int) -> Iterator[object]:
+def _element_metadata(annotation: Any, element_index: int) -> Iterator[object]:
     """Constraints of one element of a tuple type, or of the tuple inside an optional type."""
     arguments = typing.get_args(annotation)
     if typing.get_origin(annotation) is not tuple:
         for argument in arguments:
-            yield from _element_metadata(argument, place)
+            yield from _element_metadata(argument, element_index)
     elif arguments:
-        element = arguments[min(place, len(arguments) - 1)]
+        element = arguments[min(element_index, len(arguments) - 1)]
         element = arguments[0] if element is Ellipsis else element
         for constraint in getattr(element, "__metadata__", ()):
             yield from getattr(constraint, "metadata", (constraint,))
@@ -294,7 +294,7 @@ def model_at(model: type[BaseModel], location: Location, key: int | str | None =
     If several models are possible, return the first one with ``key``, or else the first.
     """
     models = _models_at(model, location)
-    return next((each for each in models if key in each.model_fields), models[0] if models else None)
+    return next((candidate for candidate in models if key in candidate.model_fields), models[0] if models else None)
 
 
 def _models_at(model: type[BaseModel], location: Location) -> list[type[BaseModel]]:
@@ -302,7 +302,7 @@ def _models_at(model: type[BaseModel], location: Location) -> list[type[BaseMode
     for part in location:
         if isinstance(part, int):
             continue
-        fields = [each.model_fields[part] for each in current if part in each.model_fields]
+        fields = [candidate.model_fields[part] for candidate in current if part in candidate.model_fields]
         current = [nested for field in fields for nested in _models_in(field.annotation)]
     return current
 

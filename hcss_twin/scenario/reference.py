@@ -97,11 +97,11 @@ def json_schema(owned: Mapping[str, Any] | None = None) -> dict[str, Any]:
             _allow_quantity(name, entry)
     # Part of a file for `hcss sweep`, which checks it.
     schema["properties"]["sweep"] = {"type": "object", "description": "Keys with many values (docs/how-to/sweeps.md)."}
-    for name, each in (owned or {}).items():
-        schema["$defs"].update(each.pop("$defs", {}))
-        for key, entry in each.get("properties", {}).items():
+    for name, section_schema in (owned or {}).items():
+        schema["$defs"].update(section_schema.pop("$defs", {}))
+        for key, entry in section_schema.get("properties", {}).items():
             _allow_quantity(key, entry)
-        schema["properties"][name] = each
+        schema["properties"][name] = section_schema
     layer = schema["$defs"]["Layer"]["properties"]
     schema["$defs"]["Clouds"]["properties"].update(layer)
     return schema

@@ -39,7 +39,8 @@ UNCERTAIN = "uncertain"
 
 _NOT_ONE_SCENE = (
     "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes and `hcss validate FILE` checks; "
-    "allowed here: a file without this section"
+    f"allowed here: a file without this section. The command comes with {COMMANDS['sweep']}: "
+    f"{how_to_install(COMMANDS['sweep'])}"
 )
 
 _NOT_CERTAIN = (
@@ -176,9 +177,10 @@ class Scenario(ScenarioModel):
         problems += [problem for problem in names if problem.field not in reported]
         if problems or scenario is None:
             typed = _short_fields(short, overrides or {})
-            better = {each.field: each.message for each in misplaced_parameters(data, registry, typed)}
+            better = {problem.field: problem.message for problem in misplaced_parameters(data, registry, typed)}
             raise ScenarioError(
-                [Problem(typed(each.field), better.get(each.field, each.message)) for each in problems], origin
+                [Problem(typed(problem.field), better.get(problem.field, problem.message)) for problem in problems],
+                origin,
             )
         scenario = _with_coverage_modes(with_viewing(scenario), registry)
         scenario._base = base
@@ -262,8 +264,8 @@ def _with_coverage_modes(scenario: _Scenario, registry: Registry) -> _Scenario:
         can = entry.is_own or "coverage_mode" in getattr(registry.provider_class(entry), "honours", ())
         return "field" if can else "frame"
 
-    layers = [each if each.coverage_mode else each.model_copy(update={"coverage_mode": mode(each)})
-              for each in scenario.clouds.layers]  # fmt: skip
+    layers = [layer if layer.coverage_mode else layer.model_copy(update={"coverage_mode": mode(layer)})
+              for layer in scenario.clouds.layers]  # fmt: skip
     return scenario.model_copy(update={"clouds": scenario.clouds.model_copy(update={"layers": tuple(layers)})})
 
 
@@ -326,8 +328,8 @@ def _locate(source: str | Path, folders: tuple[str, ...]) -> Path:
         with suppress(CatalogError):
             return catalog.find(str(source), folder, ".toml")
     what = "a folder" if is_folder else "a pipe, socket or device" if str(source) and path.exists() else "no such file"
-    choices = choose_from(str(source), {name for each in folders for name in catalog.names(each, ".toml")})
-    shipped = " or ".join(each.removesuffix("s") for each in folders)
+    choices = choose_from(str(source), {name for folder in folders for name in catalog.names(folder, ".toml")})
+    shipped = " or ".join(folder.removesuffix("s") for folder in folders)
     raise _bad_file(f"{what}, and no shipped {shipped} of that name; {choices}", str(source))
 
 

@@ -141,8 +141,8 @@ def choose_sensor(section: StageSection, catalog: Catalog) -> SensorChoice:
         As :func:`load_sensor`.
     """
     named = None if section.name is None else load_sensor(section.name, catalog)
-    own = f"{OWN_DISTRIBUTION}/{DEFAULT_MODEL}"
-    usual = own if named is None or named.model == DEFAULT_MODEL else named.model
+    default_model = f"{OWN_DISTRIBUTION}/{DEFAULT_MODEL}"
+    usual = default_model if named is None or named.model == DEFAULT_MODEL else named.model
     model = section.model or usual
     same = named is not None and model.rpartition("/")[2] == named.model.rpartition("/")[2]
     parameters = {**(named.parameters if named is not None and same else {}), **section.parameters}

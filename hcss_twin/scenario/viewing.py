@@ -153,8 +153,8 @@ def _direction(platform: Platform, view: Mapping[str, Any], place: Mapping[str, 
     """Direction from the image centre toward the sensor, as the keys of ``view`` that the platform gives."""
     assert platform.altitude is not None
     if platform.longitude is not None:
-        here = float(place["latitude"]), float(place["longitude"])
-        angles = toward_equatorial_deg(*here, platform.longitude, platform.altitude)
+        position_deg = float(place["latitude"]), float(place["longitude"])
+        angles = toward_equatorial_deg(*position_deg, platform.longitude, platform.altitude)
         return dict(zip(("zenith", "azimuth"), angles, strict=True))
     look = platform.off_nadir
     return {"zenith": float(view["zenith"]) if look is None else view_zenith_deg(look, platform.altitude)}

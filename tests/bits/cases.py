@@ -28,10 +28,12 @@ NEEDS = {
     "imagery-clouds": "iris_sample_data",
     "surrogate-clouds": "hcss_skies",
     "evaluate": "hcss_evaluate",
+    "exports": "hcss_export",
     "fit-dimension": "hcss_evaluate",
     "fit-image": "hcss_evaluate",
     "match": "hcss_evaluate",
     "propagation": "hcss_uncertainty",
+    "sweep-of-three-points": "hcss_sweep",
     "zarr-quantized": "zarr",
 }
 """Packages that cases need beside this one, by case: without them they are left out."""

@@ -77,13 +77,15 @@ def run_with_a_sensor(folder: Path) -> Results:
 
 def exports(folder: Path) -> Results:
     """Samples of files that other programs read; headers say who wrote them and are left out."""
+    from hcss_export import export_cube
+
     values = {**CHEAP, "bands": ["lwir-10.8"], "output.variables": ["radiance"], "output.certificate": 0}
     made = cube(folder, "stratus", **values)
-    hcss_twin.export_cube(made, "envi", folder / "a.img")
-    hcss_twin.export_cube(made, "geotiff", folder / "b.tif")
+    export_cube(made, "envi", folder / "a.img")
+    export_cube(made, "geotiff", folder / "b.tif")
     from PIL import Image
 
-    hcss_twin.export_cube(made, "png", folder / "c.png")
+    export_cube(made, "png", folder / "c.png")
     pictures = {}
     for path in sorted(folder.glob("c*.png")):
         with Image.open(path) as picture:
@@ -105,12 +107,14 @@ def volume(folder: Path) -> Results:
 
 
 def sweep_of_three_points(folder: Path) -> Results:
+    from hcss_sweep import open_sweep, sweep
+
     values = {**SMALL, **CHEAP, "bands": ["lwir-10.8"], "frames.count": 1}
-    done = hcss_twin.sweep(
+    done = sweep(
         "stratus", folder / "sweep", over={"view.zenith": [0, 30, 60]}, overrides=values, dataset=folder / "all.nc"
     )
     assert not done.failed
-    return {"dataset": hcss_twin.open_sweep(folder / "all.nc"), "last": done.cube(2)}
+    return {"dataset": open_sweep(folder / "all.nc"), "last": done.cube(2)}
 
 
 def propagation(folder: Path) -> Results:

@@ -29,7 +29,16 @@ def module(path):
 @pytest.fixture(scope="module")
 def generator():
     """The script that writes the generated pages."""
-    for plugin in ("hcss_author", "hcss_bench", "hcss_evaluate", "hcss_modtran", "hcss_paper", "hcss_uncertainty"):
+    for plugin in (
+        "hcss_author",
+        "hcss_bench",
+        "hcss_evaluate",
+        "hcss_export",
+        "hcss_modtran",
+        "hcss_paper",
+        "hcss_sweep",
+        "hcss_uncertainty",
+    ):
         pytest.importorskip(plugin, reason=f"{plugin} has a part of the generated pages")
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(DOCS / "generate")

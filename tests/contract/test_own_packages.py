@@ -11,6 +11,7 @@ from hcss_twin.plan.choose_light import GROUP as LIGHT
 from hcss_twin.plan.choose_light import GROUP_OF_LAYERS
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.reports.report import GROUP as PAGES
+from hcss_twin.reports.report import GROUP_OF_FOLDERS
 
 
 def entries(*groups):
@@ -36,9 +37,10 @@ def sections():
         (own_packages.PROVIDERS, providers),
         (own_packages.SECTIONS, sections),
         (own_packages.PAGES, lambda: entries(PAGES)),
+        (own_packages.PAGES_OF_FOLDERS, lambda: entries(GROUP_OF_FOLDERS)),
         (own_packages.LIGHT, lambda: entries(LIGHT, GROUP_OF_LAYERS)),
     ],
-    ids=["commands", "providers", "sections", "pages", "light"],
+    ids=["commands", "providers", "sections", "pages", "pages of folders", "light"],
 )
 def test_the_table_names_the_package_that_brings_each_name(table, found):
     present = {package for package in table.values() if installed_version(package) != "not installed"}

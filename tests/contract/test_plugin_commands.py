@@ -153,7 +153,17 @@ def test_a_hook_in_the_group_of_providers_alone_is_told_its_group(install):
 
 
 @pytest.mark.parametrize(
-    "folder", ["hcss-author", "hcss-bench", "hcss-evaluate", "hcss-modtran", "hcss-paper", "hcss-uncertainty"]
+    "folder",
+    [
+        "hcss-author",
+        "hcss-bench",
+        "hcss-evaluate",
+        "hcss-export",
+        "hcss-modtran",
+        "hcss-paper",
+        "hcss-sweep",
+        "hcss-uncertainty",
+    ],
 )
 def test_a_command_of_a_plugin_that_is_not_installed_names_the_plugin(monkeypatch, folder):
     monkeypatch.setattr("hcss_twin.core.plugins.installed", lambda group: [])

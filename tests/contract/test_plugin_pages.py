@@ -49,9 +49,29 @@ def test_a_page_that_cannot_be_imported_is_the_fault_of_its_package(install, fil
 
 
 @pytest.mark.parametrize(
-    ("mark", "plugin"), [("hcss_posterior_version", "hcss-evaluate"), ("hcss_propagation_version", "hcss-uncertainty")]
+    ("mark", "plugin"),
+    [
+        ("hcss_posterior_version", "hcss-evaluate"),
+        ("hcss_propagation_version", "hcss-uncertainty"),
+        ("hcss_sweep", "hcss-sweep"),
+    ],
 )
 def test_a_file_whose_package_is_not_installed_names_it(install, file, mark, plugin):
     install()
     with pytest.raises(HcssError, match=f"plugin {plugin}: pip install"):
         hcss_twin.report(file(**{mark: 1}))
+
+
+def test_a_folder_has_the_page_of_the_package_that_names_a_file_in_it(install, tmp_path):
+    install(**{"visitor.txt": "visitor:page"})
+    with pytest.raises(HcssError, match=r"a folder without index\.json of a sweep; allowed: .*"):
+        hcss_twin.report(tmp_path)
+    (tmp_path / "visitor.txt").touch()
+    assert "title of a visitor" in hcss_twin.report(tmp_path).read_text(encoding="utf-8")
+
+
+def test_a_folder_whose_package_is_not_installed_names_it(install, tmp_path):
+    install()
+    (tmp_path / "index.json").touch()
+    with pytest.raises(HcssError, match="plugin hcss-sweep: pip install"):
+        hcss_twin.report(tmp_path)

@@ -24,8 +24,8 @@ PUBLIC = {
     "hcss_twin.plan.rays": {"Rays"},  # public, but not frozen
 }
 LISTING = (
-    "hcss-author", "hcss-bench", "hcss-evaluate", "hcss-light", "hcss-modtran", "hcss-paper", "hcss-payload",
-    "hcss-skies", "hcss-uncertainty"
+    "hcss-author", "hcss-bench", "hcss-evaluate", "hcss-export", "hcss-light", "hcss-modtran", "hcss-paper",
+    "hcss-payload", "hcss-skies", "hcss-sweep", "hcss-uncertainty"
 )  # fmt: skip
 """Plugins whose README lists other modules."""
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hcss_export import export_cube
 
 import hcss_twin
 from hcss_twin.core.arguments import checked
@@ -27,9 +28,9 @@ def test_no_other_error_escapes_from_cheap_functions(tmp_path, monkeypatch):
 
 def test_the_error_names_argument_value_and_what_is_allowed():
     with pytest.raises(OptionError, match=r"^export_cube: bands: nan \(float\); allowed: a sequence of text$"):
-        hcss_twin.export_cube("c.nc", "envi", bands=np.nan)
-    with pytest.raises(OptionError, match=r"^sweep: workers: .* \(Dataset\); allowed: a whole number$"):
-        hcss_twin.sweep("stratus", "x", workers=WRONG["dataset"])
+        export_cube("c.nc", "envi", bands=np.nan)
+    with pytest.raises(OptionError, match=r"^make_plan: scenario: .* \(Dataset\); allowed: "):
+        hcss_twin.make_plan(WRONG["dataset"])
 
 
 @checked

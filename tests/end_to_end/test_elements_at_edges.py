@@ -1,4 +1,4 @@
-"""Elements at the edges of images and windows, below blurring optics, in wide fields and in sweeps on Dask."""
+"""Elements at the edges of images and windows, below blurring optics, in wide fields and in sweeps."""
 
 import math
 
@@ -8,7 +8,7 @@ from cheap import CHEAP
 from scipy.special import ndtr
 from whole_frames import first_frame
 
-from hcss_twin import Scenario, make_plan, open_cube, open_sweep, sense, sweep
+from hcss_twin import Scenario, make_plan, open_cube, sense
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.variables import ELEMENT_PLACE, ELEMENT_RATE
 from hcss_twin.engine.simulate import run
@@ -153,13 +153,14 @@ def test_a_finished_cube_shows_targets_as_a_run_does_and_needs_their_places(tmp_
 
 
 @pytest.mark.long
-def test_a_sweep_on_dask_has_the_elements_of_a_serial_one(tmp_path):
+def test_a_sweep_in_processes_has_the_elements_of_a_serial_one(tmp_path):
+    hcss_sweep = pytest.importorskip("hcss_sweep")
     (tmp_path / "scene.toml").write_text(
         SCENE + "[[elements]]\nparameters = {footprint = 50.0, tracks = [{x = 150, intensity = 1e5}]}\n"
     )
     cubes = []
-    for name, workers in (("serial", 1), ("dask", 2)):
-        result = sweep(
+    for name, workers in (("serial", 1), ("processes", 2)):
+        result = hcss_sweep.sweep(
             str(tmp_path / "scene.toml"),
             tmp_path / name,
             over={"view.zenith": [0.0, 30.0]},
@@ -167,7 +168,7 @@ def test_a_sweep_on_dask_has_the_elements_of_a_serial_one(tmp_path):
             workers=workers,
             dataset=tmp_path / f"{name}.nc",
         )
-        with open_sweep(result.dataset) as data:
+        with hcss_sweep.open_sweep(result.dataset) as data:
             cubes.append(data.load())
     assert float(cubes[0]["element_share"].max()) > 0.0
     for name in cubes[0].data_vars:

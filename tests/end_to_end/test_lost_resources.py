@@ -13,7 +13,7 @@ import time
 import pytest
 from cheap import CHEAP_OPTIONS
 
-from hcss_twin.core.errors import CatalogError, HcssError, ProviderDefect, SweepError
+from hcss_twin.core.errors import CatalogError, CubeError, HcssError, ProviderDefect
 from hcss_twin.core.memory import OutOfMemory, naming_memory
 from hcss_twin.core.processes import worker_pool
 from hcss_twin.engine import cluster
@@ -129,8 +129,8 @@ def quick(monkeypatch):
 
 def test_a_cluster_without_workers_is_reported_sparsely_and_given_up_after_the_limit(quick, caplog):
     start = time.monotonic()
-    with caplog.at_level(logging.WARNING), pytest.raises(SweepError, match=r"no workers at tcp://here:1 for .*kept"):
-        Cluster(Client(itertools.repeat(())), "tcp://here:1", SweepError, 0.6).wait(lambda: False)
+    with caplog.at_level(logging.WARNING), pytest.raises(CubeError, match=r"no workers at tcp://here:1 for .*kept"):
+        Cluster(Client(itertools.repeat(())), "tcp://here:1", CubeError, 0.6).wait(lambda: False)
     assert 0.6 <= time.monotonic() - start < 5.0
     assert "no workers at tcp://here:1" in caplog.records[0].message
     assert 2 <= len(caplog.records) <= 3  # after 0, 0.15, 0.45 s
@@ -139,15 +139,15 @@ def test_a_cluster_without_workers_is_reported_sparsely_and_given_up_after_the_l
 def test_workers_that_come_back_end_the_wait(quick, caplog):
     client, ready = Client(itertools.chain([(), ()], itertools.repeat(("a",)))), itertools.count()
     with caplog.at_level(logging.WARNING):
-        Cluster(client, "tcp://here:1", SweepError, 0.05).wait(lambda: next(ready) > 20)
+        Cluster(client, "tcp://here:1", CubeError, 0.05).wait(lambda: next(ready) > 20)
     assert len(caplog.records) == 1
 
 
 def test_a_scheduler_that_goes_while_something_waits_is_an_error(quick):
     client = Client(itertools.repeat(("a",)))
     client.status = "connecting"
-    with pytest.raises(SweepError, match="connection to the Dask scheduler at tcp://here:1 is lost"):
-        Cluster(client, "tcp://here:1", SweepError, None).wait(lambda: False)
+    with pytest.raises(CubeError, match="connection to the Dask scheduler at tcp://here:1 is lost"):
+        Cluster(client, "tcp://here:1", CubeError, None).wait(lambda: False)
 
 
 @pytest.mark.parametrize(
@@ -177,7 +177,7 @@ def test_a_scheduler_that_dies_while_a_client_connects_is_one_line(capfd):
 
         threading.Thread(target=hang_up, daemon=True).start()
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
-        with pytest.raises(SweepError, match="no Dask scheduler answers at"), connected(address, SweepError):
+        with pytest.raises(CubeError, match="no Dask scheduler answers at"), connected(address, CubeError):
             raise AssertionError
         server.shutdown(socket.SHUT_RDWR)
     assert "Traceback" not in "".join(capfd.readouterr())

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 
-from hcss_twin import Scenario, ScenarioError, make_plan, open_cube, open_sweep, sweep
+from hcss_twin import Scenario, ScenarioError, make_plan, open_cube
 from hcss_twin.cube.variables import GEOMETRY
 from hcss_twin.engine import parts as tiles_module
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
@@ -164,12 +164,13 @@ def test_a_sensor_measures_a_platform_that_says_its_pixels_and_speed_by_optics_a
 
 
 def test_a_sweep_over_altitudes_has_the_coordinates_of_every_pixel_by_point(tmp_path):
+    hcss_sweep = pytest.importorskip("hcss_sweep")
     scene = {**WIDE, "image.rows": 4, "image.columns": 5, "image.pixel_size": 100.0}
     del scene["platform.altitude"]
     scene["output.variables"] = ["cloud_mask", "geometry"]
     over = {"platform.altitude": [500e3, 800e3]}
-    result = sweep("stratus", tmp_path / "sweep", over=over, overrides=scene, dataset=tmp_path / "all.nc")
-    with open_sweep(result.dataset) as data:
+    result = hcss_sweep.sweep("stratus", tmp_path / "sweep", over=over, overrides=scene, dataset=tmp_path / "all.nc")
+    with hcss_sweep.open_sweep(result.dataset) as data:
         np.testing.assert_array_equal(data["platform_altitude"], [500e3, 800e3])
         np.testing.assert_array_equal(data["sensor_altitude"], [500e3, 800e3])
         for point in range(2):

@@ -8,13 +8,17 @@ from hcss_author import sample_surface_inputs
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.fit import fit
 from hcss_evaluate.posterior.posterior_file import read_posterior
+from hcss_export import export_cube
 from hcss_modtran.importing import read_paths
+from hcss_sweep.dataset import open_sweep
+from hcss_sweep.design import Design
+from hcss_sweep.points import points_of
+from hcss_sweep.run import sweep
 from hcss_uncertainty.dataset import open_propagation
 from hcss_uncertainty.joint_sample import PosteriorDraws
 from input_files import FIT, SENSOR, SWEPT, noise, optics_table, small_stratus
 
 from hcss_twin.core.catalog import Catalog, read_columns
-from hcss_twin.cube.export.cube_export import export_cube
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.engine.sense import sense_file
 from hcss_twin.engine.simulate import simulate
@@ -34,10 +38,6 @@ from hcss_twin.reports.preview import draw_preview
 from hcss_twin.reports.report import report
 from hcss_twin.scenario.bands import read_response
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.sweeps.dataset import open_sweep
-from hcss_twin.sweeps.design import Design
-from hcss_twin.sweeps.points import points_of
-from hcss_twin.sweeps.run import sweep
 
 
 def _look_at(path):

@@ -16,6 +16,7 @@ from hcss_evaluate.database.cloud_import import ImportOptions, import_image
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.matching.target import ImageChoice
 from hcss_evaluate.posterior.fit import fit
+from hcss_sweep.run import sweep
 from hcss_uncertainty.propagation import propagate
 from posterior_example import example_posterior
 from surface_files import write_netcdf
@@ -35,7 +36,6 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.sensor import SensorSection
-from hcss_twin.sweeps.run import sweep
 
 SMALL = CHEAP | {
     "image.rows": 12,

@@ -8,9 +8,10 @@ import pytest
 from cube_changes import bad, good, read_all, write_all
 from hang import limited
 from hcss_evaluate import evaluate
+from hcss_export import export_cube
 from input_files import small_stratus
 
-from hcss_twin import CubeError, HcssError, brightness_temperature, export_cube, open_cube
+from hcss_twin import CubeError, HcssError, brightness_temperature, open_cube
 from hcss_twin.engine.simulate import run
 from hcss_twin.plan.make_plan import make_plan
 

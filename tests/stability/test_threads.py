@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 sys.path[:0] = [{folder!r}]
 from input_files import small_stratus
 import hcss_twin
+from hcss_export import export_cube
 
 def job(number):
     only = {{"seed": number, "frames.count": 1, "output.certificate": 0, "output.variables": ["radiance"]}}
@@ -29,7 +30,7 @@ hcss_twin.simulate(small_stratus(), "c.nc").close()
 held = hcss_twin.open_cube("c.nc")
 for _ in range(2):
     try:
-        hcss_twin.export_cube("c.nc", "envi", variable="nothing")
+        export_cube("c.nc", "envi", variable="nothing")
     except hcss_twin.CubeError:
         hcss_twin.report("c.nc", replace=True)
     hcss_twin.brightness_temperature("c.nc")

@@ -8,7 +8,6 @@ import pytest
 from hcss_twin import Scenario
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.engine.certificate.reference_columns import AFRESH_COLUMNS
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.between_sea_temperatures import (
@@ -16,12 +15,10 @@ from hcss_twin.plan.between_sea_temperatures import (
     FORESEEN,
     BetweenSeaTemperatures,
     GroupColumns,
-    SeaTemperatures,
     temperatures_between,
 )
 from hcss_twin.plan.slant_paths import slant_paths
 from hcss_twin.providers import RadianceDeclaration, Sun, View
-from hcss_twin.sweeps.points import sea_groups
 
 WAVENUMBER = np.array([900.0, 1100.0, 2500.0, 3160.0, 3600.0])
 SUN = Sun(40.0, 120.0, 1.0)
@@ -136,22 +133,3 @@ def test_few_scenes_and_wide_ranges_are_not_interpolated():
     assert temperatures_between(np.linspace(288.0, 294.0, 7), "any") is None
     assert temperatures_between(np.linspace(270.0, 300.0, 100), "any") is None
     assert temperatures_between([290.0] * 9, "any") is None
-
-
-def test_scenes_that_differ_in_more_than_the_sea_temperature_are_other_groups_and_some_are_certified_afresh():
-    scenarios = [
-        Scenario.load("stratus", {"sea.temperature": kelvin, "sea.wind_speed": wind, "seed": seed})
-        for wind, seed in ((8.0, 1), (8.0, 2), (9.0, 1))
-        for kelvin in np.linspace(288.0, 290.0, 8).tolist()
-    ]
-    groups = sea_groups([*scenarios, Scenario.load("stratus", {"sea.wind_speed": 7.0})])
-    assert groups[-1] is None
-    assert all(isinstance(each, SeaTemperatures) for each in groups[:-1])
-    assert groups[0].group == groups[7].group
-    assert len({groups[place].group for place in (0, 8, 16)}) == 3
-    assert not groups[0].afresh
-    assert groups[1].afresh == groups[17].afresh == ALL_COLUMNS
-    assert {each.afresh for each in groups[2:8]} <= {0, AFRESH_COLUMNS}
-    without_certificates = sea_groups(scenarios, certified=False)
-    assert without_certificates[0].group == without_certificates[8].group != without_certificates[16].group
-    assert not any(each.afresh for each in without_certificates)

@@ -1,4 +1,4 @@
-"""Curves of reference columns against a radiance in closed form, and which points of a sweep use them."""
+"""Curves of reference columns against a radiance in closed form, and which scenes solve columns afresh."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,6 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.certificate.reference_columns import AFRESH_COLUMNS, SOLVED_AFRESH, References, columns_afresh
 from hcss_twin.engine.certificate.reference_curve import reference_curve
 from hcss_twin.providers import CloudLayer, Microphysics
-from hcss_twin.sweeps.points import SweepPoint, points_with_curves
 
 LEVELS_M = np.arange(0.0, 20e3, 1e3)
 
@@ -76,11 +75,7 @@ def test_all_columns_of_curves_are_solved_afresh_and_the_certificate_says_how_fa
     assert "8 of the columns are solved afresh" in checked.interpolation
 
 
-def test_a_tenth_of_the_points_solves_columns_afresh_and_the_second_of_a_group_and_small_groups_all():
-    points = [SweepPoint(number, {}, Scenario.load("stratus", {"seed": number})) for number in range(200)]
-    groups = {point.number: "few" if point.number < 3 else "many" for point in points}
-    chosen = points_with_curves(points, groups)
-    assert chosen == set(range(200)) - {0, 1, 2, 4}
-    drawn = [columns_afresh(point.scenario) for point in points]
+def test_a_tenth_of_the_scenes_solves_columns_afresh():
+    drawn = [columns_afresh(Scenario.load("stratus", {"seed": number})) for number in range(200)]
     assert set(drawn) == {0, AFRESH_COLUMNS}
     assert np.count_nonzero(drawn) == pytest.approx(200 / SOLVED_AFRESH, abs=13)

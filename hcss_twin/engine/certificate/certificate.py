@@ -50,10 +50,10 @@ def share_of_all(pixels: NDArray[np.int64], checked: NDArray[np.int64]) -> float
     weight, count = weight[order], count[order]
     rate = count / weight
     for active in range(count.size, 0, -1):
-        own = slice(active)
-        ln_t = (np.log(1.0 - CONFIDENCE) - np.sum(count[own] * np.log(rate[own]))) / np.sum(count[own])
+        strata = slice(active)
+        ln_t = (np.log(1.0 - CONFIDENCE) - np.sum(count[strata] * np.log(rate[strata]))) / np.sum(count[strata])
         if ln_t + np.log(rate[active - 1]) <= 0.0:
-            return unseen + float(np.sum(weight[own] - np.exp(ln_t) * count[own]))
+            return unseen + float(np.sum(weight[strata] - np.exp(ln_t) * count[strata]))
     return unseen
 
 
@@ -195,11 +195,11 @@ class Certificate:
             *((self.interpolation,) if self.interpolation else ()),
             *self._confidence,
             *self._left_out,
-            *(f"also omitted: {each}" for each in self.beyond[1:]),
+            *(f"also omitted: {omission}" for omission in self.beyond[1:]),
             "these are the errors of tables, interpolation, streams and spectral grid relative to a reference "
             "that is one level finer, without those of the models",
-            *(f"total error, models included: {each}" for each in (self.budget.lines if self.budget else ())),
-            *(f"provider-stated accuracy: {each}" for each in self.own_errors),
+            *(f"total error, models included: {line}" for line in (self.budget.lines if self.budget else ())),
+            *(f"provider-stated accuracy: {stated}" for stated in self.own_errors),
         )
 
     def as_dict(self) -> dict[str, Any]:

@@ -80,7 +80,7 @@ class PixelSample:
             count = min(count, PIXELS_WITH_TOPS)
         parts = min(max(1, count // PIXELS_PER_FRAME), frames)
         chosen = checked_frames(parts, frames) if count else []
-        self.counts = {frame: count // parts + (place < count % parts) for place, frame in enumerate(chosen)}
+        self.counts = {frame: count // parts + (index < count % parts) for index, frame in enumerate(chosen)}
         """Pixels to draw, by frame."""
 
     def of_part(self, index: int, before: int = 0, corner: tuple[int, int] = (0, 0)) -> PartSample | None:

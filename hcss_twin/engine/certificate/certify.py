@@ -79,22 +79,32 @@ def certify(
         away_K = np.where(warm, away_K, 0.0)
         if away_K.size:
             worst_K = np.max(away_K, axis=0)
-            achieved_K = {band.name: _rounded(each) for band, each in zip(plan.bands, worst_K, strict=True)}
+            achieved_K = {band.name: _rounded(kelvin) for band, kelvin in zip(plan.bands, worst_K, strict=True)}
     worst_of = np.max(errors, axis=(0, 2), initial=0.0)
-    terms = {name: _rounded(each) for name, each in zip(quantities.names, worst_of, strict=True) if name != TOTAL}
+    terms = {
+        name: _rounded(error_of_term)
+        for name, error_of_term in zip(quantities.names, worst_of, strict=True)
+        if name != TOTAL
+    }
     stratum = np.concatenate([np.empty(0, np.int64), *(pixels.stratum for pixels in frames)])
     size = np.array([pixels.pixels for pixels in frames]).reshape(len(frames), len(names))
     checked = np.array([np.bincount(pixels.stratum, minlength=len(names)) for pixels in frames])
     checks = []
     for number, name in enumerate(names):
-        own = stratum == number
+        in_stratum = stratum == number
         left_out = {
             reason: sum(int(pixels.left_out[row, number]) for pixels in frames) for row, reason in enumerate(reasons)
         }
         pixels_of = int(np.sum(size[:, number])) + sum(left_out.values())
         if pixels_of:
-            worst = tuple(_rounded(each) for each in np.max(error[own], axis=0)) if np.any(own) else ()
-            checks.append(StratumCheck(name, pixels_of, int(np.sum(own)), int(np.sum(exceeding[own])), worst, left_out))
+            worst = (
+                tuple(_rounded(largest) for largest in np.max(error[in_stratum], axis=0)) if np.any(in_stratum) else ()
+            )
+            checks.append(
+                StratumCheck(
+                    name, pixels_of, int(np.sum(in_stratum)), int(np.sum(exceeding[in_stratum])), worst, left_out
+                )
+            )
     return Certificate(
         requested=plan.accuracy,
         estimated=tables.estimated_error,
@@ -128,9 +138,15 @@ def _exact(
     """Band radiances (M, Q, B) on the reference path: total and requested terms."""
     count, layers, points = pixels.thickness_m.shape
     thickness = np.moveaxis(pixels.thickness_m, 1, 2).reshape(count * points, layers).astype(np.float64)
-    for own, layer in zip(thickness.T, plan.layers, strict=True):
+    for layer_thickness, layer in zip(thickness.T, plan.layers, strict=True):
         # Values beyond the limits by single-precision rounding are clipped, as in the look-up.
-        np.clip(own, layer.thickness_min_m, layer.thickness_max_m, out=own, where=own > 0)
+        np.clip(
+            layer_thickness,
+            layer.thickness_min_m,
+            layer.thickness_max_m,
+            out=layer_thickness,
+            where=layer_thickness > 0,
+        )
     if states is not None:
         return _of_points(plan, states, quantities, pixels, thickness, references)
     places = _perturbations(plan, pixels)
@@ -143,8 +159,10 @@ def _exact(
     return np.concatenate(
         [nothing]
         + [
-            _means(plan.toward(view), quantities, own, points, pixels.time_s, references, place)
-            for view, own, place in zip(views, thickness.reshape(count, points, layers), places[:, None], strict=True)
+            _means(plan.toward(view), quantities, columns, points, pixels.time_s, references, perturbation)
+            for view, columns, perturbation in zip(
+                views, thickness.reshape(count, points, layers), places[:, None], strict=True
+            )
         ]
     )
 
@@ -161,11 +179,11 @@ def _perturbations(plan: Plan, pixels: SampledPixels) -> Array:
     from hcss_twin.plan.texture import TextureFields  # not for scenes without texture
 
     fields = TextureFields(plan.scenario, plan.assembly, plan.texture)
-    each = [
+    perturbations = [
         np.ravel(fields.at(pixels.time_s, slice(row, row + 1), slice(column, column + 1)))
         for row, column in zip(*_in_image(plan, pixels), strict=True)
     ]
-    return np.array(each, dtype=np.float64).reshape(-1, 2)
+    return np.array(perturbations, dtype=np.float64).reshape(-1, 2)
 
 
 def _means(

@@ -164,14 +164,14 @@ class PartSample:
                 self._left_out[number] += self._count_of(stratum[free & seen.left_out[reason]])
                 free &= ~seen.left_out[reason]
         key = self._random.random(shape)
-        here = self._count_of(stratum[free])
-        self._pixels += here
+        available = self._count_of(stratum[free])
+        self._pixels += available
         # For most strata these contain the smallest numbers.
         rows, columns = np.nonzero(free & (key < LOOKED_AT_FIRST * self._count / key.size))
         kind = stratum[rows, columns]
-        for number, wanted in enumerate(np.minimum(here, self._count).tolist()):
-            own = kind == number
-            some = rows[own], columns[own]
+        for number, wanted in enumerate(np.minimum(available, self._count).tolist()):
+            in_stratum = kind == number
+            some = rows[in_stratum], columns[in_stratum]
             if some[0].size < wanted:
                 every = np.nonzero(free & (stratum == number))
                 some = every[0], every[1]

@@ -140,8 +140,8 @@ class References:
         nodes = self._kept(plan, int(layers[0]), time_s).nodes if self.from_curves and layers.size == 1 else None
         afresh = cloudy.size if nodes is not None else min(afresh, cloudy.size)
         drawn = np.sort(np.random.default_rng(seed).choice(cloudy, afresh, replace=False))
-        own = [views[row] for row in drawn] if views else ()
-        exact = self._columns(plan, thickness_m[drawn], time_s, own, nodes or AFRESH_NODES_TOLERANCE)
+        drawn_views = [views[row] for row in drawn] if views else ()
+        exact = self._columns(plan, thickness_m[drawn], time_s, drawn_views, nodes or AFRESH_NODES_TOLERANCE)
         known, result[drawn] = result[drawn], exact
         self.checked += drawn.size
         self.check_error = max(self.check_error, relative(total(known), total(result[drawn])))
@@ -155,14 +155,17 @@ class References:
         result: Array | None = None
         solved = np.ones(thickness_m.shape[0], dtype=np.bool_)
         for index in range(len(plan.layers)):
-            own = (clouds == 1) & (thickness_m[:, index] > 0.0)
-            curve = self._kept(plan, index, time_s).curve if np.any(own) else None
+            in_layer = (clouds == 1) & (thickness_m[:, index] > 0.0)
+            curve = self._kept(plan, index, time_s).curve if np.any(in_layer) else None
             if curve is None:
                 continue
-            values = curve.terms(thickness_m[own, index])
+            values = curve.terms(thickness_m[in_layer, index])
             result = np.empty((solved.size, *values.shape[1:])) if result is None else result
-            result[own], solved[own] = values, False
-            self.read, self.curve_columns = self.read + int(np.count_nonzero(own)), self.curve_columns + curve.columns
+            result[in_layer], solved[in_layer] = values, False
+            self.read, self.curve_columns = (
+                self.read + int(np.count_nonzero(in_layer)),
+                self.curve_columns + curve.columns,
+            )
             self.curve_error = max(self.curve_error, curve.error)
         if result is None:
             return self._columns(plan, thickness_m, time_s)
@@ -256,11 +259,11 @@ def _spectra(assembly: Assembly, wavenumber_cm1: Array, thickness_m: Array, sun:
         return reference_spectra(assembly.model, wavenumber_cm1, thickness_m, sun, COLUMNS_AT_ONCE)
     result = np.empty((len(views), len(assembly.model.terms), wavenumber_cm1.size))
     cloudy = np.any(thickness_m, axis=1)
-    together = list(dict.fromkeys(view for view, own in zip(views, cloudy, strict=True) if own))
+    together = list(dict.fromkeys(view for view, is_cloudy in zip(views, cloudy, strict=True) if is_cloudy))
     for view in dict.fromkeys((*together, *views)):
-        model, own = assembly.model_toward(view), np.array([each == view for each in views])
+        model, seen = assembly.model_toward(view), np.array([other == view for other in views])
         expect_views(model, together)
-        result[own] = reference_spectra(model, wavenumber_cm1, thickness_m[own], sun, COLUMNS_AT_ONCE)
+        result[seen] = reference_spectra(model, wavenumber_cm1, thickness_m[seen], sun, COLUMNS_AT_ONCE)
     return result
 
 
@@ -271,8 +274,8 @@ def _reference_terms(
     assembly, grid = plan.assembly.for_references, plan.spectral_grid
     few, fine = for_spectra(assembly), reference_level(assembly)
     coarse, coarsest = few.numerical_level, few.at_level(0)
-    for each in (coarsest, few, assembly, assembly.at_level(fine)):
-        expect(each.model, suns)
+    for scene in (coarsest, few, assembly, assembly.at_level(fine)):
+        expect(scene.model, suns)
     known = _spectra(few, grid.wavenumber_cm1, thickness_m, sun, views)
     terms: Array = known @ grid.weights_cm1.T
     nodes = wavenumbers if isinstance(wavenumbers, SpectralNodes) else all_nodes(grid)
@@ -342,17 +345,17 @@ def _few_clouds(thickness_m: Array) -> tuple[NDArray[np.intp], Array]:
     weights, kept = np.eye(thickness_m.shape[0]), np.ones(thickness_m.shape[0], dtype=np.bool_)
     alone = np.count_nonzero(thickness_m, axis=1) == 1
     for thickness in thickness_m.T:
-        own = np.flatnonzero(alone & (thickness > 0.0))
-        own = own[np.argsort(thickness[own])]
-        if own.size <= CLOUDS_ON_FINER_GRID:
+        rows = np.flatnonzero(alone & (thickness > 0.0))
+        rows = rows[np.argsort(thickness[rows])]
+        if rows.size <= CLOUDS_ON_FINER_GRID:
             continue
-        place = np.log(thickness, where=thickness > 0.0, out=np.zeros_like(thickness))
-        wanted = np.linspace(place[own[0]], place[own[-1]], CLOUDS_ON_FINER_GRID)
-        nodes = own[np.unique(np.argmin(np.abs(place[own] - wanted[:, None]), axis=1))]
-        kept[own], kept[nodes] = False, True
-        weights[own] = 0.0
+        ln_thickness = np.log(thickness, where=thickness > 0.0, out=np.zeros_like(thickness))
+        wanted = np.linspace(ln_thickness[rows[0]], ln_thickness[rows[-1]], CLOUDS_ON_FINER_GRID)
+        nodes = rows[np.unique(np.argmin(np.abs(ln_thickness[rows] - wanted[:, None]), axis=1))]
+        kept[rows], kept[nodes] = False, True
+        weights[rows] = 0.0
         for number, node in enumerate(nodes):
-            weights[own, node] = np.interp(place[own], place[nodes], np.eye(nodes.size)[number])
+            weights[rows, node] = np.interp(ln_thickness[rows], ln_thickness[nodes], np.eye(nodes.size)[number])
     return np.flatnonzero(kept), weights[:, kept]
 
 

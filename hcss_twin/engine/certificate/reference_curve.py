@@ -61,10 +61,10 @@ class ReferenceCurve:
         segment = np.clip(np.searchsorted(self.ends_m, thickness_m) - 1, 0, len(self.coefficients) - 1)
         result = np.empty((thickness_m.size, *self.coefficients[0].shape[1:]))
         for index, coefficient in enumerate(self.coefficients):
-            here = segment == index
-            if np.any(here):
-                place = _place(thickness_m[here], self.ends_m[index], self.ends_m[index + 1])
-                result[here] = np.moveaxis(chebyshev.chebval(place, coefficient), -1, 0)
+            inside = segment == index
+            if np.any(inside):
+                position = _position(thickness_m[inside], self.ends_m[index], self.ends_m[index + 1])
+                result[inside] = np.moveaxis(chebyshev.chebval(position, coefficient), -1, 0)
         return result
 
 
@@ -80,10 +80,12 @@ def reference_curve(columns: ColumnsAt, layer: CloudLayer, level_m: Array, toler
     ends = np.array(breakpoints(layer, level_m))
     for attempt in range(TRIES):
         segments = [_nodes_and_checks(low, high, 2**attempt) for low, high in pairwise(ends.tolist())]
-        thickness = np.concatenate([each for segment in segments for each in segment])
-        values = np.split(columns(thickness), np.cumsum([each.size for segment in segments for each in segment])[:-1])
+        thickness = np.concatenate([thicknesses for segment in segments for thicknesses in segment])
+        values = np.split(
+            columns(thickness), np.cumsum([thicknesses.size for segment in segments for thicknesses in segment])[:-1]
+        )
         coefficients = tuple(
-            _series(_place(nodes, low, high), value)
+            _series(_position(nodes, low, high), value)
             for (nodes, _), value, (low, high) in zip(segments, values[::2], pairwise(ends.tolist()), strict=True)
         )
         curve = ReferenceCurve(ends, coefficients, thickness.size, 0.0)
@@ -100,19 +102,20 @@ def _nodes_and_checks(low_m: float, high_m: float, times: int) -> tuple[Array, A
     count = times * max(int(np.ceil(NODES_PER_E_FOLD * width)), FEWEST_NODES)
     share = (1.0 + np.arange(-(-count // NODES_PER_CHECK))) * _GOLDEN % 1.0
     nodes, checks = (
-        low_m * np.exp(0.5 * width * (1.0 + each)) for each in (chebyshev.chebpts1(count), np.cos(np.pi * share))
+        low_m * np.exp(0.5 * width * (1.0 + position))
+        for position in (chebyshev.chebpts1(count), np.cos(np.pi * share))
     )
     return nodes, checks
 
 
-def _series(place: Array, values: Array) -> Array:
+def _series(position: Array, values: Array) -> Array:
     """Return the Chebyshev coefficients (N, K, B) of the polynomial through values (N, K, B)."""
-    vandermonde = chebyshev.chebvander(place, place.size - 1)
-    series = np.linalg.solve(vandermonde, values.reshape(place.size, -1))
+    vandermonde = chebyshev.chebvander(position, position.size - 1)
+    series = np.linalg.solve(vandermonde, values.reshape(position.size, -1))
     return np.asarray(series.reshape(values.shape), dtype=np.float64)
 
 
-def _place(thickness_m: Array, low_m: float, high_m: float) -> Array:
-    """Return the place between -1 and 1 of thicknesses within a segment."""
-    place: Array = 2.0 * np.log(thickness_m / low_m) / np.log(high_m / low_m) - 1.0
-    return place
+def _position(thickness_m: Array, low_m: float, high_m: float) -> Array:
+    """Return the position between -1 and 1 of thicknesses within a segment."""
+    position: Array = 2.0 * np.log(thickness_m / low_m) / np.log(high_m / low_m) - 1.0
+    return position

@@ -61,14 +61,14 @@ class DerivedStage(Stage):
         sun = plan.sun_track.at(time_s) if self._geometry & set(_SUN) else None
         # Intermediate arrays take much more memory than the result.
         for strip in cut(extent, max(1, PIXELS_AT_ONCE // shape[1]), shape[1]) if angles else ():
-            place = relative(strip, extent)
+            in_part = relative(strip, extent)
             known: dict[str, Any] = {}
             if self._geometry & {*_LOCATION, *_VIEW}:
                 known = self._of_pixels(strip, time_s)
             if sun is not None:
                 known |= zip(_SUN, (sun.zenith_deg, sun.azimuth_deg), strict=True)
             for name, array in angles.items():
-                array[place] = known[name]
+                array[in_part] = known[name]
         return angles
 
     def _of_pixels(self, window: Window, time_s: float) -> dict[str, Any]:

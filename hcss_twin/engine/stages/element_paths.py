@@ -53,8 +53,8 @@ class ElementPaths:
     def heights_above(self, thickness_m: Sequence[NDArray[np.float32]], altitude_m: float) -> Array:
         """Return the vertical extent (L, P) of each layer's cloud above an altitude, from the thickness at P points."""
         heights = np.zeros((len(thickness_m), thickness_m[0].size if thickness_m else 0))
-        for height, layer, each in zip(heights, self._plan.layers, thickness_m, strict=True):
-            thickness = each.ravel().astype(np.float64)
+        for height, layer, layer_thickness in zip(heights, self._plan.layers, thickness_m, strict=True):
+            thickness = layer_thickness.ravel().astype(np.float64)
             height[:] = np.clip(layer.cloud_top_m(thickness) - altitude_m, 0.0, thickness)
         return heights
 

@@ -132,13 +132,13 @@ class InstantElements:
         radiance: NDArray[np.float32],
         added: Mapping[str, NDArray[np.float32]],
         truth: Mapping[str, NDArray[Any]],
-        place: Window,
+        in_part: Window,
     ) -> NDArray[np.bool_]:
         """Add the elements to a window.
 
         Parameters
         ----------
-        window, place : (slice, slice)
+        window, in_part : (slice, slice)
             Rows and columns of the window in the image, and in the part.
         thickness_m : sequence of ndarray (window rows x samples, window columns x samples)
             Of each layer.
@@ -155,31 +155,31 @@ class InstantElements:
             Pixels with an element.
         """
         parts = self._given(window)
-        points = [each for _, each in parts if isinstance(each, PlacedPoint)]
+        points = [element for _, element in parts if isinstance(element, PlacedPoint)]
         present = np.zeros((length(window[0]), length(window[1])), dtype=np.bool_)
-        small = WindowPieces(window, place, thickness_m, radiance)
-        for number, each in parts:
-            if isinstance(each, PlacedPoint):
-                higher, samples = higher_than(each, points), self._plan.samples_per_pixel
-                for pixel, pieces in each.pieces(window, higher, samples).items():
-                    own = self._add_point(each, pixel, pieces, small)
+        small = WindowPieces(window, in_part, thickness_m, radiance)
+        for number, element in parts:
+            if isinstance(element, PlacedPoint):
+                higher, samples = higher_than(element, points), self._plan.samples_per_pixel
+                for pixel, pieces in element.pieces(window, higher, samples).items():
+                    element_truth = self._add_point(element, pixel, pieces, small)
                     present[pixel[0] - window[0].start, pixel[1] - window[1].start] = True
-                    _tell(truth, own, *small.at(pixel))
+                    _tell(truth, element_truth, *small.at(pixel))
                 continue
-            own = {ELEMENT: number, ELEMENT_SHARE: each.share}
-            own |= {f"{ELEMENT}_{name}": values for name, values in each.truth.items()}
-            y, x = each.rows - window[0].start, each.columns - window[1].start
+            element_truth = {ELEMENT: number, ELEMENT_SHARE: element.share}
+            element_truth |= {f"{ELEMENT}_{name}": values for name, values in element.truth.items()}
+            y, x = element.rows - window[0].start, element.columns - window[1].start
             present[y, x] = True
-            _tell(truth, own, y + place[0].start, x + place[1].start)
-            for n, pixel in enumerate(zip(each.rows.tolist(), each.columns.tolist(), strict=True)):
-                self._add_pixel(each, n, pixel, small, added)
+            _tell(truth, element_truth, y + in_part[0].start, x + in_part[1].start)
+            for n, pixel in enumerate(zip(element.rows.tolist(), element.columns.tolist(), strict=True)):
+                self._add_pixel(element, n, pixel, small, added)
         self._draw(small, added, truth)
         return present
 
     def windows(self, area: Window) -> list[Window]:
         """Return windows of an area of the image that hold all small elements that sensors draw."""
-        placed = (each for _, each in self._given(area) if isinstance(each, PlacedPoint))
-        windows = [each.window(area) for each in placed if each.side <= LARGEST_DRAWN]
+        placed = (element for _, element in self._given(area) if isinstance(element, PlacedPoint))
+        windows = [element.window(area) for element in placed if element.side <= LARGEST_DRAWN]
         return [window for window in windows if length(window[0]) > 0 and length(window[1]) > 0]
 
     def _given(self, window: Window) -> list[tuple[int, ElementPixels | PlacedPoint]]:
@@ -188,12 +188,12 @@ class InstantElements:
         for number, provider in enumerate(plan.assembly.elements, start=1):
             seed = np.random.SeedSequence(plan.scenario.seed, spawn_key=(_SEED_KEY, number, self._number))
             self.sun, self.random = plan.sun_at(self._time_s), np.random.Generator(np.random.PCG64(seed))
-            for each in provider.pixels(self._time_s, *window, self):
-                own = self._placed(number, each) if isinstance(each, ElementPoint) else each
-                if own is not None:
-                    parts.append((each.altitude_m, number, own))
+            for element in provider.pixels(self._time_s, *window, self):
+                placed = self._placed(number, element) if isinstance(element, ElementPoint) else element
+                if placed is not None:
+                    parts.append((element.altitude_m, number, placed))
         parts.sort(key=lambda part: part[0])
-        return [(number, each) for _, number, each in parts]
+        return [(number, element) for _, number, element in parts]
 
     def _placed(self, number: int, point: ElementPoint) -> PlacedPoint | None:
         """Return a small element at its place in the image; None if it is not seen."""
@@ -221,7 +221,7 @@ class InstantElements:
             return np.array([row]), np.array([column]), ((row_1 - row_0) / _RATE_S, (column_1 - column_0) / _RATE_S)
         count = max(rays.instants, math.ceil(_STEPS_PER_PIXEL * math.hypot(row_1 - row_0, column_1 - column_0)))
         places = [self._at(point, later) for later in instants_s(rays.integration_s, count)]
-        rows, columns = (np.array(each) for each in zip(*places, strict=True))
+        rows, columns = (np.array(positions) for positions in zip(*places, strict=True))
         return rows, columns, (0.0, 0.0)
 
     def _at(self, point: ElementPoint, later_s: float) -> Place:
@@ -237,7 +237,7 @@ class InstantElements:
 
     def path(self, x_m: float, y_m: float, altitude_m: float) -> SightPath:
         """Return what is between a point and the sensor, as :meth:`hcss_twin.providers.ElementScene.path`."""
-        at = self.project(*(np.array([each]) for each in (x_m, y_m, altitude_m)))
+        at = self.project(*(np.array([coordinate]) for coordinate in (x_m, y_m, altitude_m)))
         place, paths = (float(at[0][0]), float(at[1][0])), self._paths
         zenith = self._zenith_of(place)
         cloud = paths.through_cloud(paths.heights_above(self._own_points(place), altitude_m), zenith)
@@ -257,7 +257,7 @@ class InstantElements:
             y, x = math.floor(row), math.floor(column)
             thickness = self._clouds.thickness_m((slice(y, y + 1), slice(x, x + 1)))
             i, j = point_of((row, column), (y, x), samples)
-            self._points_of_places[place] = [each[i : i + 1, j : j + 1] for each in thickness]
+            self._points_of_places[place] = [layer[i : i + 1, j : j + 1] for layer in thickness]
         return self._points_of_places[place]
 
     def _add_point(
@@ -265,8 +265,11 @@ class InstantElements:
     ) -> dict[str, Any]:
         """Add the pieces of a small element in one pixel, and return their truth."""
         point, covers = placed.point, placed.area or 1.0
-        own: dict[str, Any] = {ELEMENT: placed.number, ELEMENT_SHARE: covers * sum(each.share for each in pieces)}
-        own |= {f"{ELEMENT}_{name}": value for name, value in point.truth.items()}
+        element_truth: dict[str, Any] = {
+            ELEMENT: placed.number,
+            ELEMENT_SHARE: covers * sum(piece.share for piece in pieces),
+        }
+        element_truth |= {f"{ELEMENT}_{name}": value for name, value in point.truth.items()}
         changes = dict[tuple[float, ...], Array]()
         of_place = [] if placed.is_resolved else self._own_points(placed.place)
         target = small.large if placed.side > LARGEST_DRAWN else small.drawn
@@ -274,14 +277,16 @@ class InstantElements:
         points = small.points_of(pixel, samples)
         for piece in pieces:
             i, j = point_of((piece.row, piece.column), pixel, samples)
-            behind = [each[i : i + 1, j : j + 1] for each in points]
+            behind = [layer[i : i + 1, j : j + 1] for layer in points]
             above = behind if placed.is_resolved else of_place
-            key = tuple(float(each[0, 0]) for each in behind)
+            key = tuple(float(layer[0, 0]) for layer in behind)
             if key not in changes:
                 place = (piece.row, piece.column) if placed.is_resolved else placed.place
-                own[ELEMENT_TRANSMITTANCE], changes[key] = self._change(point, place, pixel, above, behind, small)
+                element_truth[ELEMENT_TRANSMITTANCE], changes[key] = self._change(
+                    point, place, pixel, above, behind, small
+                )
             target.setdefault(pixel, []).append((placed, piece, changes[key] * covers * piece.share))
-        return own
+        return element_truth
 
     def _change(
         self,
@@ -310,13 +315,13 @@ class InstantElements:
         assert point.radiance is not None
         alone = paths.band_mean(air, point.temperature_K)
         direct = np.divide(reach, alone, out=np.zeros_like(reach), where=alone > 0.0)
-        own = reach * point.radiance
+        reaching = reach * point.radiance
         if point.reflectance:
-            own = own + point.reflectance * paths.reflected(
+            reaching = reaching + point.reflectance * paths.reflected(
                 altitude_m, zenith, self._plan.sun_at(self._time_s), heights
             )
         hidden = self._behind(pixel, heights, behind, small)
-        return reach, own + direct * (paths.air_emission(altitude_m, zenith) - hidden)
+        return reach, reaching + direct * (paths.air_emission(altitude_m, zenith) - hidden)
 
     def _behind(
         self, pixel: tuple[int, int], heights: Array, thickness_m: Sequence[Thickness], small: WindowPieces
@@ -333,8 +338,8 @@ class InstantElements:
         if all(np.array_equal(one, other) for one, other in zip(whole, all_points, strict=True)):
             return before
         # What waves, shadows and lower elements change stays.
-        own, mean = (self._looked_up(each, channels, (y, x)) for each in (whole, all_points))
-        return np.maximum(before + own - mean, 0.0)
+        hidden, mean = (self._looked_up(clouds, channels, (y, x)) for clouds in (whole, all_points))
+        return np.maximum(before + hidden - mean, 0.0)
 
     def _draw(
         self, small: WindowPieces, added: Mapping[str, NDArray[np.float32]], truth: Mapping[str, NDArray[Any]]
@@ -360,13 +365,13 @@ class InstantElements:
                 continue
             found = [Piece(at.row, at.column, of.rate, change, pixel, behind) for of, at, change in pieces]
             self.drawn.setdefault(pixel, []).extend(found)
-            weights = np.array([np.sum(np.abs(each.radiance)) for each in found])
+            weights = np.array([np.sum(np.abs(piece.radiance)) for piece in found])
             if not np.any(weights):
                 weights = np.array([at.share for _, at, _ in pieces])
-            rates = weights @ np.array([each.rate for each in found]) / weights.sum()
-            own = dict(zip((*ELEMENT_PLACE, *ELEMENT_RATE), (*merged(found, weights), *rates), strict=True))
-            for name in own.keys() & truth.keys():
-                truth[name][y, x] = own[name]
+            rates = weights @ np.array([piece.rate for piece in found]) / weights.sum()
+            motion = dict(zip((*ELEMENT_PLACE, *ELEMENT_RATE), (*merged(found, weights), *rates), strict=True))
+            for name in motion.keys() & truth.keys():
+                truth[name][y, x] = motion[name]
 
     def _add_pixel(
         self,
@@ -393,17 +398,17 @@ class InstantElements:
             change = reach * pixels.intensity / self._area_m2(pixel[0] + 0.5, pixel[1] + 0.5)
         else:
             assert pixels.radiance is not None
-            own = pixels.radiance if pixels.radiance.ndim == 1 else pixels.radiance[n]
+            element_radiance = pixels.radiance if pixels.radiance.ndim == 1 else pixels.radiance[n]
             behind = before
             if np.any(heights):
                 behind = self._looked_up(_below(thickness_m, heights), radiance.shape[0], at)
             alone = paths.band_mean(air, pixels.temperature_K)
             direct = np.divide(reach, alone, out=np.zeros_like(reach), where=alone > 0.0)
-            change = reach * own + direct * (paths.air_emission(altitude_m, zenith) - behind)
+            change = reach * element_radiance + direct * (paths.air_emission(altitude_m, zenith) - behind)
             for found in (small.large, small.drawn):
                 if pixel in found:
                     found[pixel] = [
-                        (of, each, (1.0 - pixels.share[n] * direct) * light) for of, each, light in found[pixel]
+                        (of, piece, (1.0 - pixels.share[n] * direct) * light) for of, piece, light in found[pixel]
                     ]
         radiance[bands] = np.maximum(before + pixels.share[n] * change, 0.0)
         if ELEMENT_RADIANCE in added:
@@ -440,8 +445,8 @@ def _below(thickness_m: Sequence[Thickness], heights: Array) -> list[Thickness]:
     ]
 
 
-def _tell(truth: Mapping[str, NDArray[Any]], own: Mapping[str, Any], y: Any, x: Any) -> None:
+def _tell(truth: Mapping[str, NDArray[Any]], element_truth: Mapping[str, Any], y: Any, x: Any) -> None:
     """Write the truth of the highest element so far in pixels of a part."""
     for name, array in truth.items():
         if name.startswith(ELEMENT):
-            array[..., y, x] = own.get(name, np.nan)
+            array[..., y, x] = element_truth.get(name, np.nan)

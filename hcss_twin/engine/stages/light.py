@@ -39,7 +39,7 @@ class LightStage(Stage):
         self._transport: LightTransport = plan.light.transport(inputs)
         pixels = min(max(plan.grid.rows, plan.grid.columns), max(LARGEST_SQUARE // samples, 1))
         self._pixels, self._layer, self._number = pixels, inputs.layer, inputs.number
-        self._reach = [tuple(-(-each // samples) for each in both) for both in self._transport.reach]
+        self._reach = [tuple(-(-points // samples) for points in both) for both in self._transport.reach]
         self._instant: tuple[float, Sun | None, InstantLight] | None = None
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()
 
@@ -48,7 +48,7 @@ class LightStage(Stage):
         self.fill(part.shown, window.window, window.inside, part.time_s, part.clouds, part.look_up)
 
     def fill(
-        self, radiance: NDArray[np.float32], window: Window, place: Window, time_s: float, clouds: Any, look_up: Any
+        self, radiance: NDArray[np.float32], window: Window, in_part: Window, time_s: float, clouds: Any, look_up: Any
     ) -> None:
         """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
         if self._instant is None or self._instant[0] != time_s:
@@ -56,13 +56,13 @@ class LightStage(Stage):
             self._instant = time_s, sun, last[2] if last is not None and last[1] == sun else self._transport.at(sun)
             self._squares = OrderedDict()
         side = self._pixels
-        for row, column in product(*(range(each.start // side, -(-each.stop // side)) for each in window)):
+        for row, column in product(*(range(pixels.start // side, -(-pixels.stop // side)) for pixels in window)):
             first = row * side, column * side
             if (row, column) not in self._squares:
                 self._squares[row, column] = self._square(first, clouds)
                 if len(self._squares) > KEPT_SQUARES:
                     self._squares.popitem(last=False)
-            where, means = self._within(first, self._squares[row, column], window, place, look_up, radiance.shape[0])
+            where, means = self._within(first, self._squares[row, column], window, in_part, look_up, radiance.shape[0])
             for band, mean in zip(radiance, means, strict=True):
                 band[*where] = mean
 
@@ -71,14 +71,14 @@ class LightStage(Stage):
         first: tuple[int, int],
         square: tuple[Array, Array, Array],
         window: Window,
-        place: Window,
+        in_part: Window,
         look_up: LookUp | ViewedLookUp,
         bands: int,
     ) -> tuple[list[slice], list[Array]]:
         """Return where the pixels of a square that lie in a window stand in a part, and their radiance by band."""
         samples, (amount, share, change) = self._plan.samples_per_pixel, square
         inner, outer = [], []
-        for start, points, wanted, where in zip(first, amount.shape[-2:], window, place, strict=True):
+        for start, points, wanted, where in zip(first, amount.shape[-2:], window, in_part, strict=True):
             low, high = max(start, wanted.start), min(start + points // samples, wanted.stop)
             inner.append(slice((low - start) * samples, (high - start) * samples))
             outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
@@ -98,14 +98,14 @@ class LightStage(Stage):
         ]
         thickness = clouds.thickness_m((wide[0], wide[1]))[self._number]
         amount, share, change = self._instant[2].correct(np.ascontiguousarray(thickness))
-        shape = tuple(length(each) * samples for each in wide)
+        shape = tuple(length(pixels) * samples for pixels in wide)
         bands = (len(self._plan.bands),)
         for given, expected in ((amount, shape), (share, bands + shape), (change, bands + shape)):
             if given.shape != expected or not np.all(np.isfinite(given)):
                 label = f"light '{self._name}': correct() broke its contract"
                 raise ProviderError(f"{label}: expected finite values of shape {expected}, got shape {given.shape}")
-        own = [slice(before * samples, (before + side) * samples) for before, _ in self._reach]
-        return amount[*own].copy(), share[:, *own].copy(), change[:, *own].copy()
+        inner = [slice(before * samples, (before + side) * samples) for before, _ in self._reach]
+        return amount[*inner].copy(), share[:, *inner].copy(), change[:, *inner].copy()
 
     def _looked_up(self, look_up: LookUp | ViewedLookUp, amount_m: Array, channels: int) -> Array:
         """Return the radiance (C, y, x) of columns; below the thinnest cloud of the tables it is linear."""

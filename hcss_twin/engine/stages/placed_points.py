@@ -105,10 +105,10 @@ class PlacedPoint:
         """Return the pixels of a window that may hold its pieces."""
         rows, columns = (
             slice(
-                max(math.floor(each.min() - 0.5 * self.side), pixels.start),
-                min(math.floor(each.max() + 0.5 * self.side) + 1, pixels.stop),
+                max(math.floor(positions.min() - 0.5 * self.side), pixels.start),
+                min(math.floor(positions.max() + 0.5 * self.side) + 1, pixels.stop),
             )
-            for each, pixels in zip((self.row, self.column), within, strict=True)
+            for positions, pixels in zip((self.row, self.column), within, strict=True)
         )
         return rows, columns
 
@@ -127,7 +127,7 @@ class PlacedPoint:
         parts = math.ceil(0.5 * samples) if self.is_resolved else 1
         for row, column in zip(self.row.tolist(), self.column.tolist(), strict=True):
             down, across = (
-                list(zip(*(each.tolist() for each in segments(at, self.side, pixels, parts)), strict=True))
+                list(zip(*(values.tolist() for values in segments(at, self.side, pixels, parts)), strict=True))
                 for at, pixels in ((row, within[0]), (column, within[1]))
             )
             off = middle[0] - row, middle[1] - column
@@ -136,7 +136,7 @@ class PlacedPoint:
                 if self.side:  # otherwise a body smaller than a pixel is one piece
                     share, outline = (high - low) * (right - left) / self.side**2, (low, high, left, right)
                 if higher:
-                    moved = [each + off[n // 2] for n, each in enumerate(outline)]
+                    moved = [edge + off[n // 2] for n, edge in enumerate(outline)]
                     share *= share_left((moved[0], moved[1], moved[2], moved[3]), higher)
                 if share > 0.0:
                     found.setdefault((y, x), []).append(Share(at_row, at_column, share / self.row.size))
@@ -145,8 +145,8 @@ class PlacedPoint:
 
 def higher_than(point: PlacedPoint, ascending: Sequence[PlacedPoint]) -> list[Rectangle]:
     """Return the outlines of the bodies above an element; at the same altitude later ones hide earlier ones."""
-    first = next(place for place, each in enumerate(ascending, start=1) if each is point)
-    return [each.outline for each in ascending[first:] if each.area]
+    first = next(number for number, element in enumerate(ascending, start=1) if element is point)
+    return [element.outline for element in ascending[first:] if element.area]
 
 
 def merged(pieces: Sequence[Share | Piece], weights: Array) -> Array:
@@ -166,15 +166,15 @@ class WindowPieces:
     """
 
     def __init__(
-        self, window: Window, place: Window, thickness_m: Sequence[Thickness], radiance: NDArray[np.float32]
+        self, window: Window, in_part: Window, thickness_m: Sequence[Thickness], radiance: NDArray[np.float32]
     ) -> None:
-        self._window, self._place, self._thickness_m, self.radiance = window, place, thickness_m, radiance
+        self._window, self._in_part, self._thickness_m, self.radiance = window, in_part, thickness_m, radiance
         self.drawn = dict[tuple[int, int], list[tuple[PlacedPoint, Share, Array]]]()
         self.large = dict[tuple[int, int], list[tuple[PlacedPoint, Share, Array]]]()
 
     def at(self, pixel: tuple[int, int]) -> tuple[int, int]:
         """Return the row and column of a pixel of the image in the part."""
-        (rows, columns), (y, x) = self._window, self._place
+        (rows, columns), (y, x) = self._window, self._in_part
         return pixel[0] - rows.start + y.start, pixel[1] - columns.start + x.start
 
     def points_of(self, pixel: tuple[int, int], samples: int) -> list[Thickness]:

@@ -60,15 +60,15 @@ class TextureStage(Stage):
             with part.changing_columns(window.inside):
                 self._change(part, window.inside, window.window, window.thickness_m)
 
-    def _change(self, part: FramePart, place: Window, window: Window, thickness_m: Sequence[Thickness]) -> None:
+    def _change(self, part: FramePart, in_part: Window, window: Window, thickness_m: Sequence[Thickness]) -> None:
         """Change radiance and truth at a place in a part, which is a window of the image."""
         radiance, truth, time_s, (rows, columns) = part.radiance, part.truth, part.time_s, window
         warmer, drier = self._fields.at(time_s, rows, columns)
         if SEA_TEMPERATURE in truth:
             kelvin = np.float32(self._texture.steps[0]) * warmer
-            truth[SEA_TEMPERATURE][place] = np.float32(self._plan.assembly.sea_temperature_K) + kelvin
+            truth[SEA_TEMPERATURE][in_part] = np.float32(self._plan.assembly.sea_temperature_K) + kelvin
         if WATER_VAPOUR_FACTOR in truth:
-            truth[WATER_VAPOUR_FACTOR][place] = 1.0 - np.float32(self._texture.steps[1]) * drier
+            truth[WATER_VAPOUR_FACTOR][in_part] = 1.0 - np.float32(self._texture.steps[1]) * drier
         if not self._readers or not radiance.size:
             return
         look_ups, samples = self._look_ups(time_s), self._plan.samples_per_pixel
@@ -82,8 +82,8 @@ class TextureStage(Stage):
             inside = slice(rows.start + strip.start, rows.start + strip.stop), columns
             for look_up, state in zip(look_ups, states, strict=True):
                 look_up.of_part(inside).fill(state, [layer[points] for layer in thickness_m], samples)
-            here = radiance[:, place[0].start + strip.start : place[0].start + strip.stop, place[1]]
-            _apply(here, states, sea, warmer[strip], drier[strip], places, self._square, self._mixed)
+            strip_radiance = radiance[:, in_part[0].start + strip.start : in_part[0].start + strip.stop, in_part[1]]
+            _apply(strip_radiance, states, sea, warmer[strip], drier[strip], places, self._square, self._mixed)
 
     def _look_ups_at(self, time_s: float) -> list[LookUp | ViewedLookUp]:
         of_states = [[LookUp(reader.at(time_s)) for reader in readers] for readers in self._readers]
@@ -110,7 +110,7 @@ def _apply(radiance, states, sea, warmer, drier, places, square, mixed):  # type
                     for x in range(width):
                         weight[n, x] *= (q[x] - places[k]) * scale
         for c in range(radiance.shape[0]):
-            here = radiance[c, y]
+            line = radiance[c, y]
             change[:] = 0
             if sea:
                 s, m, n2, warm = (
@@ -120,10 +120,10 @@ def _apply(radiance, states, sea, warmer, drier, places, square, mixed):  # type
                     states[0, c, y],
                 )
                 for x in range(width):
-                    change[x] = (warm[x] - here[x]) * (t[x] * (one - s + s * t[x] + q[x] * (m + n2 * q[x])))
+                    change[x] = (warm[x] - line[x]) * (t[x] * (one - s + s * t[x] + q[x] * (m + n2 * q[x])))
             for n in range(count):
-                state, own = states[states.shape[0] - count + n, c, y], weight[n]
+                state, factor = states[states.shape[0] - count + n, c, y], weight[n]
                 for x in range(width):
-                    change[x] += own[x] * (state[x] - here[x])
+                    change[x] += factor[x] * (state[x] - line[x])
             for x in range(width):
-                here[x] = max(here[x] + change[x], np.float32(0))
+                line[x] = max(line[x] + change[x], np.float32(0))

@@ -34,7 +34,7 @@ class WaveStage(Stage):
         self._nodes: tuple[NDArray[np.float32], ...] = ()
         self._time_s = () if tables is None else tables.time_s
         if self._tables is not None:
-            self._nodes = tuple(np.ascontiguousarray(np.moveaxis(each, 2, 0)) for each in self._tables.change)
+            self._nodes = tuple(np.ascontiguousarray(np.moveaxis(change, 2, 0)) for change in self._tables.change)
             # Upwind points toward the origin of the wind; crosswind is clockwise from it. x points east, y north.
             bearing = math.radians(plan.scenario.sea.wind_from)
             turn = np.array([[math.sin(bearing), math.cos(bearing)], [math.cos(bearing), -math.sin(bearing)]])
@@ -72,11 +72,11 @@ class WaveStage(Stage):
 
 
 @kernel()
-def _cubic(weights, first, place, last):  # type: ignore[no-untyped-def]
-    """Set the first node (X,) and the weights (4, X) of the cubic through four nodes around each place, from 0."""
+def _cubic(weights, first, position, last):  # type: ignore[no-untyped-def]
+    """Set the first node (X,) and the weights (4, X) of the cubic through four nodes around each position, from 0."""
     end, two, six = np.float32(last), np.float32(2), np.float32(1 / 6)
-    for x in range(place.size):
-        at = min(max(place[x], np.float32(0)), end)
+    for x in range(position.size):
+        at = min(max(position[x], np.float32(0)), end)
         first[x] = min(max(np.int32(at) - np.int32(1), np.int32(0)), np.int32(last - 3))
         t = at - np.float32(first[x])
         a, b, c = t - np.float32(1), t - two, t - np.float32(3)

@@ -81,7 +81,8 @@ def _combination(known: Array, places: Places, values: Array) -> Array:
     goal = np.maximum(np.abs(total(values)), np.finfo(float).tiny)
     shares = np.sum(known[:, places], axis=2) / goal
     factors = [
-        np.linalg.lstsq(own.T, np.ones(places.size), rcond=SMALLEST_SHARE)[0] for own in np.moveaxis(shares, 2, 0)
+        np.linalg.lstsq(band_shares.T, np.ones(places.size), rcond=SMALLEST_SHARE)[0]
+        for band_shares in np.moveaxis(shares, 2, 0)
     ]
     result: Array = np.einsum("ba,aekb->ekb", np.stack(factors), known)
     return result
@@ -151,7 +152,7 @@ class ExactColumns:
 
     def plus(self, other: ExactColumns, than: ExactColumns) -> ExactColumns:
         """Return these columns plus the difference of two others."""
-        alone = tuple(each + a - b for each, a, b in zip(self.alone, other.alone, than.alone, strict=True))
+        alone = tuple(values + a - b for values, a, b in zip(self.alone, other.alone, than.alone, strict=True))
         known = self.both is not None and other.both is not None and than.both is not None
         return ExactColumns(alone, self.both + other.both - than.both if known else None)  # type: ignore[operator]
 
@@ -188,8 +189,8 @@ class BandColumns:
             for row, terms in zip(new, self._to_bands(spectra, self.nodes), strict=True):
                 self._known[keys[row]] = terms
             if self.plan.texture is not None:
-                each = np.stack([np.asarray(spectra[name]) for name in self.quantities.terms], axis=1)
-                self._spectra.update(zip([keys[row] for row in new], each, strict=True))
+                stacked = np.stack([np.asarray(spectra[name]) for name in self.quantities.terms], axis=1)
+                self._spectra.update(zip([keys[row] for row in new], stacked, strict=True))
         return np.stack([self._known[key] for key in keys])
 
     def spectra(self, thickness_m: Array, sun: Sun | None) -> Array:
@@ -238,7 +239,7 @@ class BandColumns:
             elif not near:
                 alone.append(columns(axis.exact_m))
             else:
-                others = np.stack([each.alone[index] for each in near])
+                others = np.stack([exact.alone[index] for exact in near])
                 alone.append(single_layer(columns, axis.exact_m, others, tolerance))
 
         def both_layers(thickness_m: Array) -> Array:

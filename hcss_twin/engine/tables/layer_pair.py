@@ -70,7 +70,7 @@ def complete(
         Largest relative error of the total among the elements tested last; 0 if all were computed.
     """
     size = low_m.size, high_m.size
-    rows, across = (_first(each, FIRST_CROSSES if near is None else FIRST_CROSSES_NEAR) for each in size)
+    rows, across = (_first(count, FIRST_CROSSES if near is None else FIRST_CROSSES_NEAR) for count in size)
     by_row = {row: _line(columns, low_m[row : row + 1], high_m) for row in rows}
     by_column = {column: _line(columns, low_m, high_m[column : column + 1]) for column in across}
     start = 0
@@ -115,10 +115,10 @@ def _skeleton(by_row: dict[int, Array], by_column: dict[int, Array], near: Array
     columns = np.stack([by_column[column] for column in across], axis=1)  # (E, J, K, B)
     # A term that approaches zero (the sea under both clouds) would otherwise become negative, which no column is.
     lowest = np.minimum(np.min(lines, axis=(0, 1)), np.min(columns, axis=(0, 1)))
-    own = (lines, columns) if near is None else (lines - near[rows], columns - near[:, across])
-    centre = np.moveaxis(own[0][:, across], (0, 1), (-2, -1))  # (K, B, I, J)
+    crosses = (lines, columns) if near is None else (lines - near[rows], columns - near[:, across])
+    centre = np.moveaxis(crosses[0][:, across], (0, 1), (-2, -1))  # (K, B, I, J)
     inverse = np.linalg.pinv(centre, rcond=_RANK)
-    completed: Array = np.einsum("ejkb,kbji,ifkb->efkb", own[1], inverse, own[0], optimize=True)
+    completed: Array = np.einsum("ejkb,kbji,ifkb->efkb", crosses[1], inverse, crosses[0], optimize=True)
     if near is not None:
         completed += near
     np.maximum(completed, np.minimum(lowest, 0.0), out=completed)
@@ -139,7 +139,7 @@ def _elsewhere(
     # Kronecker sequence of powers of the plastic number: evenly distributed, without repetition.
     number = np.arange(start, start + TRIED) + 1.0
     share = np.mod(number[:, None] * np.array([0.7548776662466927, 0.5698402909980532]), 1.0)
-    places = [each[(share[:, axis] * each.size).astype(int)] for axis, each in enumerate(free)]
+    places = [indices[(share[:, axis] * indices.size).astype(int)] for axis, indices in enumerate(free)]
     return places[0], places[1]
 
 
@@ -195,8 +195,8 @@ class LayerPair:
         across = np.moveaxis(self.high.interpolate(np.moveaxis(exact, 1, 0)), 0, 1)
         table: NDArray[np.float32] | None = None
         row = 0
-        for index, (segment, place) in enumerate(zip(self.low.segments, self.low.places, strict=True)):
-            curve, dense = curve_through(segment, across[place]), np.log(self.low.dense_of(index))
+        for index, (segment, nodes) in enumerate(zip(self.low.segments, self.low.places, strict=True)):
+            curve, dense = curve_through(segment, across[nodes]), np.log(self.low.dense_of(index))
             for start in range(0, dense.size, ROWS_AT_ONCE):
                 quantities = named(curve(dense[start : start + ROWS_AT_ONCE]))
                 rows, columns = quantities.shape[:2]
@@ -241,8 +241,8 @@ def place_pair(
     while True:
         values, _ = complete(columns, axes[0].exact_m, axes[1].exact_m, CROSS_SHARE * tolerance)
         misfits = [_misfits(columns, axes, values, which) for which in (0, 1)]
-        errors = [[misfit.error for misfit in each] for each in misfits]
-        coarse = [[error > (1 - LINEAR_SHARE) * share for error in each] for each in errors]
+        errors = [[misfit.error for misfit in of_axis] for of_axis in misfits]
+        coarse = [[error > (1 - LINEAR_SHARE) * share for error in of_axis] for of_axis in errors]
         if not any(map(any, coarse)):
             break
         axes = [_halved(axis, too_coarse) for axis, too_coarse in zip(axes, coarse, strict=True)]
@@ -255,12 +255,12 @@ def place_pair(
                 source,
                 layers[which],
                 most.thickness_m,
-                most.place,
+                most.where,
             )
     placed = [
         _with_dense_nodes(axis, np.moveaxis(values, which, 0), LINEAR_SHARE * share) for which, axis in enumerate(axes)
     ]
-    largest = sum(max(each) for each in errors)
+    largest = sum(max(of_axis) for of_axis in errors)
     cross = CROSS_SHARE * tolerance
     return LayerPair(placed[0], placed[1], cross, largest + 2.0 * LINEAR_SHARE * share + cross)
 
@@ -271,7 +271,7 @@ class _Misfit:
 
     error: float
     thickness_m: Array
-    place: tuple[int, int]
+    where: tuple[int, int]
 
 
 def _misfits(columns: ColumnsAt, axes: list[ThicknessAxis], values: Array, which: int) -> list[_Misfit]:
@@ -280,14 +280,14 @@ def _misfits(columns: ColumnsAt, axes: list[ThicknessAxis], values: Array, which
     probes = np.unique((np.array(PROBES) * (other.size - 1)).round().astype(int))
     along = np.moveaxis(values, which, 0)[:, probes]
     misfits = []
-    for segment, place in zip(axis.segments, axis.places, strict=True):
+    for segment, nodes in zip(axis.segments, axis.places, strict=True):
         middle = np.sqrt(segment[:-1]) * np.sqrt(segment[1:])
         pairs = np.stack(np.meshgrid(middle, other[probes], indexing="ij"), axis=-1).reshape(-1, 2)
         computed = columns(pairs if which == 0 else pairs[:, ::-1])
         exact = computed.reshape(middle.size, probes.size, *computed.shape[1:])
-        guess = curve_through(segment, along[place])(np.log(middle))
+        guess = curve_through(segment, along[nodes])(np.log(middle))
         error = float(np.max(np.abs(np.sum(guess, axis=2) / np.sum(exact, axis=2) - 1.0)))
-        as_bands = (np.moveaxis(each, 1, 2).reshape(middle.size, each.shape[2], -1) for each in (guess, exact))
+        as_bands = (np.moveaxis(terms, 1, 2).reshape(middle.size, terms.shape[2], -1) for terms in (guess, exact))
         misfits.append(_Misfit(error, middle, worst(*as_bands)))
     return misfits
 
@@ -305,7 +305,7 @@ def _with_dense_nodes(axis: ThicknessAxis, along: Array, tolerance: float) -> Th
     """Add the dense nodes that columns with both layers need; ``along`` (E, F, K, B) has this axis first."""
     as_bands = np.moveaxis(along, 1, 2).reshape(along.shape[0], along.shape[2], -1)
     dense = [
-        dense_nodes(segment, as_bands[place], tolerance)
-        for segment, place in zip(axis.segments, axis.places, strict=True)
+        dense_nodes(segment, as_bands[nodes], tolerance)
+        for segment, nodes in zip(axis.segments, axis.places, strict=True)
     ]
     return replace(axis, dense_m=np.unique(np.concatenate((axis.dense_m, *dense))))

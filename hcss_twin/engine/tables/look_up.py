@@ -236,7 +236,7 @@ def _two_layers(radiance, row, column, samples, table, lower, upper):  # type: i
     channels, width = table.shape[2], thickness.shape[1] // samples
     step, line = np.uint32(channels), np.uint32(table.shape[1] * channels)
     points = PIXELS_AT_ONCE * samples
-    index, above, place = np.empty(points, np.uint32), np.empty(points, np.uint32), np.empty(points, np.uint32)
+    index, above, offset = np.empty(points, np.uint32), np.empty(points, np.uint32), np.empty(points, np.uint32)
     part, rest, weight = np.empty(points), np.empty(points), np.empty((4, points), np.float32)
     sums = np.empty((PIXELS_AT_ONCE, channels))
     for y in range(thickness.shape[0] // samples):
@@ -248,12 +248,12 @@ def _two_layers(radiance, row, column, samples, table, lower, upper):  # type: i
                 if not (_place(index, part, i, inside, lower) and _place(above, rest, i, inside, upper)):
                     return False
                 for j in range(count * samples):
-                    place[j] = index[j] * line + above[j] * step
+                    offset[j] = index[j] * line + above[j] * step
                     weight[0, j], weight[1, j] = (1.0 - part[j]) * (1.0 - rest[j]), (1.0 - part[j]) * rest[j]
                     weight[2, j], weight[3, j] = part[j] * (1.0 - rest[j]), part[j] * rest[j]
                 for x in range(count):
                     for j in range(x * samples, (x + 1) * samples):
-                        k, near, far = place[j], weight[0, j], weight[1, j]
+                        k, near, far = offset[j], weight[0, j], weight[1, j]
                         near_up, far_up = weight[2, j], weight[3, j]
                         for c in range(channels):
                             n = k + np.uint32(c)

@@ -53,17 +53,17 @@ def mixed_tables(tables: Sequence[DenseTable], orders: tuple[int, int], lost: fl
         return None
     channels, number = tables[0].clear.size, len(tables)
     clear = np.stack([table.clear for table in tables])
-    every = np.concatenate((clear, *(each.reshape(number, -1) for each in alone)), axis=1)
+    every = np.concatenate((clear, *(columns.reshape(number, -1) for columns in alone)), axis=1)
     largest = np.max(np.abs(every), axis=0)
     scale = np.where(largest > 0.0, largest, 1.0)
     size = np.maximum(np.abs(every), 1e-6 * largest.max() + 1e-300)
     of_table, strength, of_column = np.linalg.svd(every / scale, full_matrices=False)
     for count in range(1, strength.size + 1):
-        weights, own = of_table[:, :count], strength[:count, None] * of_column[:count] * scale
-        if np.max(np.abs(weights @ own - every) / size) <= lost:
+        weights, components = of_table[:, :count], strength[:count, None] * of_column[:count] * scale
+        if np.max(np.abs(weights @ components - every) / size) <= lost:
             break
     ends = np.cumsum([channels, *(nodes.size * channels for nodes in nodes_m)])
-    clear, *parts = np.split(own, ends[:-1], axis=1)
+    clear, *parts = np.split(components, ends[:-1], axis=1)
     mixed = tuple(
         np.ascontiguousarray(part.reshape(count, nodes.size, channels).swapaxes(0, 1)).reshape(
             nodes.size, count * channels
@@ -97,13 +97,13 @@ def _union(nodes: Sequence[Array]) -> Array:
     return np.unique(np.concatenate(nodes))
 
 
-def _at(nodes: Array, own: Array, values: Array) -> Array:
+def _at(nodes: Array, known_nodes: Array, values: Array) -> Array:
     """Return values (N, C), linear between their own nodes, at others."""
-    if nodes is own or nodes.size == 0:
+    if nodes is known_nodes or nodes.size == 0:
         return values
-    place = np.clip(np.searchsorted(own, nodes, side="right") - 1, 0, own.size - 2)
-    share = np.clip((nodes - own[place]) / (own[place + 1] - own[place]), 0.0, 1.0)
-    result: Array = values[place] + share[:, None] * (values[place + 1] - values[place])
+    interval = np.clip(np.searchsorted(known_nodes, nodes, side="right") - 1, 0, known_nodes.size - 2)
+    share = np.clip((nodes - known_nodes[interval]) / (known_nodes[interval + 1] - known_nodes[interval]), 0.0, 1.0)
+    result: Array = values[interval] + share[:, None] * (values[interval + 1] - values[interval])
     return result
 
 
@@ -138,11 +138,11 @@ def mix(x: Any, y: Any, nodes_x: Any, nodes_y: Any, weights: Any, part: Any, rad
 
 
 @kernel(error_model="numpy")
-def _barycentric(place: Any, nodes: Any, weights: Any) -> None:
+def _barycentric(position: Any, nodes: Any, weights: Any) -> None:
     """Write the weights of nodes as :func:`hcss_twin.physics.quadrature.weights`."""
     last, total = nodes.size - 1, 0.0
     for k in range(nodes.size):
-        distance = place - nodes[k]
+        distance = position - nodes[k]
         if distance == 0.0 or last == 0:
             weights[:] = 0.0
             weights[k] = 1.0

@@ -66,7 +66,7 @@ class FrameViews:
     def positions(self, window: Window) -> tuple[Array, Array]:
         """Return the positions x and y (y, x) of pixels in the frame's rectangle; 0 off the ground."""
         places = self.rays.positions(window, self.time_s)
-        x, y = (np.where(np.isnan(each), at, each) for each, at in zip(places, self.middle, strict=True))
+        x, y = (np.where(np.isnan(position), at, position) for position, at in zip(places, self.middle, strict=True))
         return self.within(x, y)
 
     def weights_of(self, window: Window) -> Array:
@@ -84,13 +84,13 @@ class FrameViews:
         """Return the look-ups at the nodes."""
         if self.of_pass is None:
             return list(of_pass)
-        tables = [each.table for each in of_pass]
+        tables = [look_up.table for look_up in of_pass]
         nodes, alone = on_common_nodes(tables)
         clear = np.stack([table.clear for table in tables])
         made: list[LookUp] = []
         for weight in self.of_pass:
-            own = tuple(np.tensordot(weight, each, 1) for each in alone)
-            made.append(LookUp(DenseTable(weight @ clear, nodes, own, None), made[0] if made else None))
+            mixed = tuple(np.tensordot(weight, columns, 1) for columns in alone)
+            made.append(LookUp(DenseTable(weight @ clear, nodes, mixed, None), made[0] if made else None))
         return made
 
 
@@ -109,12 +109,12 @@ def frame_views(axis: ViewAxis, rays: Rays, time_s: float, tables: Sequence[Dens
     half = tuple(max(0.5 * (high - low), 1e-9) for low, high in clipped)
     sample = np.stack(
         [
-            np.concatenate((table.clear, *(each[[0, -1]].ravel() for each in table.alone if each.size)))
+            np.concatenate((table.clear, *(columns[[0, -1]].ravel() for columns in table.alone if columns.size)))
             for table in tables
         ]
     )
     test = np.linspace(-1.0, 1.0, 7)
-    x, y = (each.ravel() for each in np.meshgrid(middle[0] + half[0] * test, middle[1] + half[1] * test))
+    x, y = (coordinates.ravel() for coordinates in np.meshgrid(middle[0] + half[0] * test, middle[1] + half[1] * test))
     true = whole.weights(x, y).T @ sample
     scale = np.maximum(np.abs(true), 1e-6 * np.max(np.abs(true), axis=0, initial=0.0) + 1e-300)
     for least in range(max(orders)):
@@ -123,7 +123,7 @@ def frame_views(axis: ViewAxis, rays: Rays, time_s: float, tables: Sequence[Dens
             break
         at_x = middle[0] + half[0] * quadrature.nodes(few[0])
         at_y = middle[1] + half[1] * quadrature.nodes(few[1])
-        node_x, node_y = (each.ravel() for each in np.meshgrid(at_x, at_y))
+        node_x, node_y = (coordinates.ravel() for coordinates in np.meshgrid(at_x, at_y))
         of_pass = whole.weights(node_x, node_y).T
         guess = FrameViews(rays, time_s, (middle[0], middle[1]), (half[0], half[1]), few, of_pass)
         if np.max(np.abs(guess.weights(x, y).T @ (of_pass @ sample) - true) / scale) <= LOST:
@@ -190,7 +190,7 @@ class DirectedLookUp(ViewedLookUp):
     def _positions(self, y: slice, x: slice) -> tuple[Array, Array]:
         """Return the positions x and y (y, x) of pixels between the nodes, -1 to 1."""
         rows, columns = (
-            slice(each.start + whole.start, each.stop + whole.start)
-            for each, whole in ((y, self._rows), (x, self._columns))
+            slice(pixels.start + whole.start, pixels.stop + whole.start)
+            for pixels, whole in ((y, self._rows), (x, self._columns))
         )
         return self._views.positions((rows, columns))

@@ -47,10 +47,10 @@ def tables_over_views(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -
         Tables with the most wavenumbers, with the largest errors of all views, and all tables as ``over_views``.
     """
     assert plan.views is not None
-    each = tuple(tables_of(toward) for toward in plans_over_views(plan))
-    largest = with_largest_errors(each)
+    of_views = tuple(tables_of(toward) for toward in plans_over_views(plan))
+    largest = with_largest_errors(of_views)
     errors = replace(largest.errors, views=plan.views.estimated_error)
-    return replace(largest, errors=errors, over_views=each)
+    return replace(largest, errors=errors, over_views=of_views)
 
 
 Thickness = NDArray[np.float32]
@@ -100,7 +100,7 @@ class ViewedLookUp:
     def of_points(self, extent: Window, samples: int) -> ViewedLookUp:
         """Return the look-up of the points of some rows and columns, as if each were a pixel."""
         part = self.of_part(extent)
-        part._up, part._across = (np.repeat(each, samples, axis=0) for each in (part._up, part._across))
+        part._up, part._across = (np.repeat(weights, samples, axis=0) for weights in (part._up, part._across))
         return part
 
     @property

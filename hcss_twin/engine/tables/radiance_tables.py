@@ -101,8 +101,8 @@ class DenseTable:
         if self.both is not None and other.both is not None:
             # Not self + weight (other - self): small night values would be lost in the rounding of day values.
             both = other.both * np.float32(weight)
-            for here, before in zip(both, self.both, strict=True):  # row by row, as these tables are large
-                here += np.float32(1 - weight) * before
+            for row, before in zip(both, self.both, strict=True):  # row by row, as these tables are large
+                row += np.float32(1 - weight) * before
         return DenseTable(
             (1 - weight) * self.clear + weight * other.clear,
             self.nodes_m,
@@ -269,7 +269,7 @@ class TableReader:
         return DenseTable(
             clear=table.clear.ravel(),
             nodes_m=tuple(np.empty(0) if axis is None else axis.dense_m for axis in tables.axes),
-            alone=tuple(each.reshape(each.shape[0], table.clear.size) for each in table.alone),
+            alone=tuple(columns.reshape(columns.shape[0], table.clear.size) for columns in table.alone),
             both=both,
         )
 

@@ -43,7 +43,9 @@ def compile_shadows(
         for terms in (plan.assembly.model.clear(wavenumber, sun) for sun in suns)
     ]
     # Without sunlight there are no weights, and no loss.
-    spectra = [np.where(np.sum(each, axis=1, keepdims=True) > 0.0, each, np.abs(weights)) for each in spectra]
+    spectra = [
+        np.where(np.sum(spectrum, axis=1, keepdims=True) > 0.0, spectrum, np.abs(weights)) for spectrum in spectra
+    ]
     extinction = [
         plan.assembly.optics.single_scattering(layer.microphysics, wavenumber).extinction_m1 for layer in plan.layers
     ]
@@ -55,7 +57,7 @@ def compile_shadows(
         return np.array(
             [
                 [
-                    np.stack([_depth(k, each, part * length) for each in spectrum], axis=1)
+                    np.stack([_depth(k, band_spectrum, part * length) for band_spectrum in spectrum], axis=1)
                     for k, length in zip(extinction, longest, strict=True)
                 ]
                 for spectrum in spectra
@@ -71,7 +73,7 @@ def _loss(terms: Array, quantities: Quantities, names: Sequence[str]) -> Array:
     nothing = np.zeros(terms.shape[1])
     return np.stack(
         [
-            np.sum([terms[place] for place in places.values()], axis=0)
+            np.sum([terms[index] for index in places.values()], axis=0)
             if name == TOTAL
             else terms[places[name]]
             if name in places

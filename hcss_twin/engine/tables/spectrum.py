@@ -104,7 +104,7 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
         plans += [replace(plan, assembly=plan.texture.perturbed(plan.assembly, state)) for state in states]
     spectra = partial(_spectra, (*views, *tested))
     fitted = [partial(spectra, views=views, thickness_m=_first_columns(plan), suns=suns, skies=skies)]
-    known = np.concatenate([fitted[0](each) for each in plans])
+    known = np.concatenate([fitted[0](state) for state in plans])
     trials, heights = _trials(plan), CLEAR_SKIES if moves else 1
     for trial in range(MAX_TRIALS):
         nodes = choose_nodes(grid, known, CHOICE_SHARE * tolerance)
@@ -137,7 +137,7 @@ def _foresee(plan: Plan, fitted: Sequence[Callable[[Plan], Array]], tolerance: f
 
     def chosen_by(model: RadianceModel) -> Array:
         other = replace(plan, assembly=replace(plan.assembly, model=model))
-        spectra = np.concatenate([each(other) for each in fitted])
+        spectra = np.concatenate([spectra_of(other) for spectra_of in fitted])
         return choose_nodes(plan.spectral_grid, spectra, tolerance).wavenumber_cm1
 
     foresee(("tables", plan.spectral_grid.wavenumber_cm1.size), chosen_by)
@@ -154,11 +154,11 @@ def _spectra(
     """Terms (N, K, V) of cloudy columns under some suns, and of clear sky under others, toward each view."""
     spectra = []
     # Generated one by one: the arrays of one view can take 50 MB.
-    for each in (plan.toward(view) for view in views) if views else (plan,):
-        expect(each.assembly.model, suns)
-        expect_views(each.assembly.model, together)
-        spectra += [_cloudy_spectra(each, thickness_m, sun) for sun in suns]
-        spectra += [_clear_spectra(each, sun) for sun in skies]
+    for toward in (plan.toward(view) for view in views) if views else (plan,):
+        expect(toward.assembly.model, suns)
+        expect_views(toward.assembly.model, together)
+        spectra += [_cloudy_spectra(toward, thickness_m, sun) for sun in suns]
+        spectra += [_clear_spectra(toward, sun) for sun in skies]
     return np.concatenate(spectra)
 
 

@@ -53,15 +53,15 @@ def compile_texture(
     if texture is None:
         return None
 
-    own: dict[State, BandColumns] = {(0.0, 0.0): columns}
+    columns_in: dict[State, BandColumns] = {(0.0, 0.0): columns}
     middle, known, most = len(suns) // 2, dict[State, Array](), len(VAPOUR_PLACES)
 
     def clear_in(state: State) -> Array:
         state = texture.without_flat(state)
-        if state not in own:
-            own[state] = columns.of(replace(plan, assembly=texture.perturbed(plan.assembly, state)))
+        if state not in columns_in:
+            columns_in[state] = columns.of(replace(plan, assembly=texture.perturbed(plan.assembly, state)))
         if state not in known:
-            known[state] = columns.quantities.of(own[state].clear(suns[middle]))
+            known[state] = columns.quantities.of(columns_in[state].clear(suns[middle]))
         return known[state]
 
     clear = Expansion(np.stack([clear_in(state) for state in EXPANSION_STATES]))
@@ -71,18 +71,18 @@ def compile_texture(
     places = most if errors[2] > PARABOLA_SHARE * plan.accuracy.relative and errors[most] < 0.5 * errors[2] else 2
     tolerance, tables = TOLERANCE * plan.budget.thickness, list[tuple[InstantTable, ...]]()
     if texture.temperature_K > 0.0:
-        warm = own[1.0, 0.0]
+        warm = columns_in[1.0, 0.0]
         if texture.sea_is_proportional(plan.assembly):
             warm = OverWarmerSea(columns, warm.plan, suns[middle])
         first = warm.exact(axes, pair, suns[middle], [exact[middle]], tolerance)
         # What the sea emits does not depend on the sun.
-        each = [first if scene is exact[middle] else scene.plus(first, exact[middle]) for scene in exact]
-        tables.append(tuple(own[1.0, 0.0].table(axes, *one) for one in zip(each, suns, strict=True)))
+        perturbed = [first if scene is exact[middle] else scene.plus(first, exact[middle]) for scene in exact]
+        tables.append(tuple(columns_in[1.0, 0.0].table(axes, *one) for one in zip(perturbed, suns, strict=True)))
     for vapour_place in VAPOUR_PLACES[: places if texture.water_vapour else 0]:
-        drier, scenes = own[0.0, vapour_place], zip(suns, exact, strict=True)
-        each = [drier.exact(axes, pair, sun, [scene], tolerance) for sun, scene in scenes]
-        tables.append(tuple(drier.table(axes, *one) for one in zip(each, suns, strict=True)))
-    mixed = np.stack([_ratio(each, clear.warm) for each in clear.mixed])
+        drier, scenes = columns_in[0.0, vapour_place], zip(suns, exact, strict=True)
+        perturbed = [drier.exact(axes, pair, sun, [scene], tolerance) for sun, scene in scenes]
+        tables.append(tuple(drier.table(axes, *one) for one in zip(perturbed, suns, strict=True)))
+    mixed = np.stack([_ratio(mixed_terms, clear.warm) for mixed_terms in clear.mixed])
     return TextureTables(tuple(tables), _ratio(clear.square, clear.warm), mixed, errors[places] + tolerance)
 
 

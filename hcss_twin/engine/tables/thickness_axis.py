@@ -46,7 +46,7 @@ def worst(guess: Array, exact: Array) -> tuple[int, int]:
     return int(column), int(np.argmax(np.abs(guess - exact)[column, :, band]))
 
 
-def jumping(what: str, source: Source, layer: CloudLayer, thickness_m: Array, place: tuple[int, int]) -> ProviderError:
+def jumping(what: str, source: Source, layer: CloudLayer, thickness_m: Array, where: tuple[int, int]) -> ProviderError:
     """Return the exception for radiance that does not converge.
 
     Parameters
@@ -57,10 +57,10 @@ def jumping(what: str, source: Source, layer: CloudLayer, thickness_m: Array, pl
         The layer with varying thickness.
     thickness_m : ndarray (N,)
         Thicknesses of the columns tested last.
-    place : (int, int)
+    where : (int, int)
         Result of :func:`worst`.
     """
-    column, term = place
+    column, term = where
     at = float(thickness_m[column])
     face = layer.base_m + at if layer.anchor == "base" else layer.top_m - at
     moving = "top" if layer.anchor == "base" else "base"
@@ -88,12 +88,14 @@ def spline_through(thickness_m: Array, values: Array) -> Callable[[Array], Array
     callable
         Maps ln(thickness) (M,) to (M, ...).
     """
-    place = np.log(thickness_m)
-    degree = min(DEGREE, place.size - 1)
-    within = place[(degree + 1) // 2 : place.size - (degree + 1) // 2] if place.size > DEGREE + 1 else place[:0]
-    knots = np.concatenate((np.repeat(place[0], degree + 1), within, np.repeat(place[-1], degree + 1)))
+    ln_nodes = np.log(thickness_m)
+    degree = min(DEGREE, ln_nodes.size - 1)
+    within = (
+        ln_nodes[(degree + 1) // 2 : ln_nodes.size - (degree + 1) // 2] if ln_nodes.size > DEGREE + 1 else ln_nodes[:0]
+    )
+    knots = np.concatenate((np.repeat(ln_nodes[0], degree + 1), within, np.repeat(ln_nodes[-1], degree + 1)))
     # scipy's splines would bring the import of all its solvers, .4 s, into every compilation.
-    coefficients = np.linalg.solve(_splines(knots, degree, place), values.reshape(place.size, -1))
+    coefficients = np.linalg.solve(_splines(knots, degree, ln_nodes), values.reshape(ln_nodes.size, -1))
 
     def evaluate(ln_thickness: Array) -> Array:
         result: Array = _splines(knots, degree, ln_thickness) @ coefficients
@@ -110,15 +112,15 @@ def _splines(knots: Array, degree: int, x: Array) -> Array:
     """
     count = knots.size - degree - 1
     cell = np.clip(np.searchsorted(knots, x, side="right") - 1, degree, count - 1)[:, None]
-    own = np.ones((x.size, 1))
+    basis = np.ones((x.size, 1))
     for order in range(1, degree + 1):
         places = cell + np.arange(1, order + 1)
         left, right = knots[places - order], knots[places]
-        share = own / (right - left)
-        own = np.pad((right - x[:, None]) * share, ((0, 0), (0, 1)))
-        own[:, 1:] += (x[:, None] - left) * share
+        share = basis / (right - left)
+        basis = np.pad((right - x[:, None]) * share, ((0, 0), (0, 1)))
+        basis[:, 1:] += (x[:, None] - left) * share
     result = np.zeros((x.size, count))
-    np.put_along_axis(result, cell + np.arange(-degree, 1), own, axis=1)
+    np.put_along_axis(result, cell + np.arange(-degree, 1), basis, axis=1)
     return result
 
 
@@ -183,8 +185,8 @@ class ThicknessAxis:
         """Interpolate values at ``exact_m``, (E, ...), onto the dense nodes, (N, ...)."""
         return np.concatenate(
             [
-                curve_through(segment, values[place])(np.log(self.dense_of(index)))
-                for index, (segment, place) in enumerate(zip(self.segments, self.places, strict=True))
+                curve_through(segment, values[nodes])(np.log(self.dense_of(index)))
+                for index, (segment, nodes) in enumerate(zip(self.segments, self.places, strict=True))
             ]
         )
 

@@ -62,8 +62,8 @@ def tables_together(
     all_views = views.at(plan.views.places)
     together = list(dict.fromkeys((*extreme, *edges, *all_views)))
     toward = [_columns(plan, view, together, spectrum.nodes) for view in extreme]
-    times = [time_nodes(each, each.plan, allowed.time) for each in toward]
-    frames, time_error = max((each for each, _ in times), key=len), max(error for _, error in times)
+    times = [time_nodes(columns, columns.plan, allowed.time) for columns in toward]
+    frames, time_error = max((nodes for nodes, _ in times), key=len), max(error for _, error in times)
     if len(frames) > 1 and plan.is_grid:
         return None
     suns = [plan.sun_at(time_s) for time_s in frames]
@@ -87,13 +87,13 @@ def tables_together(
         faint_sunlight=plan.faint_sunlight or 0.0,
     )
     toward += [_columns(plan, view, together, spectrum.nodes) for view in edges]
-    first = [each.exact(axes, None, sun) for each in toward]
+    first = [columns.exact(axes, None, sun) for columns in toward]
     known = [
         first
         if other == sun
         else [
-            columns.exact(axes, None, other, [own], allowed.other_instants)
-            for columns, own in zip(toward, first, strict=True)
+            columns.exact(axes, None, other, [solved], allowed.other_instants)
+            for columns, solved in zip(toward, first, strict=True)
         ]
         for other in suns
     ]
@@ -101,11 +101,11 @@ def tables_together(
     every = []
     for view in all_views:
         columns = _columns(plan, view, together, spectrum.nodes)
-        exact = [columns.exact(axes, None, other, own, derived) for other, own in zip(suns, known, strict=True)]
+        exact = [columns.exact(axes, None, other, near, derived) for other, near in zip(suns, known, strict=True)]
         texture = None if plan.texture is None else texture_of(columns, axes, None, exact, suns)
-        tables = tuple(columns.table(axes, each, other) for each, other in zip(exact, suns, strict=True))
-        own = RadianceTables(columns.quantities, frames, axes, None, tables, spectrum, errors, texture=texture)
-        every.append(own)
+        tables = tuple(columns.table(axes, solved, other) for solved, other in zip(exact, suns, strict=True))
+        view_tables = RadianceTables(columns.quantities, frames, axes, None, tables, spectrum, errors, texture=texture)
+        every.append(view_tables)
     return replace(every[0], over_views=tuple(every))
 
 
@@ -118,5 +118,5 @@ def _columns(plan: Plan, view: View, together: Sequence[View], nodes: SpectralNo
 
 def _beside(toward: Sequence[BandColumns], index: int, sun: Sun | None) -> ColumnsAt:
     """Return columns (N, K, A x B) toward A views, with cloud in one layer."""
-    each = [columns.alone(index, sun) for columns in toward]
-    return lambda thickness_m: np.concatenate([columns(thickness_m) for columns in each], axis=-1)
+    of_views = [columns.alone(index, sun) for columns in toward]
+    return lambda thickness_m: np.concatenate([columns(thickness_m) for columns in of_views], axis=-1)

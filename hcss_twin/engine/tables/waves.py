@@ -174,7 +174,7 @@ def _change(values: Array, clear: Array, sizes: tuple[int, int]) -> tuple[Array,
     """Change (N, M, K, B) of each term of the clear column (K, B), with mean 0 over the waves, and its scale."""
     places = [np.linspace(-1.0, 1.0, size) for size in sizes]
     dense = _interpolate(values, tuple(places))
-    upwind, crosswind = (np.exp(-0.5 * (MOST_SIGMAS * each) ** 2) for each in places)
+    upwind, crosswind = (np.exp(-0.5 * (MOST_SIGMAS * slopes) ** 2) for slopes in places)
     mean = np.einsum("n,m,nmkb->kb", upwind / upwind.sum(), crosswind / crosswind.sum(), dense)
     scale = np.divide(clear, mean, out=np.ones_like(mean), where=mean > 0)
     return np.asarray(dense * scale - clear, dtype=np.float64), scale

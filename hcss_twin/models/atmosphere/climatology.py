@@ -82,12 +82,12 @@ class Climatology:
         months = 12.0 * _year_fraction(time) - 0.5
         month, share = math.floor(months), months - math.floor(months)
         climates = []
-        for each in (month % 12, (month + 1) % 12):
-            climate = self._in_month(quantity, each, latitude_deg, longitude_deg)
+        for month_index in (month % 12, (month + 1) % 12):
+            climate = self._in_month(quantity, month_index, latitude_deg, longitude_deg)
             if climate is None:
                 raise CatalogError(
                     f"the climatology has no {quantity.replace('_', ' ')} within {MAX_DISTANCE_KM:g} km of {where} in "
-                    f"month {each + 1} (ice, or no ships); give a value"
+                    f"month {month_index + 1} (ice, or no ships); give a value"
                 )
             climates.append(climate)
         before, after = climates

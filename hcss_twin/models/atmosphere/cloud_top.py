@@ -122,7 +122,7 @@ def climatological_cloud_top(
     air_K = Climatology(catalog).look_up("air_temperature", latitude_deg, longitude_deg, time).value
     name = closest_model(latitude_deg, air_K)
     falls = {}
-    for each in catalog.names("atmospheres", ".csv"):
-        surface_K, top_K = load_profile(each, catalog).temperature_at(np.array([0.0, top_m]))
-        falls[each] = float(surface_K - top_K)
+    for atmosphere in catalog.names("atmospheres", ".csv"):
+        surface_K, top_K = load_profile(atmosphere, catalog).temperature_at(np.array([0.0, top_m]))
+        falls[atmosphere] = float(surface_K - top_K)
     return CloudTop(air_K - falls[name], float(np.std(list(falls.values()))), name)

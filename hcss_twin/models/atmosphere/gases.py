@@ -44,7 +44,7 @@ Laboratory, doi:10.15138/P8XG-AA10; CH4 of 1980 and N2O before 2001, which that 
 def means_of_year(year: int) -> dict[str, float]:
     """Return the mole fractions of CO2, CH4 and N2O in a year, linear between those of ``MEANS``, constant beyond."""
     known = sorted(MEANS)
-    columns = zip(*(MEANS[each] for each in known), strict=True)
+    columns = zip(*(MEANS[gas] for gas in known), strict=True)
     return {
         gas: float(np.interp(year, known, values)) * unit
         for gas, unit, values in zip(("co2", "ch4", "n2o"), (1e-6, 1e-9, 1e-9), columns, strict=True)

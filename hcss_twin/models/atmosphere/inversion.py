@@ -77,9 +77,9 @@ def with_inversion(profile: Profile, inversion: Inversion, surface_K: float) -> 
     """
     base, height = inversion.cloud_base, inversion.height
     above, end = height + JUMP_M, height + JUMP_M + RELAXATION_M
-    own = profile.altitude_m[profile.altitude_m > above + 1.0]
-    own = own[np.abs(own - end) > 1.0]
-    altitude = np.unique(np.concatenate((_even(0.0, base), _even(base, height), [above, end], own)))
+    upper_m = profile.altitude_m[profile.altitude_m > above + 1.0]
+    upper_m = upper_m[np.abs(upper_m - end) > 1.0]
+    altitude = np.unique(np.concatenate((_even(0.0, base), _even(base, height), [above, end], upper_m)))
     mixed, cloudy = altitude <= base, altitude <= height
     free, beyond = altitude >= above, altitude >= end
     given = profile.resampled(altitude)
@@ -102,7 +102,7 @@ def with_inversion(profile: Profile, inversion: Inversion, surface_K: float) -> 
     changed = replace(
         given, temperature_K=temperature, pressure_Pa=pressure, mixing_ratio={**given.mixing_ratio, "h2o": vapour}
     )
-    top_K, model_K = (float(each.temperature_at(height)) for each in (changed, profile))
+    top_K, model_K = (float(air.temperature_at(height)) for air in (changed, profile))
     note = (
         f"profile '{profile.name}': inversion of {inversion.strength:g} K at {height:g} m over a mixed layer with its "
         f"cloud base at {base:g} m; air at the sea {surface_K:.1f} K instead of {profile.temperature_K[0]:.1f}, below "

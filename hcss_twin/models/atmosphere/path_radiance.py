@@ -30,9 +30,9 @@ def path_radiance(
     so that an isothermal atmosphere gives (1 - T) B exactly. Paths begin at altitudes ``target_m`` (P,); the zenith
     angle is that at the surface point.
     """
-    own = getattr(provider, "path_radiance", None)
-    if own is not None:
-        result: Array = own(wavenumber_cm1, [to_space(height, zenith_deg) for height in target_m])
+    compute = getattr(provider, "path_radiance", None)
+    if compute is not None:
+        result: Array = compute(wavenumber_cm1, [to_space(height, zenith_deg) for height in target_m])
         return result
     return np.stack([emission_of_layers(provider, profile, wavenumber_cm1, height, zenith_deg) for height in target_m])
 

@@ -161,7 +161,7 @@ def recognised(header: str) -> tuple[ProfileQuantity, Unit] | None:
         if bracket is None and (text == spelling or text.startswith(f"{spelling}_")):
             # The unit is read before hyphens are replaced by underscores: in a unit, a hyphen is a minus sign.
             return quantity, unit_of(quantity, folded(header)[len(spelling) + 1 :], header)
-    if any(text == each or text.startswith(f"{each}_") for each in PASSED_OVER):
+    if any(text == passed_over or text.startswith(f"{passed_over}_") for passed_over in PASSED_OVER):
         return None
     spellings = [spelling for spelling, _ in _by_length()]
     guess = closest(text, spellings) or closest(text.rpartition("_")[0], spellings)

@@ -69,17 +69,17 @@ class SoundingGrid:
             If the file is not readable, a coordinate is not monotonic, or a variable has other dimensions.
         """
         with open_netcdf(path, CatalogError, UNREADABLE) as dataset:
-            axes = [_axis(dataset, name, place) for place in PLACES]
+            axes = [_axis(dataset, name, coordinate) for coordinate in PLACES]
             if axes == [None, None]:
                 return None
             variables = profile_variables(dataset, name)
             values = [_by_place(variable, name, [axis and axis[0] for axis in axes]) for variable in variables]
         degrees = []
-        for place, axis in enumerate(axes):
+        for number, axis in enumerate(axes):
             given = np.zeros(1) if axis is None else axis[1]
             order = np.argsort(given)
             degrees.append(given[order])
-            values = [value if value.shape[place] == 1 else np.take(value, order, axis=place) for value in values]
+            values = [value if value.shape[number] == 1 else np.take(value, order, axis=number) for value in values]
         return cls(
             name, degrees[0], degrees[1], tuple(replace(variable, data=None) for variable in variables), tuple(values)
         )
@@ -92,13 +92,13 @@ class SoundingGrid:
         CatalogError
             If it is incomplete or unphysical; the message names place and level.
         """
-        place = [
+        coordinates = [
             f"{degrees[index]:g} {unit}"
             for degrees, index, unit in ((self.latitude_deg, row, "N"), (self.longitude_deg, column, "E"))
             if degrees.size > 1
         ]
-        own = [value[min(row, value.shape[0] - 1), min(column, value.shape[1] - 1)] for value in self.values]
-        return sounding_of(f"{self.name} at {' '.join(place)}", self.variables, own)
+        values = [value[min(row, value.shape[0] - 1), min(column, value.shape[1] - 1)] for value in self.values]
+        return sounding_of(f"{self.name} at {' '.join(coordinates)}", self.variables, values)
 
     def eastward(self, longitude_deg: float) -> float:
         """Return a longitude in the range used by the file, for example 0 to 360."""
@@ -148,43 +148,43 @@ class ProfileField:
         for number, axis in enumerate(axes):
             if axis.size == 1:
                 continue
-            own = self._nearest(latitude_deg, longitude_deg)
-            own[number] = int(np.clip(own[number], 1, max(axis.size - 2, 1)))
-            omitted = [own[each] if each == number else None for each in (0, 1)]
-            steps = np.diff(axis[own[number] - 1 : own[number] + 2])
+            node = self._nearest(latitude_deg, longitude_deg)
+            node[number] = int(np.clip(node[number], 1, max(axis.size - 2, 1)))
+            omitted = [node[dimension] if dimension == number else None for dimension in (0, 1)]
+            steps = np.diff(axis[node[number] - 1 : node[number] + 2])
             factor = float(np.max(steps) ** 2 / (4.0 * np.prod(steps))) if steps.size == 2 else 1.0
-            place = float(axes[0][own[0]]), float(axes[1][own[1]])
-            yield factor, self._resampled(self.built(*own)), self._interpolated(place, omitted)
+            node_deg = float(axes[0][node[0]]), float(axes[1][node[1]])
+            yield factor, self._resampled(self.built(*node)), self._interpolated(node_deg, omitted)
 
     def _nearest(self, latitude_deg: float, longitude_deg: float) -> list[int]:
-        place = latitude_deg, self.grid.eastward(longitude_deg)
+        position_deg = latitude_deg, self.grid.eastward(longitude_deg)
         axes = self.grid.latitude_deg, self.grid.longitude_deg
-        return [int(np.argmin(np.abs(axis - at))) for axis, at in zip(axes, place, strict=True)]
+        return [int(np.argmin(np.abs(axis - at))) for axis, at in zip(axes, position_deg, strict=True)]
 
     def _interpolated(self, place_deg: tuple[float, float], omitted: Sequence[int | None]) -> Profile:
-        place = place_deg[0], self.grid.eastward(place_deg[1])
+        position_deg = place_deg[0], self.grid.eastward(place_deg[1])
         axes = self.grid.latitude_deg, self.grid.longitude_deg
         around = [
-            _around(axis, at, each, f"{self.grid.name}: {which}")
-            for axis, at, each, which in zip(axes, place, omitted, PLACES, strict=True)
+            _around(axis, at, left_out, f"{self.grid.name}: {which}")
+            for axis, at, left_out, which in zip(axes, position_deg, omitted, PLACES, strict=True)
         ]
         profiles = [[self._resampled(self.built(int(row), int(column))) for column in around[1]] for row in around[0]]
 
         def mean(read: Callable[[Profile], Array]) -> Array:
-            values = np.array([[read(each) for each in row] for row in profiles])
-            for axis, at, own in zip(axes, place, around, strict=True):
-                values = _along(axis[own], values, at)
+            values = np.array([[read(profile) for profile in row] for row in profiles])
+            for axis, at, neighbours in zip(axes, position_deg, around, strict=True):
+                values = _along(axis[neighbours], values, at)
             return values
 
         def of_gas(gas: str) -> Array:
-            return mean(lambda each: each.mixing_ratio[gas])
+            return mean(lambda profile: profile.mixing_ratio[gas])
 
         first = profiles[0][0]
         return replace(
             first,
             name=f"{self.grid.name} at {place_deg[0]:.4g} N {place_deg[1]:.4g} E",
-            pressure_Pa=np.exp(mean(lambda each: np.log(each.pressure_Pa))),
-            temperature_K=mean(lambda each: each.temperature_K),
+            pressure_Pa=np.exp(mean(lambda profile: np.log(profile.pressure_Pa))),
+            temperature_K=mean(lambda profile: profile.temperature_K),
             mixing_ratio={gas: of_gas(gas) for gas in first.mixing_ratio},
         )
 
@@ -200,16 +200,16 @@ class ProfileField:
         return profile.resampled(levels)
 
 
-def _axis(dataset: Any, name: str, place: str) -> tuple[str, Array] | None:
+def _axis(dataset: Any, name: str, coordinate: str) -> tuple[str, Array] | None:
     """Return the dimension and the values of a coordinate; None if the file has fewer than two values."""
-    for label in PLACES[place]:
+    for label in PLACES[coordinate]:
         variable = dataset.variables.get(label)
         if variable is None or variable.ndim != 1 or variable.size < 2:
             continue
         degrees = values_of(variable)
         steps = np.diff(degrees)
         if not (np.all(steps > 0.0) or np.all(steps < 0.0)):
-            raise CatalogError(f"{name}: {label} does not ascend or descend; allowed: each {place} once, in order")
+            raise CatalogError(f"{name}: {label} does not ascend or descend; allowed: each {coordinate} once, in order")
         return variable.dimensions[0], degrees
     return None
 
@@ -228,11 +228,13 @@ def _by_place(variable: ProfileVariable, name: str, places: list[str | None]) ->
             "longitude (select one time)"
         )
     wanted = [*places, levels[0]]
-    kept = [each for each in wanted if each in dimensions]
-    order = [dimensions.index(each) for each in kept]
+    kept = [dimension for dimension in wanted if dimension in dimensions]
+    order = [dimensions.index(dimension) for dimension in kept]
     others = tuple(index for index in range(values.ndim) if index not in order)
     ordered = np.transpose(values, (*order, *others)).reshape([values.shape[index] for index in order])
-    result: Array = np.expand_dims(ordered, [axis for axis, each in enumerate(wanted) if each not in dimensions])
+    result: Array = np.expand_dims(
+        ordered, [axis for axis, dimension in enumerate(wanted) if dimension not in dimensions]
+    )
     return result
 
 
@@ -241,10 +243,12 @@ def _around(degrees: Array, at: float, omitted: int | None, what: str) -> NDArra
     kept = np.arange(degrees.size) if omitted is None else np.delete(np.arange(degrees.size), omitted)
     if kept.size == 1:
         return kept
-    own = degrees[kept]
-    if not own[0] <= at <= own[-1]:
-        raise CatalogError(f"{what} {at:.5g} lies outside the profiles; allowed: {own[0]:g} to {own[-1]:g} degrees")
-    low = int(np.clip(np.searchsorted(own, at, side="right") - 1, 0, own.size - 2))
+    kept_deg = degrees[kept]
+    if not kept_deg[0] <= at <= kept_deg[-1]:
+        raise CatalogError(
+            f"{what} {at:.5g} lies outside the profiles; allowed: {kept_deg[0]:g} to {kept_deg[-1]:g} degrees"
+        )
+    low = int(np.clip(np.searchsorted(kept_deg, at, side="right") - 1, 0, kept_deg.size - 2))
     return kept[max(low - 1, 0) : low + 3]
 
 

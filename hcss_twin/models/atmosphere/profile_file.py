@@ -299,7 +299,7 @@ def load_profiles(name: str, catalog: Catalog, above: str = STANDARD) -> Profile
         grid = SoundingGrid.read(path, name)
         if grid is not None:
             model = _model(name, catalog, above)
-            return ProfileField(grid, lru_cache(MAX_PROFILES)(lambda *place: build_profile(grid.node(*place), model)))
+            return ProfileField(grid, lru_cache(MAX_PROFILES)(lambda *node: build_profile(grid.node(*node), model)))
     return load_profile(name, catalog, above)
 
 

@@ -14,31 +14,35 @@ KELVIN, PRESSURE, GAS = 0.3, 0.005, 0.02
 tables, and other levels of the same air."""
 
 
-def difference(given: Profile, own: Profile) -> str:
+def difference(given: Profile, of_provider: Profile) -> str:
     """Return how a profile differs from that of a provider; empty if both describe the same air.
 
     Compared are pressure, temperature and each gas that both state, at the levels of both. A gas that ``given`` has
     from a model atmosphere, as its file lacks it, is not stated.
     """
-    if given is own:
+    if given is of_provider:
         return ""
-    top = min(float(given.altitude_m[-1]), float(own.altitude_m[-1]))
+    top = min(float(given.altitude_m[-1]), float(of_provider.altitude_m[-1]))
     if top < TOP_M:
         return f"it ends at {top:g} m; allowed: {TOP_M:g} m or higher"
-    levels = np.union1d(given.altitude_m, own.altitude_m)
-    here, there = (each.resampled(levels[levels <= TOP_M]) for each in (given, own))
-    kelvin = here.temperature_K - there.temperature_K
+    levels = np.union1d(given.altitude_m, of_provider.altitude_m)
+    given_at_levels, provider_at_levels = (
+        profile.resampled(levels[levels <= TOP_M]) for profile in (given, of_provider)
+    )
+    kelvin = given_at_levels.temperature_K - provider_at_levels.temperature_K
     differences = [("temperature", kelvin, KELVIN, "K", 1.0)]
-    differences.append(("pressure", here.pressure_Pa / there.pressure_Pa - 1.0, PRESSURE, "%", 100.0))
-    for gas in (gas for gas in own.mixing_ratio if gas in stated_gases(given)):
-        ratio, reference = here.mixing_ratio[gas], there.mixing_ratio[gas]
+    differences.append(
+        ("pressure", given_at_levels.pressure_Pa / provider_at_levels.pressure_Pa - 1.0, PRESSURE, "%", 100.0)
+    )
+    for gas in (gas for gas in of_provider.mixing_ratio if gas in stated_gases(given)):
+        ratio, reference = given_at_levels.mixing_ratio[gas], provider_at_levels.mixing_ratio[gas]
         scale = np.where(reference > 0.0, reference, np.maximum(ratio, 1e-30))
         differences.append((gas.upper(), (ratio - reference) / scale, GAS, "%", 100.0))
     texts = []
     for name, values, allowed, unit, factor in differences:
         worst = int(np.argmax(np.abs(values)))
         if abs(values[worst]) > allowed:
-            size = f"{factor * values[worst]:+.3g} {unit} at {here.altitude_m[worst]:g} m"
+            size = f"{factor * values[worst]:+.3g} {unit} at {given_at_levels.altitude_m[worst]:g} m"
             texts.append(f"{name} differs by {size} (allowed: {factor * allowed:g} {unit})")
     return ", ".join(texts)
 
@@ -52,6 +56,6 @@ def stated_gases(profile: Profile) -> tuple[str, ...]:
     return tuple(gas for gas in profile.mixing_ratio if gas not in filled)
 
 
-def unstated(given: Profile, own: Profile) -> tuple[str, ...]:
+def unstated(given: Profile, of_provider: Profile) -> tuple[str, ...]:
     """Return the gases that a profile states and that of a provider does not, so that they cannot be compared."""
-    return tuple(gas for gas in stated_gases(given) if gas not in own.mixing_ratio)
+    return tuple(gas for gas in stated_gases(given) if gas not in of_provider.mixing_ratio)

@@ -109,11 +109,11 @@ def _read_csv(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]
         used[index] = (quantity, unit, head)
     where, rows = [], []
     for number, fields in lines:
-        place = f"line {number}"
+        line = f"line {number}"
         if len(fields) != len(header):
-            raise CatalogError(f"{name}, {place}: {len(fields)} fields, the header has {len(header)}")
-        rows.append([_number(fields[index], used[index][2], f"{name}, {place}") for index in used])
-        where.append(place)
+            raise CatalogError(f"{name}, {line}: {len(fields)} fields, the header has {len(header)}")
+        rows.append([_number(fields[index], used[index][2], f"{name}, {line}") for index in used])
+        where.append(line)
         if len(rows) > MAX_LEVELS:
             raise CatalogError(f"{name}: more than {MAX_LEVELS} levels")
     if len(rows) < 2:
@@ -132,14 +132,14 @@ def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
             yield number, [field.strip() for field in stripped.split(",")]
 
 
-def _number(text: str, head: str, place: str) -> float:
+def _number(text: str, head: str, where: str) -> float:
     try:
         value = float(text)
     except ValueError:
         what = f"'{text}' is not a number" if text else "is missing"
-        raise CatalogError(f"{place}: {head} {what}; {_REMEDY}") from None
+        raise CatalogError(f"{where}: {head} {what}; {_REMEDY}") from None
     if not math.isfinite(value):
-        raise CatalogError(f"{place}: {head} is {text}; {_REMEDY}")
+        raise CatalogError(f"{where}: {head} is {text}; {_REMEDY}")
     return value
 
 
@@ -222,11 +222,11 @@ def _one_column(variable: Any, label: str, name: str) -> Array:
 
 
 def _refuse_twice(
-    used: Mapping[int, tuple[ProfileQuantity, Unit, str]], quantity: ProfileQuantity, label: str, place: str
+    used: Mapping[int, tuple[ProfileQuantity, Unit, str]], quantity: ProfileQuantity, label: str, where: str
 ) -> None:
     for other, _, first in used.values():
         if other.name == quantity.name:
-            raise CatalogError(f"{place}: '{first}' and '{label}' both hold {quantity.name}; keep one")
+            raise CatalogError(f"{where}: '{first}' and '{label}' both hold {quantity.name}; keep one")
 
 
 def _in_si(
@@ -251,6 +251,6 @@ def _set_aside(columns: dict[str, Array], name: str) -> list[str]:
     spare = present[1:]
     if "altitude" in columns and "geopotential_height" in columns:
         spare.append("geopotential_height")
-    for each in spare:
-        del columns[each]
+    for column in spare:
+        del columns[column]
     return [f"profile '{name}': columns not used: {', '.join(spare)}"] if spare else []

@@ -66,8 +66,8 @@ class TableTransmittance:
     def __init__(self, inputs: AtmosphereInputs, parameters: TableParameters) -> None:
         table = read_atmosphere_table(inputs.catalog.find(parameters.file, "atmospheres", ".nc"))
         self._profile = table.profile
-        own = _profile_of(table, parameters.file, inputs.catalog)
-        other = difference(inputs.profile, own)
+        table_profile = _profile_of(table, parameters.file, inputs.catalog)
+        other = difference(inputs.profile, table_profile)
         if other:
             raise ProviderError(
                 f"the atmosphere table '{parameters.file}' was computed for other air than profile "
@@ -97,7 +97,7 @@ class TableTransmittance:
                     sunlight=True,
                 ),
                 *_unverified(table),
-                *_unstated(inputs.profile, own, parameters.file),
+                *_unstated(inputs.profile, table_profile, parameters.file),
             ),
         )
 
@@ -194,9 +194,9 @@ def _profile_of(table: AtmosphereTable, file: str, catalog: Catalog) -> Profile:
     return table.profile if known is None else load_profile(known, catalog)
 
 
-def _unstated(given: Profile, own: Profile, file: str) -> tuple[str, ...]:
+def _unstated(given: Profile, table_profile: Profile, file: str) -> tuple[str, ...]:
     """Return a note on gases of the profile that cannot be compared, as the table does not state them."""
-    gases = ", ".join(gas.upper() for gas in unstated(given, own))
+    gases = ", ".join(gas.upper() for gas in unstated(given, table_profile))
     text = (
         f"the atmosphere table '{file}' does not state its {gases}: the radiance has what it was computed with, "
         f"whatever profile '{given.name}' says"

@@ -86,8 +86,8 @@ def field_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0, in_p
     if layer.coverage == 0.0:
         return np.zeros(field.shape, dtype=np.float32)
     lowest = -NormalDist().inv_cdf(layer.coverage) if layer.coverage < 1.0 else -math.inf
-    own = field if in_place else field.copy()
-    return _scaled_thickness(own, layer, lowest, layer.coverage, 0.0, exponent)
+    result = field if in_place else field.copy()
+    return _scaled_thickness(result, layer, lowest, layer.coverage, 0.0, exponent)
 
 
 def _share_above(value: float) -> float:

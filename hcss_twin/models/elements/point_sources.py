@@ -58,7 +58,7 @@ class SourceTrack:
             return State(self.position_m[0] + self.velocity_m_s * time_s, self.velocity_m_s, self.strength[0])
         if not self.time_s[0] <= time_s <= self.time_s[-1]:
             return None
-        position, strength = (_between(time_s, self.time_s, each) for each in (self.position_m, self.strength))
+        position, strength = (_between(time_s, self.time_s, values) for values in (self.position_m, self.strength))
         after = min(max(1, int(np.searchsorted(self.time_s, time_s, side="right"))), self.time_s.size - 1)
         velocity = np.diff(self.position_m[after - 1 : after + 1], axis=0)[0] / np.diff(self.time_s)[after - 1]
         return State(position, velocity, strength)
@@ -93,9 +93,9 @@ def _given(track: Track, bands: list[str], index: int) -> SourceTrack:
         strength = [track.intensity[name] for name in bands]
     else:
         strength = [float(track.intensity or 0.0)] * len(bands)
-    place = np.array([[track.x, track.y, track.altitude]])
+    position = np.array([[track.x, track.y, track.altitude]])
     return SourceTrack(
-        np.zeros(1), place, np.array(track.velocity), np.array([strength]), track.temperature is not None
+        np.zeros(1), position, np.array(track.velocity), np.array([strength]), track.temperature is not None
     )
 
 
@@ -118,14 +118,14 @@ def _from_file(name: str | None, bands: list[str], inputs: ElementInputs) -> lis
             f"{', '.join(_PLACE)}; x, y or latitude, longitude; and {_INTENSITY}, {_INTENSITY} BAND for each band of "
             "the scene, or temperature, area and optionally emissivity"
         )
-    strength = np.stack([columns[each] for each in strengths], axis=1)
+    strength = np.stack([columns[name] for name in strengths], axis=1)
     low = np.nextafter(0.0, 1.0) if thermal else 0.0
     for what, least, values in (("altitude", 0.0, columns["altitude"]), (strengths[0], low, strength)):
         if np.any(values < least):
             raise CatalogError(f"'{name}': {what} {values.min():g}; allowed: {'above 0' if least else '0 or more'}")
     if thermal and np.any(columns[_EMISSIVITY] > 1.0):
         raise CatalogError(f"'{name}': emissivity {columns[_EMISSIVITY].max():g}; allowed: above 0 to 1")
-    x, y = (columns[each] for each in across)
+    x, y = (columns[name] for name in across)
     if across == _GLOBE:
         if np.any(np.abs(x) > 90.0):
             raise CatalogError(f"'{name}': latitude {x[np.argmax(np.abs(x))]:g}; allowed: -90 to 90")
@@ -139,12 +139,12 @@ def _from_file(name: str | None, bands: list[str], inputs: ElementInputs) -> lis
             raise CatalogError(f"'{name}': {what} {worst:g} m; allowed: {-FARTHEST_M:g} to {FARTHEST_M:g}")
     tracks = []
     for source in np.unique(columns["source"]):
-        own: NDArray[np.intp] = np.flatnonzero(columns["source"] == source)
-        time = columns["time"][own]
+        rows: NDArray[np.intp] = np.flatnonzero(columns["source"] == source)
+        time = columns["time"][rows]
         if np.any(np.diff(time) <= 0.0):
             raise CatalogError(f"'{name}': the times of source {source:g} do not ascend")
-        position = np.stack([each[own] for each in (x, y, columns["altitude"])], axis=1)
-        tracks.append(SourceTrack(time, position, np.zeros(3), strength[own], thermal))
+        position = np.stack([coordinate[rows] for coordinate in (x, y, columns["altitude"])], axis=1)
+        tracks.append(SourceTrack(time, position, np.zeros(3), strength[rows], thermal))
     return tracks
 
 

@@ -76,7 +76,7 @@ class CrystalRatios:
         share = (effective_diameter_um - sizes[upper - 1]) / (sizes[upper] - sizes[upper - 1])
         of_size = (1.0 - share) * self.ratios[:, :, upper - 1] + share * self.ratios[:, :, upper]
         position, centres = np.log(wavenumber_cm1), np.log(self.wavenumber_cm1)
-        return np.stack([np.interp(position, centres, each) for each in of_size])
+        return np.stack([np.interp(position, centres, ratio) for ratio in of_size])
 
 
 def load_crystals(catalog: Catalog, name: str, roughness: str) -> CrystalRatios:
@@ -90,7 +90,7 @@ def load_crystals(catalog: Catalog, name: str, roughness: str) -> CrystalRatios:
     path = catalog.find(name, "optics", ".nc")
     with open_format(path, FORMAT, VERSION) as dataset:
         try:
-            names = [str(each) for each in dataset["roughness"][:]]
+            names = [str(label) for label in dataset["roughness"][:]]
             if roughness not in names:
                 raise CatalogError(f"{path}: no roughness '{roughness}'; it has {', '.join(names)}")
             row = names.index(roughness)

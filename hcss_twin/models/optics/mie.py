@@ -212,7 +212,9 @@ class BulkOptics:
     def model_errors(self) -> tuple[ModelError, ...]:
         """Return the errors against the best references; for the phase function, the difference of both choices."""
         every = from_table(__file__, "bulk")()
-        return tuple(replace(each, needs="") if self._rays and each.name == PHASE_FUNCTION else each for each in every)
+        return tuple(
+            replace(error, needs="") if self._rays and error.name == PHASE_FUNCTION else error for error in every
+        )
 
     def single_scattering(self, cloud: Microphysics, wavenumber_cm1: Array) -> SingleScattering:
         """Return bulk properties at ``wavenumber_cm1`` (V,); for ice 2 moments with Henyey and Greenstein's function.

@@ -108,7 +108,7 @@ class AsPrinted:
         emitted, reflected, air = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         through = np.ones(shape)
         seen_first = np.ones(shape[0], dtype=bool)
-        for index in sorted(range(len(layers)), key=lambda each: layers[each].base_m, reverse=True):
+        for index in sorted(range(len(layers)), key=lambda layer: layers[layer].base_m, reverse=True):
             rows = np.flatnonzero(thickness_m[:, index] > 0)
             if rows.size == 0:
                 continue

@@ -38,7 +38,7 @@ class BrightnessTemperature:
         self._inverse_temperature = 1.0 / np.geomspace(COLDEST_K, HOTTEST_K, _TEMPERATURES)
         radiance = planck(grid.wavenumber_cm1[None, :], 1 / self._inverse_temperature[:, None]) @ grid.weights_cm1.T
         self._ln_radiance = np.log(np.maximum(radiance, np.finfo(float).tiny)).T
-        self._by_bits = [self._table_by_bits(each) for each in self._ln_radiance]
+        self._by_bits = [self._table_by_bits(ln_radiance) for ln_radiance in self._ln_radiance]
 
     def __call__(self, radiance: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return kelvin for ``radiance`` (B, ...).
@@ -106,8 +106,8 @@ def _look_up(bits, table, lowest, highest, kelvin):  # type: ignore[no-untyped-d
     for x in range(bits.size):
         if not lowest <= bits[x] <= highest:
             return False
-        place = bits[x] - first
-        index = np.uint32(place >> _SHIFT)
+        offset = bits[x] - first
+        index = np.uint32(offset >> _SHIFT)
         low = table[index]
-        kelvin[x] = low + np.float32(place & mask) * share * (table[index + np.uint32(1)] - low)
+        kelvin[x] = low + np.float32(offset & mask) * share * (table[index + np.uint32(1)] - low)
     return True

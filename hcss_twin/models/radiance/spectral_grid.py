@@ -121,7 +121,7 @@ class SpectralGrid:
     @property
     def ends_cm1(self) -> Array:
         """First and last wavenumber of each band: models that interpolate in a band need both."""
-        result: Array = self.wavenumber_cm1[np.unique([place for node in self.nodes for place in (node[0], node[-1])])]
+        result: Array = self.wavenumber_cm1[np.unique([end for node in self.nodes for end in (node[0], node[-1])])]
         return result
 
 
@@ -143,10 +143,12 @@ def dense_grid(bands: Sequence[SpectralBand], native_cm1: Array | None, refineme
     wavenumber = np.unique(np.concatenate(per_band))
     weights = np.zeros((len(bands), wavenumber.size))
     nodes, responses = [], []
-    for row, (band, own) in enumerate(zip(bands, per_band, strict=True)):
-        index = np.searchsorted(wavenumber, own)
-        response = np.interp(1e4 / own, band.wavelength_um, band.response)
-        weights[row, index] = (_simpson_weights(own) if refinement > 0 else _trapezoid_weights(own)) * response
+    for row, (band, nodes_cm1) in enumerate(zip(bands, per_band, strict=True)):
+        index = np.searchsorted(wavenumber, nodes_cm1)
+        response = np.interp(1e4 / nodes_cm1, band.wavelength_um, band.response)
+        weights[row, index] = (
+            _simpson_weights(nodes_cm1) if refinement > 0 else _trapezoid_weights(nodes_cm1)
+        ) * response
         nodes.append(index)
         responses.append(response)
     return SpectralGrid(wavenumber, weights, tuple(nodes), tuple(responses))
@@ -291,6 +293,6 @@ def _refit(rows: Array, target: Array, chosen: list[int], factors: Array) -> tup
         shares = factors[falls] / (factors[falls] - fit[falls])
         factors = factors + np.min(shares) * (fit - factors)
         kept = np.delete(np.arange(factors.size), falls[shares == np.min(shares)])
-        chosen, factors = [chosen[place] for place in kept], factors[kept]
+        chosen, factors = [chosen[position] for position in kept], factors[kept]
         if not chosen:
             return [-1], factors

@@ -39,9 +39,9 @@ class PlaneWaveSums:
 
     def __init__(self, k_x: Array, k_y: Array, amplitudes: Array) -> None:
         self._k_x, self._k_y = k_x, k_y
-        place = k_x * (_LENGTH / (2.0 * np.pi))
-        self._first = np.ceil(place - 0.5 * _WIDTH).astype(np.int64)
-        away = (self._first - place)[:, None] + np.arange(_WIDTH)
+        position = k_x * (_LENGTH / (2.0 * np.pi))
+        self._first = np.ceil(position - 0.5 * _WIDTH).astype(np.int64)
+        away = (self._first - position)[:, None] + np.arange(_WIDTH)
         self._weight = np.i0(_SHAPE * np.sqrt(np.maximum(1.0 - (2.0 * away / _WIDTH) ** 2, 0.0))).astype(np.float32)
         # The window's transform at each column, counted from the middle of a tile.
         column = np.arange(COLUMNS) - COLUMNS // 2

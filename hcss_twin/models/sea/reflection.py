@@ -76,10 +76,10 @@ def gathered_linearly(mu: Array, nodes: Array, values: Array) -> Array:
     """Return ``basis_values(mu, nodes, "linear").T @ values`` (N, K) for values (P, K), and two or more nodes."""
     right, part = _interval(mu, nodes)
     order = np.argsort(right, kind="stable")
-    own, begins = np.unique(right[order], return_index=True)
+    right_nodes, begins = np.unique(right[order], return_index=True)
     result = np.zeros((nodes.size, values.shape[1]))
-    for place, weights in ((own - 1, 1.0 - part), (own, part)):
-        result[place] += np.add.reduceat(values[order] * weights[order, None], begins)
+    for node, weights in ((right_nodes - 1, 1.0 - part), (right_nodes, part)):
+        result[node] += np.add.reduceat(values[order] * weights[order, None], begins)
     return result
 
 
@@ -200,8 +200,8 @@ class Reflection:
         up = rays.mu_away > 0.0
         away = np.where(up, rays.mu_away, 1.0)
         variance = self._slopes.variance_along(wind_azimuth + rays.turn)
-        own = smith_lambda(np.array(mu), self._slopes.variance_along(wind_azimuth))
-        return np.where(up, escape_share(own, smith_lambda(away, variance), self._shadowing), 0.0)
+        outward = smith_lambda(np.array(mu), self._slopes.variance_along(wind_azimuth))
+        return np.where(up, escape_share(outward, smith_lambda(away, variance), self._shadowing), 0.0)
 
     def _folded(self, incidence: Array, share: Array, elsewhere: Array) -> Array:
         return np.asarray((elsewhere * share[:, None]).T @ incidence @ self._fit, dtype=np.float64)

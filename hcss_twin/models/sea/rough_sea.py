@@ -177,8 +177,8 @@ class RoughSea:
         else:
             turns = np.arange(_WIND_AZIMUTHS) * (2.0 * np.pi / _WIND_AZIMUTHS)
             # Centred on the middle between the two directions, so that exchanging them changes nothing.
-            each = [self._mirrors(out, into, azimuth, turn - 0.5 * azimuth) for turn in turns]
-            shape, cosine = np.mean([part for part, _ in each], axis=0), each[0][1]
+            mirrors = [self._mirrors(out, into, azimuth, turn - 0.5 * azimuth) for turn in turns]
+            shape, cosine = np.mean([part for part, _ in mirrors], axis=0), mirrors[0][1]
         index = self._water.at(wavenumber_cm1)
         water = shape[:, None] * reflectance_at(index, cosine)
         if self._foam == 0.0:
@@ -194,17 +194,17 @@ class RoughSea:
         upwind = sin_out * np.cos(bearing) + sin_in * np.cos(other)
         crosswind = sin_out * np.sin(bearing) + sin_in * np.sin(other)
         slope_squared, cosine = mirror_facet(out, into, azimuth)
-        own = smith_lambda(out, self._slopes.variance_along(bearing))
+        outward = smith_lambda(out, self._slopes.variance_along(bearing))
         if self._tilt is not None:
             up, across = -upwind / vertical - self._tilt.upwind, -crosswind / vertical - self._tilt.crosswind
             # Toward the sensor, the area of the tilted part differs from the mean of the whole sea.
-            area = out * (1.0 + own) / self._tilt.cross_section(out, bearing)
+            area = out * (1.0 + outward) / self._tilt.cross_section(out, bearing)
             density = area * self._tilt.rest.density(up, across)
         elif self._slopes.isotropic:
             density = slope_density(slope_squared, self._slopes.mean_square_slope)
         else:
             density = self._slopes.density(-upwind / vertical, -crosswind / vertical)
-        seen = both_seen(own, smith_lambda(into, self._slopes.variance_along(other)), self._shadowing)
+        seen = both_seen(outward, smith_lambda(into, self._slopes.variance_along(other)), self._shadowing)
         return density * seen * (1.0 + slope_squared) ** 2 / (4.0 * out * into), cosine
 
     def _from_sky(

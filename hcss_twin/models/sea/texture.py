@@ -97,10 +97,10 @@ class TextureField:
         self._grid = grid
         self._speeds = platform_speed_m_s - velocity_m_s[0], -velocity_m_s[1]
         self.octaves = octaves_of(shape, grid)
-        own = fold(_SEED_KEY, seed, shape.number)
+        key = fold(_SEED_KEY, seed, shape.number)
         large = tuple(octave for octave in self.octaves if octave.x.step * COARSE**2 <= 1.0)
-        self._fine = FractalField(own, tuple(octave for octave in self.octaves if octave not in large))
-        self._coarse = FractalField(own, tuple(_at_every(COARSE, each) for each in large)) if large else None
+        self._fine = FractalField(key, tuple(octave for octave in self.octaves if octave not in large))
+        self._coarse = FractalField(key, tuple(_at_every(COARSE, octave) for octave in large)) if large else None
 
     def at(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the field (y, x) at pixels of the image, inside or outside; a pixel has the same bits in any window.
@@ -181,9 +181,9 @@ def _add_interpolated(field, nodes, first_row, first_column, weights):  # type: 
             line[x] = (w[0] * nodes[node, x] + w[1] * nodes[node + 1, x]) + (
                 w[2] * nodes[node + 2, x] + w[3] * nodes[node + 3, x]
             )
-        for place in range(step):
-            v0, v1, v2, v3 = weights[place, 0], weights[place, 1], weights[place, 2], weights[place, 3]
-            start = (place - first_column) % step
+        for phase in range(step):
+            v0, v1, v2, v3 = weights[phase, 0], weights[phase, 1], weights[phase, 2], weights[phase, 3]
+            start = (phase - first_column) % step
             node = (first_column + start) // step
             for x in range(start, columns, step):
                 field[y, x] += (v0 * line[node] + v1 * line[node + 1]) + (v2 * line[node + 2] + v3 * line[node + 3])

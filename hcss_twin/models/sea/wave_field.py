@@ -120,7 +120,7 @@ class WaveField:
 
     def elevation_m(self, time_s: float, rows: slice, columns: slice) -> Array:
         """Return the elevation (y, x) of the resolved waves, in metres; see :meth:`slopes`."""
-        y, x = (np.arange(each.start, each.stop) + 0.5 for each in (rows, columns))
+        y, x = (np.arange(part.start, part.stop) + 0.5 for part in (rows, columns))
         down = np.exp(
             1j * (np.outer(y * self.pixel_size_m, self.k_y_rad_m) + self.phase_rad - self.frequency_rad_s * time_s)
         )
@@ -268,12 +268,12 @@ def tilted_glint_bound(
     Subpixel Gaussian density at the specular slope, divided by the projected area of the part (at least a tenth).
     """
     if any_pixel:
-        upwind, crosswind = np.meshgrid(*(each * np.linspace(-MOST_SIGMAS, MOST_SIGMAS, 65) for each in rms))
+        upwind, crosswind = np.meshgrid(*(sigma * np.linspace(-MOST_SIGMAS, MOST_SIGMAS, 65) for sigma in rms))
     else:
         radius, angle = np.meshgrid(np.linspace(0.0, SIGMAS, 25), np.linspace(0.0, 2.0 * np.pi, 97))
         upwind, crosswind = radius * np.cos(angle) * rms[0], radius * np.sin(angle) * rms[1]
     half = 0.5 * mean_square_slope
-    left = [max(half - each**2, 0.1 * half) for each in rms]
+    left = [max(half - sigma**2, 0.1 * half) for sigma in rms]
     away = (mirror_slope[0] - upwind) ** 2 / left[0] + (mirror_slope[1] - crosswind) ** 2 / left[1]
     whole = (mirror_slope[0] ** 2 + mirror_slope[1] ** 2) / half
     # Far from the glint, where the glint itself is 0, the ratio overflows: e^300 is effectively infinite.

@@ -35,7 +35,7 @@ def _parser(low: float, high: float) -> Callable[[object], object]:
             return number(value, "")
         if not value or not all(isinstance(name, str) for name in value):
             raise PydanticCustomError("per_band", f"a table without names of bands; {allowed}")
-        return {name: number(each, f"band '{name}': ") for name, each in value.items()}
+        return {name: number(band_value, f"band '{name}': ") for name, band_value in value.items()}
 
     return parse
 
@@ -174,7 +174,7 @@ class RadiometerParameters(BaseModel):
                 raise PydanticCustomError("needs", f'{key} = "{choice}" needs {" and ".join(missing)}')
         for name, key, choices in _IDLE:
             if name in self.model_fields_set and getattr(self, key) not in choices:
-                wanted = " or ".join(f'"{each}"' for each in choices)
+                wanted = " or ".join(f'"{choice}"' for choice in choices)
                 raise PydanticCustomError(
                     "idle",
                     f'{name} has no influence with {key} = "{getattr(self, key)}"; allowed with {key} = {wanted}',

@@ -51,7 +51,7 @@ class PointImage:
 
     def draw(self, image: Array, points: Points, band: int, exposure_s: float) -> None:
         """Add the images of points to a frame (Y, X), smeared by their motion in an exposure around its time."""
-        spreads = any(each is not None for each in (self._sigma, self._cutoff, self._spot))
+        spreads = any(spread is not None for spread in (self._sigma, self._cutoff, self._spot))
         steps = _STEPS_PER_PIXEL if spreads else _STEPS_WITHOUT_SPREAD
         together = _AT_ONCE if self._cutoff is None and self._spot is None else 1
         for first in range(0, points.row.size, together):
@@ -65,7 +65,8 @@ class PointImage:
                     _add_spot(image, *at, float(light[0]) / row.size, self._spot)
             else:
                 down, across = (
-                    _profile(place, size, self._sigma) for place, size in zip((row, column), image.shape, strict=True)
+                    _profile(position, size, self._sigma)
+                    for position, size in zip((row, column), image.shape, strict=True)
                 )
                 image += (down * (share @ light)[:, None]).T @ across
 
@@ -87,13 +88,13 @@ def _along_the_way(points: Points, part: slice, exposure_s: float, steps: int) -
     return row + later * row_rate[which], column + later * column_rate[which], share
 
 
-def _profile(place: Array, size: int, sigma: float | None) -> Array:
+def _profile(position: Array, size: int, sigma: float | None) -> Array:
     """Return the shares (N, size) of points in rows or columns: of a Gaussian, or without spread in one."""
     edges = np.arange(size + 1.0)
     if sigma is None:
-        held: Array = (np.floor(place)[:, None] == edges[:-1]).astype(np.float64)
+        held: Array = (np.floor(position)[:, None] == edges[:-1]).astype(np.float64)
         return held
-    shares: Array = np.diff(ndtr((edges - place[:, None]) / sigma), axis=1)
+    shares: Array = np.diff(ndtr((edges - position[:, None]) / sigma), axis=1)
     return shares
 
 

@@ -92,8 +92,8 @@ def _beyond(whole: Array) -> Array:
     values = np.abs(whole)
     for axis in range(whole.ndim):
         values = values * np.expand_dims(count, tuple(other for other in range(whole.ndim) if other != axis))
-    place = np.max(np.indices(whole.shape, sparse=False), axis=0)
-    within = np.cumsum(np.bincount(place.ravel(), values.ravel()))
+    distance = np.max(np.indices(whole.shape, sparse=False), axis=0)
+    within = np.cumsum(np.bincount(distance.ravel(), values.ravel()))
     share: Array = 1.0 - within / within[-1]
     return share
 
@@ -137,7 +137,7 @@ def read_kernel(path: Path) -> Array:
     for number, line in enumerate(lines, start=1):
         plain = line.partition("#")[0].replace(",", " ").split()
         try:
-            values = [float(each) for each in plain]
+            values = [float(word) for word in plain]
         except ValueError as error:
             raise CatalogError(f"{path}, line {number}: {error}") from error
         if values and rows and len(values) != len(rows[0]):
@@ -171,7 +171,7 @@ def separated(kernels: Sequence[Array], most: int) -> tuple[list[Array], list[Ar
             terms += 1
         down = [np.convolve(one, u[:, term] * size[term]) for one in down for term in range(terms)]
         across = [np.convolve(one, v[term]) for one in across for term in range(terms)]
-    return (down, across) if sum(each.size for each in (*down, *across)) <= most else None
+    return (down, across) if sum(kernel.size for kernel in (*down, *across)) <= most else None
 
 
 def mirrored_transfer(kernels: Sequence[Array], shape: tuple[int, int]) -> Array:

@@ -39,7 +39,7 @@ class Radiometer:
         self.variables = (
             *(("photon_rate",) if photons else ()),
             *(("digital_number",) if parameters.bits is not None else ()),
-            *(("saturated",) if any(each.can_saturate for each in self.channels) else ()),
+            *(("saturated",) if any(channel.can_saturate for channel in self.channels) else ()),
         )
         self.declares = SensorDeclaration(reach_pixels=self.blur.reach_pixels)
         self.worked_out: Mapping[str, Any] = {
@@ -90,7 +90,7 @@ class Radiometer:
         for index in range(len(self.channels))[bands]:
             channel = self.channels[index]
             image, weights = self.blur.by_rows(clean[index], channel.band)
-            results = {name: each[index] for name, each in found.items()}
+            results = {name: values[index] for name, values in found.items()}
             more = none["radiance"] if added is None else added[index]
             channel.measure_rows(image, weights, more, frame, lines or (0, len(image)), {**none, **results})
 

@@ -168,11 +168,11 @@ def _add_row(values, more):  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def _pattern_row(pattern, y, own):  # type: ignore[no-untyped-def]
+def _pattern_row(pattern, y, pattern_row):  # type: ignore[no-untyped-def]
     if pattern.size:  # a loop compiles in a tenth of the time of assignments to slices
-        beside = np.int64(pattern.shape[1] == own.size)
-        for x in range(own.size):
-            own[x] = pattern[y, beside * x]
+        beside = np.int64(pattern.shape[1] == pattern_row.size)
+        for x in range(pattern_row.size):
+            pattern_row[x] = pattern[y, beside * x]
 
 
 @kernel()
@@ -192,12 +192,12 @@ def _noise_row(blurred, gain, offset, normals, detector, signal):  # type: ignor
     f = np.float32
     scale, dark, shot = f(detector.per_radiance), f(detector.dark), f(detector.shot)
     counted = detector.shot > 0.0 and detector.deviation == 0.0  # and rounding adds 1 / 12 to the variance
-    own = f(-1.0 / 12.0) if counted else f(detector.deviation**2)
+    further_variance = f(-1.0 / 12.0) if counted else f(detector.deviation**2)
     few, many, most, sixth, half, once = np.int32(0), np.int32(0), f(MAX_COUNTED), f(1.0 / 6.0), f(0.5), f(1.5)
     for x in range(signal.size):
         excess = blurred[x] * scale * (f(1.0) + gain[x]) + offset[x]
         mean = shot * (excess + dark)
-        variance = mean + own
+        variance = mean + further_variance
         # 1 / sqrt(variance) within 5e-6
         root = np.int32(_SQUARE_ROOT - (np.float32(variance).view(np.int32) >> np.int32(1))).view(np.float32)
         root *= once - half * variance * root * root

@@ -76,8 +76,8 @@ class Coastline:
         near = (low_y <= north) & (high_y >= south) & (low_x <= east) & (high_x >= west)
         pieces = [np.empty((0, 4))]
         for ring in np.flatnonzero(near).tolist():
-            own = slice(self.start[ring], self.start[ring + 1])
-            x, y = self.longitude[own], self.latitude[own]
+            points = slice(self.start[ring], self.start[ring + 1])
+            x, y = self.longitude[points], self.latitude[points]
             after_x, after_y = np.roll(x, -1), np.roll(y, -1)
             met = (
                 (np.minimum(y, after_y) <= north) & (np.maximum(y, after_y) >= south) & (np.maximum(x, after_x) > west)
@@ -101,8 +101,8 @@ def _by_strip(
 
 
 def _strip(latitude: Array, south: float, north: float) -> NDArray[np.int64]:
-    place = (latitude - south) * (_STRIPS / max(north - south, 1e-12))
-    strip: NDArray[np.int64] = np.clip(place, 0.0, _STRIPS - 1.0).astype(np.int64)
+    position = (latitude - south) * (_STRIPS / max(north - south, 1e-12))
+    strip: NDArray[np.int64] = np.clip(position, 0.0, _STRIPS - 1.0).astype(np.int64)
     return strip
 
 
@@ -114,8 +114,8 @@ def _is_inside(y, x, x0, y0, x1, y1, first, number, south, north):  # type: igno
     for n in range(y.size):
         strip = int(min(max((y[n] - south) * per_degree, 0.0), scale - 1.0))
         odd = False
-        for place in range(first[strip], first[strip + 1]):
-            edge = number[place]
+        for position in range(first[strip], first[strip + 1]):
+            edge = number[position]
             if (y0[edge] > y[n]) != (y1[edge] > y[n]):
                 along = (y[n] - y0[edge]) / (y1[edge] - y0[edge])
                 if x0[edge] + along * (x1[edge] - x0[edge]) > x[n]:

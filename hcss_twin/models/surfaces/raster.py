@@ -30,14 +30,14 @@ class Grid:
     ----------
     layers : mapping of str to ndarray (R, C)
         NaN where there is no value.
-    place : callable
+    to_cells : callable
         Maps latitude and longitude to row and column (...); the first cell extends from -0.5 to 0.5.
     extent : str
         What the raster covers.
     """
 
     layers: dict[str, Array]
-    place: Callable[[Array, Array], tuple[Array, Array]]
+    to_cells: Callable[[Array, Array], tuple[Array, Array]]
     extent: str
 
 
@@ -73,7 +73,7 @@ class Raster:
             if name not in given:
                 raise CatalogError(f"temperatures: '{name}' is no class of '{self._name}'; {choose_from(name, given)}")
         self._names = [parameters.classes[int(number)] for number in self._numbers] or ["sea"]
-        self._order = {name: place for place, name in enumerate(given)}
+        self._order = {name: number for number, name in enumerate(given)}
         field = None if self._temperature is None else self._field()
         self.classes = tuple(SurfaceClass(name, parameters.temperatures.get(name, field)) for name in given)
         self.declares = Declaration(notes=(f"raster: {self._grid.extent}",))
@@ -81,7 +81,7 @@ class Raster:
     def surface(self, time_s: float, rows: slice, columns: slice) -> SurfaceMap:
         """Return the classes, and the temperature if the raster has it."""
         latitude, longitude = self._inputs.ground(time_s, rows, columns)
-        row, column = self._grid.place(latitude, longitude)
+        row, column = self._grid.to_cells(latitude, longitude)
         sizes = next(iter(self._grid.layers.values())).shape
         inside = (row >= -0.5) & (row <= sizes[0] - 0.5) & (column >= -0.5) & (column <= sizes[1] - 0.5)
         if not np.all(inside):
@@ -91,7 +91,8 @@ class Raster:
                 f"lie outside, e.g. latitude {latitude.ravel()[worst]:.5g}, longitude {longitude.ravel()[worst]:.5g}"
             )
         cell = tuple(
-            np.clip(np.rint(each), 0, size - 1).astype(np.intp) for each, size in zip((row, column), sizes, strict=True)
+            np.clip(np.rint(position), 0, size - 1).astype(np.intp)
+            for position, size in zip((row, column), sizes, strict=True)
         )
         number = np.zeros(row.shape, dtype=np.uint8)
         if self._classes is not None:
@@ -99,7 +100,7 @@ class Raster:
         if self._temperature is None:
             return SurfaceMap(number)
         kelvin = _bilinear(self._temperature, row, column)
-        fields = [place for place, class_ in enumerate(self.classes) if isinstance(class_.temperature_K, tuple)]
+        fields = [number for number, class_ in enumerate(self.classes) if isinstance(class_.temperature_K, tuple)]
         missing = np.isnan(kelvin) & np.isin(number, fields)
         if np.any(missing):
             raise ProviderError(
@@ -109,16 +110,16 @@ class Raster:
         return SurfaceMap(number, kelvin)
 
     def _number(self, values: Array) -> NDArray[np.uint8]:
-        place = np.searchsorted(self._numbers, values).clip(0, self._numbers.size - 1)
-        unknown = self._numbers[place] != values
+        index = np.searchsorted(self._numbers, values).clip(0, self._numbers.size - 1)
+        unknown = self._numbers[index] != values
         if np.any(unknown):
-            shown = ", ".join(f"{each:g}" for each in np.unique(values[unknown])[:5])
+            shown = ", ".join(f"{value:g}" for value in np.unique(values[unknown])[:5])
             raise ProviderError(
                 f"raster '{self._name}' has the class {shown}, which parameters.classes does not name; allowed: "
                 f"{', '.join(f'{number:g}' for number in self._numbers)}"
             )
         order = np.array([self._order[name] for name in self._names], dtype=np.uint8)
-        numbers: NDArray[np.uint8] = order[place]
+        numbers: NDArray[np.uint8] = order[index]
         return numbers
 
     def _layer(self, name: str) -> Array:
@@ -136,12 +137,12 @@ class Raster:
         if np.array_equal(self._inputs.ground(0.0, *corner), self._inputs.ground(1.0, *corner)):
             ends = (slice(0, 1), columns), (slice(rows.stop - 1, rows.stop), columns), (rows, slice(0, 1)), (
                 rows, slice(columns.stop - 1, columns.stop))  # fmt: skip
-            places = [self._grid.place(*self._inputs.ground(0.0, *end)) for end in ends]
+            places = [self._grid.to_cells(*self._inputs.ground(0.0, *end)) for end in ends]
             near = []
-            for each, size in zip(zip(*places, strict=True), values.shape, strict=True):
-                place = np.clip(np.concatenate([part.ravel() for part in each]), 0, size - 1)
-                margin = 0.5 * (place.max() - place.min()) + 2.0
-                near.append(slice(max(int(place.min() - margin), 0), int(place.max() + margin) + 1))
+            for positions, size in zip(zip(*places, strict=True), values.shape, strict=True):
+                position = np.clip(np.concatenate([part.ravel() for part in positions]), 0, size - 1)
+                margin = 0.5 * (position.max() - position.min()) + 2.0
+                near.append(slice(max(int(position.min() - margin), 0), int(position.max() + margin) + 1))
             values = values[tuple(near)]
         known = values[np.isfinite(values)]
         if not known.size:
@@ -155,8 +156,8 @@ class Raster:
 def _bilinear(values: Array, row: Array, column: Array) -> Array:
     """Interpolate between the centres of cells; constant beyond the outermost."""
     places = []
-    for each, size in zip((row, column), values.shape, strict=True):
-        inside = np.clip(each, 0.0, size - 1.0)
+    for position, size in zip((row, column), values.shape, strict=True):
+        inside = np.clip(position, 0.0, size - 1.0)
         low = np.minimum(inside.astype(np.intp), max(size - 2, 0))
         places.append((low, np.minimum(low + 1, size - 1), inside - low))
     (y, below, up), (x, beside, across) = places
@@ -189,28 +190,30 @@ def _geotiff(path: Path) -> Grid:
         raise CatalogError(f"{path}: it does not say where it is (no coordinate reference system)")
     west = bounds.left
 
-    def place(latitude: Array, longitude: Array) -> tuple[Array, Array]:
+    def to_cells(latitude: Array, longitude: Array) -> tuple[Array, Array]:
         if crs.is_geographic:
             x, y = west + np.mod(longitude - west, 360.0), latitude
         else:
             from_globe = "EPSG:4326", crs, longitude.ravel().tolist(), latitude.ravel().tolist()
             with reading(path, CatalogError, "no place on the globe has a place in its projection"):
-                x, y = (np.reshape(each, latitude.shape) for each in rasterio.warp.transform(*from_globe)[:2])
+                x, y = (
+                    np.reshape(coordinate, latitude.shape) for coordinate in rasterio.warp.transform(*from_globe)[:2]
+                )
         column = inverse.a * np.asarray(x) + inverse.b * np.asarray(y) + inverse.c
         row = inverse.d * np.asarray(x) + inverse.e * np.asarray(y) + inverse.f
         return row - 0.5, column - 0.5
 
     edges = f"{bounds.left:g} to {bounds.right:g} east and {bounds.bottom:g} to {bounds.top:g} north"
-    return Grid(layers, place, f"{edges} ({crs.to_string() if crs.is_epsg_code else 'its own projection'})")
+    return Grid(layers, to_cells, f"{edges} ({crs.to_string() if crs.is_epsg_code else 'its own projection'})")
 
 
 def _netcdf(path: Path) -> Grid:
     with open_netcdf(path, CatalogError, "not a NetCDF file that can be read") as file:
         (y_name, y), (x_name, x) = (_axis(path, file, kind) for kind in ("latitude", "longitude"))
         layers = {
-            name: np.ma.filled(np.ma.asarray(each[:]).astype(np.float64), np.nan).squeeze()
-            for name, each in file.variables.items()
-            if each.dimensions[-2:] in ((y_name, x_name), (x_name, y_name)) and each.size == y.size * x.size
+            name: np.ma.filled(np.ma.asarray(variable[:]).astype(np.float64), np.nan).squeeze()
+            for name, variable in file.variables.items()
+            if variable.dimensions[-2:] in ((y_name, x_name), (x_name, y_name)) and variable.size == y.size * x.size
         }
         for name in layers:
             if file.variables[name].dimensions[-2:] == (x_name, y_name):
@@ -219,21 +222,21 @@ def _netcdf(path: Path) -> Grid:
     if not layers:
         raise CatalogError(f"{path}: no variable over latitude and longitude alone")
 
-    def place(latitude: Array, longitude: Array) -> tuple[Array, Array]:
+    def to_cells(latitude: Array, longitude: Array) -> tuple[Array, Array]:
         west = min(_edge(x, 0.0), _edge(x, x.size - 1.0))
         return _number_of(y, latitude), _number_of(x, west + np.mod(longitude - west, 360.0))
 
     edges = [sorted((_edge(axis, 0.0), _edge(axis, axis.size - 1.0))) for axis in (y, x)]
     return Grid(
-        layers, place, f"latitude {edges[0][0]:g} to {edges[0][1]:g}, longitude {edges[1][0]:g} to {edges[1][1]:g}"
+        layers, to_cells, f"latitude {edges[0][0]:g} to {edges[0][1]:g}, longitude {edges[1][0]:g} to {edges[1][1]:g}"
     )
 
 
 def _axis(path: Path, file: Any, kind: str) -> tuple[str, Array]:
-    for name, each in file.variables.items():
-        known = name.lower() in (kind, kind[:3]) or getattr(each, "standard_name", "") == kind
-        if known and each.dimensions == (name,) and each.size > 1:
-            values = np.ma.filled(each[:], np.nan).astype(np.float64)
+    for name, variable in file.variables.items():
+        known = name.lower() in (kind, kind[:3]) or getattr(variable, "standard_name", "") == kind
+        if known and variable.dimensions == (name,) and variable.size > 1:
+            values = np.ma.filled(variable[:], np.nan).astype(np.float64)
             steps = np.diff(values)
             if np.all(steps > 0.0) or np.all(steps < 0.0):
                 return name, values

@@ -92,28 +92,28 @@ def solve_chains(
     factor = np.zeros((streams, ((streams - 1) // LANES + 1) * LANES + width))
     products = np.zeros((2, rows, width))
     direct = np.zeros(width)
-    place = np.empty(rows, dtype=np.int64)
+    position = np.empty(rows, dtype=np.int64)
     for i in range(rows):
-        place[i] = i - beams if i >= beams else streams + others + i
+        position[i] = i - beams if i >= beams else streams + others + i
     for chain in range(begin.size):
         depth = thin[chain]
         opaque = False
         for i in range(skipped, rows):
             for j in range(columns):
-                reflection[place[i], place[j]] = thin_reflection[chain, i, j]
-                transmission[place[i], place[j]] = thin_transmission[chain, i, j]
+                reflection[position[i], position[j]] = thin_reflection[chain, i, j]
+                transmission[position[i], position[j]] = thin_transmission[chain, i, j]
             if closed:
-                reflection[place[i], rows] = thin_reflection[chain, i, columns]
-                transmission[place[i], rows] = thin_transmission[chain, i, columns]
+                reflection[position[i], rows] = thin_reflection[chain, i, columns]
+                transmission[position[i], rows] = thin_transmission[chain, i, columns]
         for i in range(columns, rows):
             for j in range(beams, columns):
-                reflection[place[j], place[i]] = thin_reflection[chain, i, j]
-                transmission[place[j], place[i]] = thin_transmission[chain, i, j]
+                reflection[position[j], position[i]] = thin_reflection[chain, i, j]
+                transmission[position[j], position[i]] = thin_transmission[chain, i, j]
         for number in range(begin[chain], end[chain]):
             for _ in range(times[chain] if number == begin[chain] else doublings[number]):
                 if not opaque:
                     for i in range(rows):
-                        direct[place[i]] = math.exp(-depth / mu[i])
+                        direct[position[i]] = math.exp(-depth / mu[i])
                     opaque = _is_opaque(transmission, direct, rows - skipped, streams, others)
                 if opaque:
                     for i in range(rows):
@@ -129,10 +129,10 @@ def solve_chains(
             cell = cells[number]
             for i in range(unseen, rows):
                 if closed:
-                    emitted[0, cell, i - unseen] = transmission[place[i], rows] / scale[i]
-                    emitted[1, cell, i - unseen] = reflection[place[i], rows] / scale[i]
+                    emitted[0, cell, i - unseen] = transmission[position[i], rows] / scale[i]
+                    emitted[1, cell, i - unseen] = reflection[position[i], rows] / scale[i]
                 for j in range(sources):
-                    low, high = min(place[i], place[j]), max(place[i], place[j])
+                    low, high = min(position[i], position[j]), max(position[i], position[j])
                     unscaled = 1.0 / (scale[i] * scale[j])
                     reflected[cell, i - unseen, j] = reflection[low, high] * unscaled
                     transmitted[cell, i - unseen, j] = transmission[low, high] * unscaled
@@ -237,14 +237,14 @@ def _double(
                 is_extra = 1.0 if begin + j >= streams else 0.0  # among streams, Y contains it
                 back[j] += 0.5 * (plus[j] - minus[j])
                 through[j] = through[j] * carried[j] * is_extra + 0.5 * (plus[j] + minus[j])
-            own = 0.0
+            beam_direct = 0.0
         else:
-            own = direct[i]
+            beam_direct = direct[i]
             for j in range(plus.size):
-                back[j] += own * carried[j] * back[j] + 0.5 * (plus[j] - minus[j])
-                through[j] = through[j] * (carried[j] + own) + 0.5 * (plus[j] + minus[j])
-        transmission[i, directions] = emitted * (1.0 + own) + sent
-        reflection[i, directions] = 0.5 * (far + own * (emitted + far) + sent + sent_far)
+                back[j] += beam_direct * carried[j] * back[j] + 0.5 * (plus[j] - minus[j])
+                through[j] = through[j] * (carried[j] + beam_direct) + 0.5 * (plus[j] + minus[j])
+        transmission[i, directions] = emitted * (1.0 + beam_direct) + sent
+        reflection[i, directions] = 0.5 * (far + beam_direct * (emitted + far) + sent + sent_far)
     for i in range(streams):
         for j in range(i):
             reflection[i, j] = reflection[j, i]
@@ -323,7 +323,7 @@ def solve_mode(
     count = layers.cell.size
     reflection, transmission = np.empty((count, rows, columns)), np.empty((count, rows, columns))
     emitted = np.empty((2, count, rows))
-    place = np.arange(count)
+    cells = np.arange(count)
 
     # Where the previous layer is so much thinner that a new start costs less, the chain starts again.
     times = halvings(layers.thickness, where.mu.min(), START_OF_MODES if mode else START)
@@ -331,7 +331,7 @@ def solve_mode(
     end = np.append(begin[1:], count)
 
     def part(start: int, step: int) -> None:
-        first, last = (np.ascontiguousarray(each[start::step]) for each in (begin, end))
+        first, last = (np.ascontiguousarray(ends[start::step]) for ends in (begin, end))
         column, often = layers.column[first], times[first]
         thin = layers.thickness[first] * 0.5**often
         of_start = same[column], other[column], thin, where.mu, where.scale, few.co_albedo[column], where.beams
@@ -339,7 +339,7 @@ def solve_mode(
             solve_chains(
                 (reflected, transmitted, thin[which], often[which]),
                 (where.mu, where.scale),
-                (first[which], last[which], place, layers.doublings),
+                (first[which], last[which], cells, layers.doublings),
                 (where.beams, int(mode == 0)),
                 (reflection, transmission, emitted),
             )

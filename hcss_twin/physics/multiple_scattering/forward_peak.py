@@ -100,9 +100,9 @@ def once_back_modes(scaled: ScaledScattering, albedo: Array, moments: Array, whe
     cosine = sines[..., None] * np.cos(azimuth) - product[..., None]
     angle = np.maximum(np.arccos(np.clip(cosine, -1.0, 1.0)), 2.0 * np.pi / count)
     table = phase_function(np.cos(np.linspace(0.0, np.pi, _ANGLES)), moments)
-    place = angle * ((_ANGLES - 1) / np.pi)
-    below = np.minimum(place.astype(np.intp), _ANGLES - 2)
-    value = table[:, below] + (place - below) * (table[:, below + 1] - table[:, below])
+    position = angle * ((_ANGLES - 1) / np.pi)
+    below = np.minimum(position.astype(np.intp), _ANGLES - 2)
+    value = table[:, below] + (position - below) * (table[:, below + 1] - table[:, below])
     series = np.cos(np.arange(modes)[:, None] * azimuth) / count
     strength = (albedo / (1.0 - albedo * scaled.peak))[:, None, None] / (4.0 * np.pi * product)
     result: Array = np.moveaxis(value @ series.T, -1, 0) * strength

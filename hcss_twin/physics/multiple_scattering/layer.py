@@ -99,10 +99,10 @@ def mean_over_azimuth(
     """Return mode 0, solved for ``ordered`` layers, as operators of layers (T, V)."""
     shape, size = scaled.thickness.shape, where.mu.size
 
-    def placed(values: Array, *each: int) -> Array:
+    def placed(values: Array, *further: int) -> Array:
         result = np.empty_like(values)
         result[ordered.cell] = values
-        return result.reshape(*shape, *each)
+        return result.reshape(*shape, *further)
 
     return LayerOperators(
         where.mu,

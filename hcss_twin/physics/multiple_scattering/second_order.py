@@ -213,8 +213,8 @@ def _apart(inverse: Array, other: float) -> Array:
 
 def _rising(angle: Array, low: float, high: float) -> Array:
     """Return 0 below an angle and 1 above another one, with a smooth step between."""
-    place = np.clip((angle - low) / (high - low), 0.0, 1.0)
-    result: Array = place * place * (3.0 - 2.0 * place)
+    position = np.clip((angle - low) / (high - low), 0.0, 1.0)
+    result: Array = position * position * (3.0 - 2.0 * position)
     return result
 
 

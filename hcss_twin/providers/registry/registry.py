@@ -174,7 +174,7 @@ class Registry:
         distribution, _, plain = name.rpartition("/")
         choices = [entry.qualified_name for entry in self.entries(kind)] if distribution else self.names(kind)
         text = f"no {kind.human} is called '{name}'; {choose_from(name, choices)}"
-        suspects = [each for each in self._broken if (kind, plain) in each.offered]
+        suspects = [plugin for plugin in self._broken if (kind, plain) in plugin.offered]
         verb = "It would come from"
         if not suspects:
             suspects = list(self._broken)

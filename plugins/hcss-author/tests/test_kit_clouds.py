@@ -199,8 +199,8 @@ def test_kit_refuses_shares_of_heights_that_are_not_the_whole_column(share, acce
     class Layered(Checkerboard):
         def height_shares(self, time_s, rows, columns, thickness_m, edges_m):
             layers = edges_m.size - 1
-            own = share(layers, thickness_m.shape[0])[:, None] * (thickness_m > 0.0)
-            return np.broadcast_to(own, (layers, *thickness_m.shape)).astype(np.float32)
+            shares_of_slices = share(layers, thickness_m.shape[0])[:, None] * (thickness_m > 0.0)
+            return np.broadcast_to(shares_of_slices, (layers, *thickness_m.shape)).astype(np.float32)
 
     inputs = sample_cloud_inputs()
     provider = Layered(inputs)

@@ -62,15 +62,15 @@ ONES = np.ones((4, NU.size))
         ("radiance_is_positive", {"clear": lambda nu, sun: {"surface": -np.ones(nu.size), "glint": np.ones(nu.size)}}),
         (
             "result_does_not_depend_on_batching",
-            {"cloudy": lambda nu, z, sun: {each: z / z.max() * np.ones(nu.size) for each in GreyModel.terms}},
+            {"cloudy": lambda nu, z, sun: {term: z / z.max() * np.ones(nu.size) for term in GreyModel.terms}},
         ),
         (
             "result_does_not_depend_on_other_wavenumbers",
-            {"clear": lambda nu, sun: {each: nu / nu.max() for each in GreyModel.terms}},
+            {"clear": lambda nu, sun: {term: nu / nu.max() for term in GreyModel.terms}},
         ),
         (
             "result_does_not_depend_on_other_wavenumbers",
-            {"cloudy": lambda nu, z, sun: {each: np.ones((len(z), 1)) * nu / nu.sum() for each in GreyModel.terms}},
+            {"cloudy": lambda nu, z, sun: {term: np.ones((len(z), 1)) * nu / nu.sum() for term in GreyModel.terms}},
         ),
     ],
 )
@@ -104,7 +104,7 @@ def test_kit_refuses_clear_columns_that_know_the_layers():
             self.count = len(inputs.layers)
 
         def clear(self, wavenumber_cm1, sun):
-            return {each: np.full(wavenumber_cm1.size, 1.0 + self.count) for each in self.terms}
+            return {term: np.full(wavenumber_cm1.size, 1.0 + self.count) for term in self.terms}
 
     class Kit(RadianceModelContract):
         def make_provider(self, inputs):
@@ -117,12 +117,12 @@ def test_kit_refuses_clear_columns_that_know_the_layers():
 
 def test_kit_refuses_columns_of_two_layers_that_break_a_law():
     kit, model, inputs = model_kit(
-        cloudy=lambda nu, z, sun: {each: z[:, :1] / z.max() * np.ones(nu.size) for each in GreyModel.terms}
+        cloudy=lambda nu, z, sun: {term: z[:, :1] / z.max() * np.ones(nu.size) for term in GreyModel.terms}
     )
     with pytest.raises(AssertionError):
         kit.test_columns_of_two_layers(model, NU, SUN)
     kit, model, inputs = model_kit(
-        cloudy=lambda nu, z, sun: {each: np.full((len(z), nu.size), z.shape[1]) for each in GreyModel.terms}
+        cloudy=lambda nu, z, sun: {term: np.full((len(z), nu.size), z.shape[1]) for term in GreyModel.terms}
     )
     with pytest.raises(AssertionError):
         kit.test_a_layer_without_cloud_has_no_influence(model, inputs, NU, SUN)

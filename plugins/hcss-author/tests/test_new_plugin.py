@@ -41,8 +41,8 @@ def test_the_package_can_be_selected_and_created(kind, tmp_path, monkeypatch):
     try:
         hcss_author.assert_registered(kind, name, f"hcss-{name}")
     finally:
-        for each in [each for each in sys.modules if each.partition(".")[0] == module]:
-            del sys.modules[each]
+        for module_name in [module_name for module_name in sys.modules if module_name.partition(".")[0] == module]:
+            del sys.modules[module_name]
 
 
 def test_the_command_names_the_files_it_wrote(tmp_path):

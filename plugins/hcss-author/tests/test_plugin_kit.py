@@ -86,8 +86,11 @@ def laws(kit):
 
 
 def test_every_law_of_the_kit_is_broken_by_a_provider_of_these_files():
-    here = Path(__file__).parent
-    files = [*here.glob("test_*kit*.py"), here.parents[2] / "campaigns" / "wrong_providers" / "test_wrong_providers.py"]
+    tests = Path(__file__).parent
+    files = [
+        *tests.glob("test_*kit*.py"),
+        tests.parents[2] / "campaigns" / "wrong_providers" / "test_wrong_providers.py",
+    ]
     text = "".join(path.read_text(encoding="utf-8") for path in files)
     kits = (CloudGeneratorContract, SeaModelContract, OpticsContract, TransmittanceContract, RadianceModelContract)
     for kit in kits:

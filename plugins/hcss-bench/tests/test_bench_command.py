@@ -42,32 +42,32 @@ def answer(tmp_path_factory):
 
 def test_errors_found_keep_the_accuracy_asked_for(answer):
     _, _, found = answer
-    assert [each["accuracy"] for each in found["accuracies"]] == [1e-2, 1e-4]
-    for each in found["accuracies"]:
-        assert 0.0 < each["achieved"] <= each["accuracy"]
-        assert each["exceeding"] == 0
-        assert each["checked"] == 8
+    assert [accuracy["accuracy"] for accuracy in found["accuracies"]] == [1e-2, 1e-4]
+    for accuracy in found["accuracies"]:
+        assert 0.0 < accuracy["achieved"] <= accuracy["accuracy"]
+        assert accuracy["exceeding"] == 0
+        assert accuracy["checked"] == 8
 
 
 def test_a_whole_run_takes_longer_than_its_parts_and_new_tables_longer_than_kept(answer):
     _, _, found = answer
-    for each in found["accuracies"]:
-        seconds = each["seconds"]
+    for accuracy in found["accuracies"]:
+        seconds = accuracy["seconds"]
         assert all(value > 0 for value in seconds.values())
         assert seconds["whole run, new tables"] > seconds["whole run, kept tables"]
 
 
 def test_errors_are_those_of_the_model_where_tables_and_wavenumbers_err_less(answer):
     _, _, found = answer
-    error = {each["wavenumbers"]: each["error"] for each in found["brute_force"]}
+    error = {run["wavenumbers"]: run["error"] for run in found["brute_force"]}
     least, *_, most = sorted(error)
     assert error[most] > 0.05
     assert abs(error[least] - error[most]) > 1e-3
-    coarse, fine = (max(each["by_band"].values()) for each in found["accuracies"])
+    coarse, fine = (max(accuracy["by_band"].values()) for accuracy in found["accuracies"])
     assert coarse == pytest.approx(error[most], abs=0.02)
     assert fine == pytest.approx(error[most], abs=2e-4)
-    for each in found["brute_force"]:
-        assert each["seconds"] == pytest.approx(each["seconds_per_point"] * found["points"])
+    for run in found["brute_force"]:
+        assert run["seconds"] == pytest.approx(run["seconds_per_point"] * found["points"])
     assert found["points"] == 2 * 20 * 30
 
 

@@ -19,7 +19,7 @@ from hcss_twin.plan.make_plan import make_plan
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def working_folder(tmp_path, monkeypatch):
     """A folder with the picture of a sea and clouds, in which the commands run."""
     monkeypatch.chdir(tmp_path)
     rows, columns = np.indices((120, 150))
@@ -30,14 +30,14 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_import_writes_an_entry_and_a_picture_and_says_what_it_found(here):
+def test_import_writes_an_entry_and_a_picture_and_says_what_it_found(working_folder):
     done = hcss("import", "sea.png", "--pixel-size", "0.5 km", "--licence", "CC0", "--source", "drawn", "--min-area", 9)
     assert done.exit_code == 0, done.output
     assert "4 clouds of 9 pixels or more" in done.output
     assert "Cleaning of the mask changes the coverage from 0.0834 to " in done.output
     assert "pixels of 500 m (from the user)" in done.output
     assert "drawn; CC0" in done.output
-    assert sorted(path.name for path in (here / "clouds").iterdir()) == ["sea.nc", "sea.png"]
+    assert sorted(path.name for path in (working_folder / "clouds").iterdir()) == ["sea.nc", "sea.png"]
     with Image.open("clouds/sea.png") as picture:
         assert picture.size[0] > 1000
         # The outline is red, which grey pictures are not.
@@ -45,7 +45,7 @@ def test_import_writes_an_entry_and_a_picture_and_says_what_it_found(here):
         assert np.count_nonzero(colours[..., 0] - colours[..., 2] > 150) > 500
 
 
-def test_the_answer_in_json_is_what_the_entry_says(here):
+def test_the_answer_in_json_is_what_the_entry_says(working_folder):
     answer = json.loads(hcss("import", "sea.png", "--pixel-size", "500", "--name", "a", "--json").output)
     entry = read_entry(Path(answer["entry"]))
     assert answer["clouds"] == 5
@@ -57,34 +57,34 @@ def test_the_answer_in_json_is_what_the_entry_says(here):
     assert (listed[0]["rows"], listed[0]["columns"]) == (120, 150)
 
 
-def test_entries_are_listed_and_drawn_again(here):
+def test_entries_are_listed_and_drawn_again(working_folder):
     assert "no entries in empty" in hcss("clouds", "list", "--from", "empty").output
     hcss("import", "sea.png", "--pixel-size", "500", "--to", "mine")
-    (here / "mine" / "broken.nc").write_bytes(b"no")
+    (working_folder / "mine" / "broken.nc").write_bytes(b"no")
     listed = hcss("clouds", "list", "--from", "mine").output
     assert "sea " in listed
     assert "broken  unusable: " in listed
-    (here / "mine" / "sea.png").unlink()
+    (working_folder / "mine" / "sea.png").unlink()
     done = hcss("clouds", "preview", "sea", "--from", "mine")
     assert done.exit_code == 0
-    assert (here / "mine" / "sea.png").is_file()
+    assert (working_folder / "mine" / "sea.png").is_file()
     hcss("clouds", "preview", "sea", "--from", "mine", "-o", "other.png")
-    assert (here / "other.png").read_bytes() == (here / "mine" / "sea.png").read_bytes()
+    assert (working_folder / "other.png").read_bytes() == (working_folder / "mine" / "sea.png").read_bytes()
 
 
-def test_shipped_entries_are_listed_after_ones_own_and_drawn_here(here):
+def test_shipped_entries_are_listed_after_ones_own_and_drawn_here(working_folder):
     hcss("import", "sea.png", "--pixel-size", "500", "--name", "a")
     listed = json.loads(hcss("clouds", "--json").output)
-    assert [each["name"] for each in listed[:2]] == ["a", "made-cirrus"]
-    coverages = {each["name"]: each["coverage"] for each in listed[1:]}
+    assert [entry["name"] for entry in listed[:2]] == ["a", "made-cirrus"]
+    coverages = {entry["name"]: entry["coverage"] for entry in listed[1:]}
     assert coverages["made-scene-30"] == pytest.approx(0.30, abs=1e-5)
     assert coverages["made-scene-47"] == pytest.approx(0.47, abs=1e-5)
-    assert {each["licence"] for each in listed[1:]} == {"BSD-3-Clause"}
+    assert {entry["licence"] for entry in listed[1:]} == {"BSD-3-Clause"}
     assert hcss("clouds", "preview", "made-cumulus").exit_code == 0
-    assert (here / "made-cumulus.png").is_file()
+    assert (working_folder / "made-cumulus.png").is_file()
 
 
-def test_a_scene_has_the_clouds_of_a_shipped_entry_wherever_it_is(here):
+def test_a_scene_has_the_clouds_of_a_shipped_entry_wherever_it_is(working_folder):
     settings = {
         "clouds.generator": "imagery",
         "clouds.parameters": {"entry": "made-scene-47"},
@@ -97,16 +97,16 @@ def test_a_scene_has_the_clouds_of_a_shipped_entry_wherever_it_is(here):
     assert float((cube.cloud_mask[0] > 0).mean()) == pytest.approx(0.47, abs=1e-5)
 
 
-def test_an_existing_entry_is_kept_unless_forced(here):
+def test_an_existing_entry_is_kept_unless_forced(working_folder):
     arguments = ("import", "sea.png", "--pixel-size", "500")
     hcss(*arguments)
-    before = (here / "clouds" / "sea.nc").read_bytes()
+    before = (working_folder / "clouds" / "sea.nc").read_bytes()
     refused = hcss(*arguments)
     assert refused.exit_code == 1
     assert "--force" in refused.output
-    assert (here / "clouds" / "sea.nc").read_bytes() == before
+    assert (working_folder / "clouds" / "sea.nc").read_bytes() == before
     assert hcss(*arguments, "--force", "--min-area", "300").exit_code == 0
-    assert read_entry(here / "clouds" / "sea.nc").facts.clouds == 2
+    assert read_entry(working_folder / "clouds" / "sea.nc").facts.clouds == 2
 
 
 @pytest.mark.parametrize(
@@ -122,20 +122,20 @@ def test_an_existing_entry_is_kept_unless_forced(here):
         (["--method", "otzu"], "otzu"),
     ],
 )
-def test_a_wrong_command_line_exits_2_and_leaves_nothing(here, arguments, message):
+def test_a_wrong_command_line_exits_2_and_leaves_nothing(working_folder, arguments, message):
     done = hcss("import", "sea.png", *(() if "--pixel-size" in arguments else ("--pixel-size", "500")), *arguments)
     assert done.exit_code == 2
     assert message in done.output
-    assert not (here / "clouds").exists()
+    assert not (working_folder / "clouds").exists()
 
 
-def test_an_image_that_cannot_be_used_leaves_nothing(here):
+def test_an_image_that_cannot_be_used_leaves_nothing(working_folder):
     with pytest.raises(CatalogError, match="--pixel-size"):
         hcss("import", "sea.png")
-    (here / "text.png").write_text("no image")
+    (working_folder / "text.png").write_text("no image")
     with pytest.raises(CatalogError, match="not a readable image"):
         hcss("import", "text.png", "--pixel-size", "500")
-    assert not (here / "clouds").exists()
+    assert not (working_folder / "clouds").exists()
 
 
 SCENE = """
@@ -154,13 +154,13 @@ generator = "imagery"
 """
 
 
-def _scenario(here, *parameters):
-    (here / "scene.toml").write_text(SCENE + f"parameters = {{{', '.join(parameters)}}}")
+def _scenario(working_folder, *parameters):
+    (working_folder / "scene.toml").write_text(SCENE + f"parameters = {{{', '.join(parameters)}}}")
 
 
-def test_scattered_clouds_of_an_entry_become_a_push_broom_scene(here):
+def test_scattered_clouds_of_an_entry_become_a_push_broom_scene(working_folder):
     hcss("import", "sea.png", "--pixel-size", "500")
-    _scenario(here, 'entry = "sea"', 'placement = "single-clouds"')
+    _scenario(working_folder, 'entry = "sea"', 'placement = "single-clouds"')
     done = hcss("run", "scene.toml", *CHEAP_OPTIONS)
     assert done.exit_code == 0, done.output
     with open_cube("scene.nc") as cube:
@@ -173,9 +173,9 @@ def test_scattered_clouds_of_an_entry_become_a_push_broom_scene(here):
     assert any("in the mean over the unbounded sky" in note for note in plan.assembly.notes())
 
 
-def test_an_entry_that_is_not_there_is_named_with_the_closest(here):
+def test_an_entry_that_is_not_there_is_named_with_the_closest(working_folder):
     hcss("import", "sea.png", "--pixel-size", "500")
-    _scenario(here, 'entry = "see"')
+    _scenario(working_folder, 'entry = "see"')
     with pytest.raises(ScenarioError, match=r"clouds\.parameters\.entry: 'see' is neither .*closest is 'sea'"):
         make_plan(Scenario.load("scene.toml", CHEAP))
 
@@ -190,7 +190,7 @@ def test_an_entry_that_is_not_there_is_named_with_the_closest(here):
         ("*Cloud_Top_Height.nc", ("--method", "valid"), (0.4, 0.9), (20, 200)),
     ],
 )
-def test_real_images_become_plausible_entries(here, pattern, options, coverage, clouds):
+def test_real_images_become_plausible_entries(working_folder, pattern, options, coverage, clouds):
     image = sample_file(f"images/{pattern}")
     cleaning = ("--close", 3, "--fill-holes", "--min-area", 9)
     answer = json.loads(hcss("import", image, "--name", "real", "--json", *cleaning, *options).output)
@@ -199,11 +199,13 @@ def test_real_images_become_plausible_entries(here, pattern, options, coverage, 
     assert 2.0 < answer["fractal_dimension"] < 3.0
 
 
-def test_samples_are_listed_with_their_licences_and_one_that_is_not_installed_says_what_to_install(here, monkeypatch):
+def test_samples_are_listed_with_their_licences_and_one_that_is_not_installed_says_what_to_install(
+    working_folder, monkeypatch
+):
     monkeypatch.setattr("hcss_evaluate.database.samples.find_spec", lambda package: None)
     listed = json.loads(hcss("clouds", "import", "--sample", "--json").output)
-    assert {each["installed"] for each in listed} == {False}
-    assert all(each["licence"] and each["source"] for each in listed)
+    assert {entry["installed"] for entry in listed} == {False}
+    assert all(entry["licence"] and entry["source"] for entry in listed)
     assert hcss("clouds", "import", "--sample").output.count("pip install 'hcss-twin[samples]'") == len(listed)
     with pytest.raises(CatalogError, match=r"not installed: pip install 'hcss-twin\[samples\]'"):
         hcss("clouds", "import", "--sample", listed[0]["name"])
@@ -211,10 +213,10 @@ def test_samples_are_listed_with_their_licences_and_one_that_is_not_installed_sa
         hcss("clouds", "import", "--sample", "modis-cumuls")
     for arguments in ((), ("sea.png", "--sample", "modis-cumulus")):
         assert hcss("clouds", "import", *arguments).exit_code == 2
-    assert not (here / "clouds").exists()
+    assert not (working_folder / "clouds").exists()
 
 
-def test_a_part_of_an_image_has_the_clouds_of_that_part_and_is_named(here):
+def test_a_part_of_an_image_has_the_clouds_of_that_part_and_is_named(working_folder):
     arguments = ("import", "sea.png", "--pixel-size", "500", "--json")
     answer = json.loads(hcss(*arguments, "--crop", 40, 60, 50, 60).output)
     assert (answer["clouds"], answer["source_file"]) == (1, "sea.png, rows 40 to 89 and columns 60 to 119")

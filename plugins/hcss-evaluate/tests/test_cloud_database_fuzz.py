@@ -81,9 +81,9 @@ def test_a_damaged_tiff_is_read_or_named(tmp_path, places):
     scale = [(33550, "d", 3, (30.0, 30.0, 0.0), True), (34735, "H", 8, (1, 1, 0, 1, 1024, 0, 1, 1), True)]
     tifffile.imwrite(path, values, photometric="minisblack", extratags=scale, metadata=None)
     damaged = bytearray(path.read_bytes())
-    for place, value in places:
+    for position, value in places:
         # The tags, where damage matters, are at the beginning.
-        damaged[place % min(len(damaged), 400)] = value
+        damaged[position % min(len(damaged), 400)] = value
     path.write_bytes(damaged)
     try:
         image = read_image(path)

@@ -236,7 +236,7 @@ def test_a_folder_lists_entries_and_what_is_none(image, tmp_path):
     write_entry(folder / "a.nc", _entry(image))
     (folder / "c.nc").write_bytes(b"nothing")
     listed = list_entries(folder)
-    assert [each.name for each in listed] == ["a", "b", "c"]
+    assert [entry.name for entry in listed] == ["a", "b", "c"]
     assert listed[0].facts is not None
     assert listed[0].shape == (60, 80)
     assert "not a readable NetCDF file" in listed[2].trouble

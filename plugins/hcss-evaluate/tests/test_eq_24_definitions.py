@@ -39,7 +39,7 @@ def test_as_printed_gives_the_printed_rmse_and_corrected_another(real, sim, rmse
 
 
 def test_factors_that_both_images_share_change_no_error():
-    real, sim = (printed(*each) for each in PAIRS[0][:2])
+    real, sim = (printed(*pair) for pair in PAIRS[0][:2])
     for mode in ("as-printed", "corrected"):
         one, other = four_measures(real, mode), four_measures(sim, mode)
         errors = eq_24(real, sim, mode)
@@ -56,7 +56,7 @@ def test_the_printed_den_is_ten_times_eq_22_and_dp_has_another_divisor():
     assert as_printed.diagonal_peak / corrected.diagonal_peak == pytest.approx(256 / 255)
     assert as_printed.entropy == corrected.entropy
     assert as_printed.fractal_dimension == corrected.fractal_dimension
-    assert [each.name for each in DEFINITIONS] == ["EV", "Den", "DP", "FD", "RMSE"]
+    assert [definition.name for definition in DEFINITIONS] == ["EV", "Den", "DP", "FD", "RMSE"]
 
 
 def test_either_definition_of_an_image_against_itself_is_zero():

@@ -26,8 +26,8 @@ def degraded(seed, slope, sigma, noise, side=128):
 def test_known_blur_and_noise_of_a_power_law_scene_are_found(slope, sigma, noise):
     found = [estimate_degradation(degraded(seed, slope, sigma, noise)) for seed in range(4)]
     for name, error, true in (("blur_sigma_pixels", "blur_error", sigma), ("noise", "noise_error", noise)):
-        values = np.array([getattr(each, name) for each in found])
-        stated = np.array([getattr(each, error) for each in found])
+        values = np.array([getattr(estimate, name) for estimate in found])
+        stated = np.array([getattr(estimate, error) for estimate in found])
         assert values.mean() == pytest.approx(true, rel=0.06)
         assert np.all(np.abs(values - true) < 4.0 * stated)
 
@@ -74,12 +74,12 @@ def test_a_sharp_image_of_the_same_kind_replaces_the_power_law():
     sharp = stepped(10, 0.0, 0.0)
     images = [stepped(seed, 1.2, 1e-4) for seed in range(4)]
     found = [estimate_degradation(image, sharp) for image in images]
-    for each in found:
-        assert abs(each.blur_sigma_pixels - 1.2) < 4.0 * each.blur_error < 0.25
-        assert each.noise == pytest.approx(1e-4, rel=0.02)
-        assert each.slope == 0.0
+    for estimate in found:
+        assert abs(estimate.blur_sigma_pixels - 1.2) < 4.0 * estimate.blur_error < 0.25
+        assert estimate.noise == pytest.approx(1e-4, rel=0.02)
+        assert estimate.slope == 0.0
     misled = [estimate_degradation(image) for image in images]
-    assert all(abs(each.blur_sigma_pixels - 1.2) > 1.0 for each in misled)
+    assert all(abs(estimate.blur_sigma_pixels - 1.2) > 1.0 for estimate in misled)
     with pytest.raises(ImageError, match=r"scene: \(256, 255\) pixels given, allowed: \(256, 256\)"):
         estimate_degradation(images[0], sharp[:, 1:])
 

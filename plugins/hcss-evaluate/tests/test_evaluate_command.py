@@ -35,7 +35,7 @@ def test_the_command_writes_a_table_a_page_and_json_that_agree(cube, seviri, tmp
     told = json.loads(numbers.read_text(encoding="utf-8"))
     rmse = f"{100 * told['eq24']['as-printed']['RMSE']:.2f} %"
     assert f"as-printed ~  {rmse}, relative to the simulated values" in done.output
-    assert {each["name"] for each in told["metrics"]} >= {*FOUR, "coverage", "degree", "long axis", "mean"}
+    assert {metric["name"] for metric in told["metrics"]} >= {*FOUR, "coverage", "degree", "long axis", "mean"}
     assert set(told["definitions"]) == {"EV", "Den", "DP", "FD", "RMSE"}
     assert told["unit"] == "K"
     assert len(told["sim"]["frames"]) == 2
@@ -46,7 +46,7 @@ def test_the_command_writes_a_table_a_page_and_json_that_agree(cube, seviri, tmp
     assert all(address.startswith(("data:", "#")) for address in found.addresses)
     assert rmse in found.text
     for word in ("two-dimensional histogram", "power spectra", "direction", "correlation", "grey levels"):
-        assert any(word in each for each in found.alternatives), word
+        assert any(word in alternative for alternative in found.alternatives), word
     again = hcss(*arguments, "-o", page)
     assert again.exit_code == 1
     assert "exists; give another name, or --force" in again.output

@@ -18,8 +18,8 @@ from hcss_twin.models.clouds.imagery.netcdf_image import PlanckCoefficients
 
 def test_an_image_beside_itself_differs_in_nothing(seviri):
     found = evaluate(seviri, seviri)
-    assert all(each.difference == 0.0 for each in found.metrics)
-    assert {each.name for each in found.metrics} >= {
+    assert all(metric.difference == 0.0 for metric in found.metrics)
+    assert {metric.name for metric in found.metrics} >= {
         *FOUR,
         "coverage",
         "tops",
@@ -31,7 +31,7 @@ def test_an_image_beside_itself_differs_in_nothing(seviri):
     assert found.rmse("as-printed") == found.rmse("corrected") == found.spectral_distance_db == 0.0
     assert found.distance("wasserstein") == found.distance("kolmogorov_smirnov") == 0.0
     assert (found.quantity, found.unit) == ("brightness temperature", "K")
-    assert any("7.70 % of the pixels are missing" in each for each in found.real.notes)
+    assert any("7.70 % of the pixels are missing" in note for note in found.real.notes)
 
 
 def test_a_file_beside_a_zarr_store_of_the_same_scene_differs_in_nothing_however_often(cube, tmp_path):
@@ -41,7 +41,7 @@ def test_a_file_beside_a_zarr_store_of_the_same_scene_differs_in_nothing_however
     # A file that had stayed open beside a store ended the process when it was opened the next time.
     for pair in ((cube, store), (store, cube), (cube, cube)):
         found = evaluate(*pair, choice, choice)
-        assert all(each.difference == 0.0 for each in found.metrics)
+        assert all(metric.difference == 0.0 for metric in found.metrics)
         assert found.distance("wasserstein") == found.spectral_distance_db == 0.0
         with open_cube(cube) as dataset:
             assert dataset.sizes["time"] == 3
@@ -51,9 +51,9 @@ def test_a_cube_beside_itself_differs_in_nothing_frame_by_frame(cube):
     choice = EvaluationChoice(band="lwir-10.8")
     found = evaluate(cube, cube, choice, choice)
     assert found.pairing == "3 real frames with 3 simulated ones, one by one"
-    assert all(each.difference == 0.0 for each in found.metrics)
-    assert [each.rmse for each in found.errors["corrected"]] == [0.0] * 3
-    assert all(each.wasserstein == 0.0 for each in found.distributions)
+    assert all(metric.difference == 0.0 for metric in found.metrics)
+    assert [frame.rmse for frame in found.errors["corrected"]] == [0.0] * 3
+    assert all(distribution.wasserstein == 0.0 for distribution in found.distributions)
 
 
 def test_turned_clouds_exchange_their_axes_and_keep_their_values(save):
@@ -106,8 +106,8 @@ def test_pixels_without_cloud_top_are_clear_as_hcss_match_has_them(tmp_path):
     for name, value in vars(target.morphology()).items():
         assert getattr(found.real.frames[0].measures.morphology, name) == pytest.approx(value, rel=1e-6), name
     assert found.metric("coverage").real == pytest.approx(np.mean(heights > 0.0))
-    assert any("they are clear" in each for each in found.real.notes)
-    assert not any("missing" in each for each in found.real.notes if "clear" not in each)
+    assert any("they are clear" in note for note in found.real.notes)
+    assert not any("missing" in note for note in found.real.notes if "clear" not in note)
 
 
 def test_radiance_becomes_the_temperature_that_the_cube_itself_has(cube):
@@ -173,9 +173,9 @@ def test_the_band_of_the_real_image_is_chosen(cube, tmp_path):
             scalar.units = "um" if name == "band_wavelength" else "1"
     found = evaluate(path, cube, EvaluationChoice(variable="CMI"))
     assert found.sim.band.startswith("lwir-10.8")
-    assert any("it holds 10.35 um" in each for each in found.sim.notes)
+    assert any("it holds 10.35 um" in note for note in found.sim.notes)
     other = evaluate(path, cube, EvaluationChoice(variable="CMI"), EvaluationChoice(band="mwir"))
-    assert any("The bands differ" in each for each in other.notes)
+    assert any("The bands differ" in note for note in other.notes)
 
 
 def test_shapes_and_pixel_sizes_that_differ_are_told_and_nothing_is_resampled(save):
@@ -184,15 +184,15 @@ def test_shapes_and_pixel_sizes_that_differ_are_told_and_nothing_is_resampled(sa
     found = evaluate(small, large, *sizes)
     assert found.real.part == found.sim.part == (96, 96)
     np.testing.assert_array_equal(found.sim.pictured.values > 0, found.sim.pictured.level > 0)
-    assert any("central 96 rows x 96 columns" in each for each in found.notes)
-    assert any("Pixels differ, 1000 m and 2000 m" in each for each in found.notes)
+    assert any("central 96 rows x 96 columns" in note for note in found.notes)
+    assert any("Pixels differ, 1000 m and 2000 m" in note for note in found.notes)
     assert not found.metric("FD").comparable
     assert found.metric("coverage").comparable
     whole = evaluate(small, large, sizes[0], sizes[0], whole=True)
     assert whole.sim.part == (128, 128)
     assert whole.metric("FD").comparable
     assert not whole.metric("DP").comparable
-    assert any("is not known" in each for each in evaluate(small, small).notes)
+    assert any("is not known" in note for note in evaluate(small, small).notes)
 
 
 @pytest.mark.parametrize(("size", "is_marked"), [("1 km", False), ("2 km", True)])
@@ -218,19 +218,19 @@ def test_a_dimension_that_no_surface_can_have_is_marked_on_its_side_on_screen_an
     assert done.exit_code == 0, done.output
     found = evaluate(tmp_path / "a.npy", tmp_path / "b.npy")
     surfaces = [found.metric(name) for name in ("tops", "variogram", "spectrum", "boxes", "boxes, raw")]
-    beyond = [each for each in surfaces if each.sim < 2.0 or each.sim > 3.0]
+    beyond = [metric for metric in surfaces if metric.sim < 2.0 or metric.sim > 3.0]
     assert beyond
     assert done.output.count("(out of range 2 to 3)") == len(beyond)
     words = page.read_text(encoding="utf-8")
     assert words.count("(out of range 2 to 3)") == len(beyond)
-    assert all(2.0 <= each.real <= 3.0 for each in surfaces)
+    assert all(2.0 <= metric.real <= 3.0 for metric in surfaces)
 
 
 def test_the_grey_levels_of_files_without_a_common_unit_are_said_to_be_that(save, cube):
     found = evaluate(save("a.npy", clouds(1)), cube, None, EvaluationChoice(band="mwir"))
     assert found.quantity == "grey level of cloud"
     assert found.unit == ""
-    assert any(each.startswith("No common quantity") for each in found.notes)
+    assert any(note.startswith("No common quantity") for note in found.notes)
 
 
 def test_the_truth_mask_is_that_of_the_cube(cube):
@@ -252,4 +252,4 @@ def test_a_goes_radiance_becomes_temperature_and_finds_its_band(cube):
     # Water vapour of the upper troposphere at 6.2 um.
     assert 225.0 < found.metric("mean").real < 255.0
     assert found.real.part == (64, 80)
-    assert any("The bands differ" in each for each in found.notes)
+    assert any("The bands differ" in note for note in found.notes)

@@ -73,7 +73,7 @@ def test_frames_without_cloud_are_left_out_and_told(cube, tmp_path):
     assert len(found.sim.frames) == 2
     assert len(found.sim.left_out) == 1
     assert found.sim.temporal is None
-    assert any("is excluded: no pixel is cloudy" in each for each in found.sim.notes)
+    assert any("is excluded: no pixel is cloudy" in note for note in found.sim.notes)
     assert "the mean of 3 real ones" in found.pairing
 
 

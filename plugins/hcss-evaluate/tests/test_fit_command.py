@@ -36,7 +36,7 @@ def levels():
 
 
 @pytest.fixture
-def here(levels, tmp_path, monkeypatch):
+def working_folder(levels, tmp_path, monkeypatch):
     """A folder with the two images."""
     monkeypatch.chdir(tmp_path)
     for seed, level in enumerate(levels, 1):
@@ -44,7 +44,7 @@ def here(levels, tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_an_image_gives_a_posterior_and_an_answer(here):
+def test_an_image_gives_a_posterior_and_an_answer(working_folder):
     choice = ["--pixel-size", "20 m", "--method", "coverage", "--coverage", 0.4]
     done = hcss("fit", "clouds1.npy", *choice, *QUICK, "--json", "-o", "p.nc")
     answer = json.loads(done.stdout)
@@ -73,10 +73,10 @@ def test_an_image_gives_a_posterior_and_an_answer(here):
         assert np.all(predicted.sel(quantile=0.05) < predicted.sel(quantile=0.95))
         # Made by the model, the image is like its predictions.
         assert file.attrs["predictive_p_value"] > 0.01
-    assert not list(here.glob("*.state"))
+    assert not list(working_folder.glob("*.state"))
 
 
-def test_the_same_seed_gives_the_same_bytes_and_a_killed_fit_goes_on(here, monkeypatch):
+def test_the_same_seed_gives_the_same_bytes_and_a_killed_fit_goes_on(working_folder, monkeypatch):
     given = {"fixed": {"gamma": 2.0, "coverage": 0.4}, "samples": 200.0}
     fit_dimension(2.4, 0.05, "whole.nc", **given)
 
@@ -102,7 +102,7 @@ def test_the_same_seed_gives_the_same_bytes_and_a_killed_fit_goes_on(here, monke
     assert not Path("halved.nc.state").exists()
 
 
-def test_chains_that_have_not_converged_are_refused_and_gone_on_with(here):
+def test_chains_that_have_not_converged_are_refused_and_gone_on_with(working_folder):
     dimension = ["--fd", 2.4, "--fd-error", 0.05, "--fix", "gamma=2", "--fix", "coverage=0.4", "-o", "p.nc"]
     done = hcss("fit", *dimension, "--max-steps", 500, catch=True)
     assert done.exit_code == 1
@@ -116,13 +116,13 @@ def test_chains_that_have_not_converged_are_refused_and_gone_on_with(here):
     assert read_posterior(Path("p.nc")).attributes["converged"] == "true"
 
 
-def test_a_dimension_is_met_by_its_posterior(here):
+def test_a_dimension_is_met_by_its_posterior(working_folder):
     given = {"fixed": {"gamma": 2.0, "Lx": 75.0, "Ly": 75.0, "coverage": 0.4}, "samples": 400.0}
     found = fit_dimension(2.3, 0.03, "p.nc", **given)
     assert set(found.samples) == {"H"}
     # One parameter: the posterior is an integral.
     hurst = np.linspace(0.021, 0.979, 500)
-    values = np.column_stack([hurst, *(np.full(500, each) for each in (2.0, 75.0, 75.0, 0.4))])
+    values = np.column_stack([hurst, *(np.full(500, value) for value in (2.0, 75.0, 75.0, 0.4))])
     likelihood = DimensionLikelihood(2.3, 0.03, 800, 800, 20.0, BatchVariogram.of(Octaves(0, UNKNOWN)))
     weight = np.exp(likelihood(values))
     mean = np.average(hurst, weights=weight)
@@ -137,7 +137,7 @@ def test_a_dimension_is_met_by_its_posterior(here):
 
 
 @pytest.mark.long
-def test_several_images_have_a_mean_and_a_spread(here):
+def test_several_images_have_a_mean_and_a_spread(working_folder):
     choice = ["--pixel-size", "20 m", "--method", "coverage", "--coverage", 0.4, "--fix", "Lx=75", "--fix", "Ly=100"]
     done = hcss("fit", "clouds1.npy", "clouds2.npy", *choice, *QUICK, "-o", "p.nc")
     assert done.exit_code == 0
@@ -188,19 +188,19 @@ def test_an_image_of_a_satellite_is_fitted(tmp_path):
         (["clouds1.npy", "--pixel-size", "20 m", "--prior", "spread_H=uniform:0:1"], "one image has no spread"),
     ],
 )
-def test_what_cannot_be_fitted_is_said_and_nothing_is_written(here, arguments, message):
+def test_what_cannot_be_fitted_is_said_and_nothing_is_written(working_folder, arguments, message):
     np.save("cloudy.npy", np.full((64, 64), 7.0))
     level = np.load("clouds1.npy")
     level[0, 0] = np.nan
     np.save("holes.npy", level)
     np.save("tiny.npy", level[1:6, :5])
     Path("text.nc").write_text("no image")
-    before = set(here.iterdir())
+    before = set(working_folder.iterdir())
     output = [] if "-o" in arguments else ["-o", "p.nc"]
     done = hcss("fit", *arguments, *output, catch=True)
     assert done.exit_code != 0
     assert message in f"{done.output}{done.exception}"
-    assert set(here.iterdir()) == before
+    assert set(working_folder.iterdir()) == before
 
 
 @pytest.mark.parametrize(
@@ -214,7 +214,7 @@ def test_what_cannot_be_fitted_is_said_and_nothing_is_written(here, arguments, m
         (["--octaves", "5", "2"], "octaves: (5, 2) given"),
     ],
 )
-def test_options_are_checked_before_the_image_is_read(here, options, message):
+def test_options_are_checked_before_the_image_is_read(working_folder, options, message):
     Path("no-image.npy").write_bytes(b"\x93NUMPY, but broken")
     done = hcss("fit", "no-image.npy", "--pixel-size", "20 m", *options, catch=True)
     assert message in str(done.exception or done.output)
@@ -222,7 +222,7 @@ def test_options_are_checked_before_the_image_is_read(here, options, message):
     assert "not an array that can be read" in str(image.exception)
 
 
-def test_an_existing_posterior_is_kept(here):
+def test_an_existing_posterior_is_kept(working_folder):
     Path("p.nc").write_text("mine")
     done = hcss("fit", "--fd", 2.3, "--fd-error", 0.1, "-o", "p.nc", catch=True)
     assert "exists" in done.output

@@ -41,23 +41,23 @@ def sampled(model, steps, seed=3):
 def quadrature(centres, widths, widest, least):
     """Mean and deviation of mean, spread and the parameter of each image, on a grid: the images' are integrated out."""
     mean, spread = np.linspace(LOW, HIGH, 123)[1:-1], np.linspace(least, widest, 99)
-    own = np.linspace(LOW, HIGH, 641)
+    parameter = np.linspace(LOW, HIGH, 641)
     m, s = mean[:, None, None], spread[None, :, None]
-    given = np.exp(-0.5 * ((own - m) / s) ** 2) / s / (ndtr((HIGH - m) / s) - ndtr((LOW - m) / s))
+    given = np.exp(-0.5 * ((parameter - m) / s) ** 2) / s / (ndtr((HIGH - m) / s) - ndtr((LOW - m) / s))
     density, first, second = np.ones((mean.size, spread.size)), [], []
     for centre, width in zip(centres, widths, strict=True):
-        product = given * np.exp(-0.5 * ((own - centre) / width) ** 2)
+        product = given * np.exp(-0.5 * ((parameter - centre) / width) ** 2)
         whole = product.sum(axis=-1)
         density *= whole
         # Where a population has no place for an image its density is 0, whatever its mean is taken for.
         safe = np.maximum(whole, 1e-300)
-        first.append((product * own).sum(axis=-1) / safe)
-        second.append((product * own**2).sum(axis=-1) / safe)
+        first.append((product * parameter).sum(axis=-1) / safe)
+        second.append((product * parameter**2).sum(axis=-1) / safe)
     density /= density.sum()
     ones = [np.broadcast_to(mean[:, None], density.shape), np.broadcast_to(spread, density.shape), *first]
     squares = [ones[0] ** 2, ones[1] ** 2, *second]
-    centre = np.array([(density * each).sum() for each in ones])
-    return centre, np.sqrt(np.array([(density * each).sum() for each in squares]) - centre**2)
+    centre = np.array([(density * weights).sum() for weights in ones])
+    return centre, np.sqrt(np.array([(density * square).sum() for square in squares]) - centre**2)
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def quadrature(centres, widths, widest, least):
     ],
 )
 def test_means_spreads_and_images_are_those_of_quadrature(centres, widths):
-    model = population([normal(*each) for each in zip(centres, widths, strict=True)])
+    model = population([normal(*moments) for moments in zip(centres, widths, strict=True)])
     found = sampled(model, 80).reshape(-1, 2 + len(centres))
     found[:, 1] = np.exp(found[:, 1])
     centre, deviation = quadrature(centres, widths, 0.5, 0.01)

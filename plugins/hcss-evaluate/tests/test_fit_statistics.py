@@ -55,8 +55,13 @@ def test_many_variograms_are_those_of_each(octaves):
     kernel, nothing = KernelCorrelation.tabulate(), np.zeros_like(LAGS)
     dx, dy = np.concatenate([LAGS, nothing]), np.concatenate([nothing, LAGS])
     for row, column in np.ndindex(variance.shape):
-        each, last = given[row], octaves.lasts[column]
-        parameters = FractalParameters(gamma=each[1], H=each[0], L=(each[2], each[3]), k=(octaves.first, last))
+        parameters_of_row, last = given[row], octaves.lasts[column]
+        parameters = FractalParameters(
+            gamma=parameters_of_row[1],
+            H=parameters_of_row[0],
+            L=(parameters_of_row[2], parameters_of_row[3]),
+            k=(octaves.first, last),
+        )
         expected = expected_variogram(parameters, PIXEL_M, dx, dy, kernel)
         np.testing.assert_allclose(found[row, column], expected, atol=1e-12)
         assert variance[row, column] == pytest.approx(frame_variance(parameters, PIXEL_M, rows, columns, kernel))
@@ -177,10 +182,10 @@ def test_the_compiled_density_is_the_one_of_its_parts(image, uses_coverage):
     likelihood = likelihood.learn(given, lasts, rng, lambda _: None)
     values = np.column_stack([shapes(200, 64, 1), rng.uniform(0.1, 0.9, 200)])
     found = likelihood(values)
-    each = np.stack([image_density(likelihood, values, last) for last in octaves.lasts], axis=1)
-    np.testing.assert_allclose(likelihood.of_each_last(values), each, rtol=1e-9)
+    densities = np.stack([image_density(likelihood, values, last) for last in octaves.lasts], axis=1)
+    np.testing.assert_allclose(likelihood.of_each_last(values), densities, rtol=1e-9)
     with np.errstate(divide="ignore"):
-        expected = np.log(np.exp(each).mean(axis=1))
+        expected = np.log(np.exp(densities).mean(axis=1))
     inside = np.isfinite(expected)
     assert inside.any()
     assert not inside.all()
@@ -199,14 +204,14 @@ def test_doubts_name_the_parameters_that_they_concern(image):
     sure = {"p_value": 0.5, "unlike": 1.0, "cloud_type": None}
 
     def doubted(values, **changes):
-        return [each.parameters for each in doubts("i", likelihood, values, space, **(sure | changes))]
+        return [doubt.parameters for doubt in doubts("i", likelihood, values, space, **(sure | changes))]
 
     assert doubted(small) == []
     assert doubted(large) == [("Lx", "Ly", "coverage")]
     assert doubted(large, cloud_type="stratus") == []
     variogram = ImageLikelihood.of(ImageData.of(image), Octaves.of(None), True).variogram
     unknown = dataclasses.replace(likelihood, variogram=variogram)
-    assert [each.parameters[0] for each in doubts("i", unknown, large, space, **sure)] == ["H"]
+    assert [doubt.parameters[0] for doubt in doubts("i", unknown, large, space, **sure)] == ["H"]
     assert doubted(small, p_value=0.005) == doubted(small, unlike=1.3) == [("H", "Lx", "Ly", "coverage")]
     edge = small.copy()
     edge[:10, 0] = likelihood.noise.centre[0] + 0.999 * likelihood.noise.width[0]
@@ -219,11 +224,11 @@ def test_an_image_without_the_field_is_unlike_those_of_its_posterior(image):
     values, lasts = np.tile([0.4, 2.0, 75.0, 75.0, 0.4], (50, 1)), np.full(50, 8)
     blocks = image.level.reshape(8, 8, 8, 8).swapaxes(1, 2).reshape(64, 8, 8)
     shuffled = blocks[np.random.default_rng(0).permutation(64)].reshape(8, 8, 8, 8).swapaxes(1, 2).reshape(64, 64)
-    own, other = (
+    unlikeness_of_image, other = (
         unlikeness(CloudImage(level, PIXEL_M), likelihood, values, lasts, np.random.default_rng(1))
         for level in (image.level, shuffled)
     )
-    assert own < 1.25 < other
+    assert unlikeness_of_image < 1.25 < other
 
 
 def test_noise_is_learned_as_it_is():

@@ -36,14 +36,14 @@ def level():
 
 
 @pytest.fixture
-def here(level, tmp_path, monkeypatch):
+def working_folder(level, tmp_path, monkeypatch):
     """A folder with an image of fractal clouds, dark sea below them, in which the commands run."""
     monkeypatch.chdir(tmp_path)
     np.save("clouds.npy", level)
     return tmp_path
 
 
-def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(here):
+def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(working_folder):
     done = hcss(
         "match", "clouds.npy", "--pixel-size", "500 m", "--budget", 4, "--preview", "both.png",
         "--method", "coverage", "--coverage", 0.4,
@@ -51,10 +51,10 @@ def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(here)
     assert done.exit_code == 0, done.output
     assert "96 rows x 128 columns of 500 m: the whole image." in done.output
     assert "RMSE (eq 24)" in done.output
-    assert (here / "both.png").read_bytes().startswith(b"\x89PNG")
-    text = (here / "clouds-clouds.toml").read_text(encoding="utf-8")
+    assert (working_folder / "both.png").read_bytes().startswith(b"\x89PNG")
+    text = (working_folder / "clouds-clouds.toml").read_text(encoding="utf-8")
     assert all(len(line) <= 110 for line in text.splitlines())
-    (here / "scene.toml").write_text(SCENE + text, encoding="utf-8")
+    (working_folder / "scene.toml").write_text(SCENE + text, encoding="utf-8")
     with simulate(Scenario.load("scene.toml", CHEAP), "cube.nc") as cube:
         cloudy = cube["cloud_thickness"].isel(time=0).values > 0.0
     fragment = tomllib.loads(text)["clouds"]
@@ -71,19 +71,22 @@ def test_fragment_ends_a_scenario_that_runs_with_the_coverage_of_the_image(here)
         hcss("match", "cube.nc", "--cloud-is", "dark", "-o", "c.toml")
 
 
-def test_same_seed_writes_the_same_fragment_and_the_answer_is_json(here):
+def test_same_seed_writes_the_same_fragment_and_the_answer_is_json(working_folder):
     options = ("--pixel-size", 500, "--budget", 2, "--json")
     answers = [json.loads(hcss("match", "clouds.npy", "-o", name, *options).output) for name in ("a.toml", "b.toml")]
-    assert (here / "a.toml").read_bytes() == (here / "b.toml").read_bytes()
+    assert (working_folder / "a.toml").read_bytes() == (working_folder / "b.toml").read_bytes()
     other = json.loads(hcss("match", "clouds.npy", "-o", "c.toml", "--seed", 50, *options).output)
     assert answers[0]["rmse"] == answers[1]["rmse"] != other["rmse"]
-    names = [each["name"] for each in answers[0]["quantities"]]
+    names = [quantity["name"] for quantity in answers[0]["quantities"]]
     assert {"EV", "Den", "DP", "FD", "coverage", "anisotropy"} <= set(names)
     assert answers[0]["mean_rmse"] == pytest.approx(np.mean(answers[0]["rmse"]))
-    assert answers[0]["parameters"]["H"] == tomllib.loads((here / "a.toml").read_text())["clouds"]["parameters"]["H"]
+    assert (
+        answers[0]["parameters"]["H"]
+        == tomllib.loads((working_folder / "a.toml").read_text())["clouds"]["parameters"]["H"]
+    )
 
 
-def test_entry_of_the_database_is_matched_with_its_own_mask(here):
+def test_entry_of_the_database_is_matched_with_its_own_mask(working_folder):
     assert hcss("import", "clouds.npy", "--pixel-size", "500 m", "--name", "mine").exit_code == 0
     options = ("--budget", 0, "--json")
     answer = json.loads(hcss("match", "clouds/mine.nc", *options).output)
@@ -94,7 +97,7 @@ def test_entry_of_the_database_is_matched_with_its_own_mask(here):
         hcss("match", "clouds/mine.nc", "--method", "otsu", "--force")
 
 
-def test_values_in_cloud_only_are_cloud_wherever_there_are_some(here):
+def test_values_in_cloud_only_are_cloud_wherever_there_are_some(working_folder):
     level = np.load("clouds.npy")
     np.save("heights.npy", np.where(level > 0.0, level, np.nan))
     answer = json.loads(
@@ -105,7 +108,7 @@ def test_values_in_cloud_only_are_cloud_wherever_there_are_some(here):
         hcss("match", "heights.npy", "--pixel-size", 500, "-o", "other.toml")
 
 
-def test_range_of_the_dimension_needs_no_image(here):
+def test_range_of_the_dimension_needs_no_image(working_folder):
     done = hcss(
         "match", "--fd", 2.6, 2.7, "--type", "stratus", "--coverage", 0.4, "--rows", 96, "--columns", 96,
         "-o", "range.toml", "--preview", "range.png", "--json",
@@ -113,12 +116,12 @@ def test_range_of_the_dimension_needs_no_image(here):
     assert done.exit_code == 0, done.output
     answer = json.loads(done.stdout)
     assert 2.6 <= np.mean(answer["dimensions"]) <= 2.7
-    assert (here / "range.png").exists()
-    fragment = tomllib.loads((here / "range.toml").read_text(encoding="utf-8"))["clouds"]
+    assert (working_folder / "range.png").exists()
+    fragment = tomllib.loads((working_folder / "range.toml").read_text(encoding="utf-8"))["clouds"]
     assert (fragment["type"], fragment["coverage"]) == ("stratus", 0.4)
 
 
-def test_range_of_the_dimension_changes_the_match_of_an_image(here):
+def test_range_of_the_dimension_changes_the_match_of_an_image(working_folder):
     done = hcss("match", "clouds.npy", "--pixel-size", 500, "--budget", 6, "--fd", 2.6, 2.75, "--json")
     answer = json.loads(done.stdout)
     assert 2.6 <= np.mean(answer["dimensions"]) <= 2.75
@@ -136,11 +139,11 @@ def test_range_of_the_dimension_changes_the_match_of_an_image(here):
         (("clouds.npy", "-o", "clouds.npy"), "exists; give another name, or --force"),
     ],
 )
-def test_wrong_options_are_refused_before_the_search(here, arguments, message):
+def test_wrong_options_are_refused_before_the_search(working_folder, arguments, message):
     done = hcss("match", *arguments, catch=True)
     assert done.exit_code != 0
     assert message in " ".join(done.output.split())
-    assert sorted(path.name for path in here.iterdir()) == ["clouds.npy"]
+    assert sorted(path.name for path in working_folder.iterdir()) == ["clouds.npy"]
 
 
 @pytest.mark.parametrize(
@@ -155,11 +158,11 @@ def test_wrong_options_are_refused_before_the_search(here, arguments, message):
         (("text.npy", "--pixel-size", 500), "text.npy"),
     ],
 )
-def test_bad_input_is_named_and_nothing_is_written(here, arguments, message):
-    (here / "text.npy").write_text("no image")
+def test_bad_input_is_named_and_nothing_is_written(working_folder, arguments, message):
+    (working_folder / "text.npy").write_text("no image")
     with pytest.raises(HcssError, match=message):
         hcss("match", *arguments)
-    assert not list(here.glob("*.toml"))
+    assert not list(working_folder.glob("*.toml"))
 
 
 @pytest.mark.parametrize(
@@ -172,7 +175,9 @@ def test_bad_input_is_named_and_nothing_is_written(here, arguments, message):
     ],
 )
 @pytest.mark.parametrize("command", ["match", "fit"])
-def test_what_is_wrong_with_an_image_names_the_file_and_options_of_the_command(here, command, options, message):
+def test_what_is_wrong_with_an_image_names_the_file_and_options_of_the_command(
+    working_folder, command, options, message
+):
     values = np.load("clouds.npy").astype(float)
     values[40, 40] = np.nan
     np.save("holes.npy", values)
@@ -196,7 +201,7 @@ def test_what_is_wrong_with_an_image_names_the_file_and_options_of_the_command(h
         ("*Cloud_Top_Height.nc", ("--method", "otsu", "--missing", "clear"), 90, 0.05),
     ],
 )
-def test_real_images_are_matched_to_five_per_cent(here, pattern, options, budget, limit):
+def test_real_images_are_matched_to_five_per_cent(working_folder, pattern, options, budget, limit):
     image = sample_file(f"images/{pattern}")
     answer = json.loads(hcss("match", image, "-o", "real.toml", "--json", "--budget", budget, *options).output)
     assert answer["mean_rmse"] < limit

@@ -95,7 +95,7 @@ def test_coverage_of_every_simulation_is_that_of_the_image():
     for seed in found.seeds[:3]:
         simulated = found.simulate(seed)
         assert np.count_nonzero(simulated.level) == np.count_nonzero(image.level)
-    coverage = next(each for each in found.quantities if each.name == "coverage")
+    coverage = next(quantity for quantity in found.quantities if quantity.name == "coverage")
     assert coverage.error == 0.0
 
 

@@ -76,11 +76,11 @@ def test_xarray_reads_dimensions_and_diagnostics(tmp_path):
 
 def test_several_images_have_an_axis_of_their_own(tmp_path):
     path = tmp_path / "posterior.nc"
-    each = RNG.uniform(0, 1, (4, 8, 3))
-    write(path, chains={"mean_H": H, "H": each}, diagnostics={"mean_H": TOLD, "H": TOLD})
+    draws = RNG.uniform(0, 1, (4, 8, 3))
+    write(path, chains={"mean_H": H, "H": draws}, diagnostics={"mean_H": TOLD, "H": TOLD})
     samples = read_posterior(path).samples
     assert samples["mean_H"].shape == (32,)
-    np.testing.assert_array_equal(samples["H"], each.reshape(32, 3))
+    np.testing.assert_array_equal(samples["H"], draws.reshape(32, 3))
 
 
 def test_the_same_posterior_has_the_same_bytes(tmp_path):

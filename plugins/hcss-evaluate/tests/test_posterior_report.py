@@ -20,9 +20,9 @@ RANDOM = np.random.default_rng(5)
 CHAINS = {"H": RANDOM.normal(0.4, 0.03, (8, 40)), "Lx": RANDOM.lognormal(2.0, 0.1, (8, 40))}
 PRIORS = {"H": "uniform:0.02:0.98", "Lx": "loguniform:1:50"}
 DIAGNOSED = {
-    name: [f"{size:.5g}" for size in (each.bulk_effective_sample_size, each.tail_effective_sample_size)]
-    + [f"{each.rank_normalized_split_r_hat:.4f}"]
-    for name, each in ((name, mixing(draws)) for name, draws in CHAINS.items())
+    name: [f"{size:.5g}" for size in (mixing_of.bulk_effective_sample_size, mixing_of.tail_effective_sample_size)]
+    + [f"{mixing_of.rank_normalized_split_r_hat:.4f}"]
+    for name, mixing_of in ((name, mixing(draws)) for name, draws in CHAINS.items())
 }
 LAGS = np.array([1, 2, 4, 8])
 
@@ -62,7 +62,7 @@ def test_parameters_convergence_and_provenance_are_those_of_the_file(tmp_path):
     rows = found.table("parameter", "meaning", "median")
     for row, (name, draws) in zip(rows, CHAINS.items(), strict=False):
         low, middle, high = np.quantile(draws, (0.05, 0.5, 0.95))
-        numbers = [f"{each:.4g}" for each in (middle, low, high, draws.mean(), draws.std())]
+        numbers = [f"{value:.4g}" for value in (middle, low, high, draws.mean(), draws.std())]
         assert row == [name, f"meaning of {name}", *numbers]
     assert rows[2][:3] == ["gamma", "fixed", "2"]
     assert found.table("parameter", "autocorrelation time, steps") == [

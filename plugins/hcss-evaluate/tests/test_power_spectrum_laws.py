@@ -67,7 +67,7 @@ def test_exchanging_the_axes_turns_the_long_axis_and_nothing_else():
 
 def test_the_degree_of_isotropic_noise_is_the_one_that_is_told():
     found = [power_spectrum(noise(seed, (128, 128))) for seed in range(40)]
-    rms = np.sqrt(np.mean([each.degree**2 for each in found]))
+    rms = np.sqrt(np.mean([spectrum.degree**2 for spectrum in found]))
     assert rms == pytest.approx(found[0].degree_noise, rel=0.3)
     mean = mean_spectrum(found)
     assert mean.degree < 0.5 * rms

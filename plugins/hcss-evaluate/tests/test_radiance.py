@@ -38,7 +38,7 @@ def measured(tmp_path):
 
 def test_spots_have_the_temperatures_places_and_times_of_the_file(measured):
     spots = read_spots(measured, list(LIMITS), "ir_108")
-    assert [each.kind for each in spots] == ["clear sea"] * 3 + ["opaque cloud", "clear sea", "opaque cloud"]
+    assert [spot.kind for spot in spots] == ["clear sea"] * 3 + ["opaque cloud", "clear sea", "opaque cloud"]
     sea, cloud = spots[0], spots[-1]
     assert sea.kelvin["ir_108"] == pytest.approx(295.0, abs=0.1)
     assert sea.kelvin["ir_108"] - sea.kelvin["ir_120"] == pytest.approx(1.5, abs=1e-3)
@@ -57,7 +57,10 @@ def test_differences_are_simulated_less_measured_and_places_without_climatology_
 
     monkeypatch.setattr(blind, "simulated_kelvin", simulated)
     done = blind.blind_test(measured, LIMITS)
-    found = {(each.kind, each.channel): (each.spots, each.mean_K, each.sd_K) for each in done.differences}
+    found = {
+        (difference.kind, difference.channel): (difference.spots, difference.mean_K, difference.sd_K)
+        for difference in done.differences
+    }
     assert found["clear sea", "ir_108"] == pytest.approx((2, 1.0, 0.0))
     assert found["clear sea", "ir_120"] == pytest.approx((2, 7.5, 15.0 / np.sqrt(2.0)))
     assert len(done.notes) == 2
@@ -88,7 +91,7 @@ def test_the_command_simulates_prints_and_writes_a_page(measured, tmp_path):
     ],
 )
 def test_options_of_another_test_are_refused(measured, options, message):
-    done = hcss("evaluate", measured, *(each.format(file=measured) for each in options))
+    done = hcss("evaluate", measured, *(option.format(file=measured) for option in options))
     assert done.exit_code == 2
     assert message in done.output
 

@@ -73,7 +73,7 @@ def test_coverage_and_grey_levels_of_a_measured_image_come_back(name, tmp_path, 
     answer, cube = scene(name)
     threshold = least_spread(level)
     cloudy = level > threshold
-    mask, thickness = (cube[each][0, ::-1].values for each in ("cloud_mask", "cloud_thickness"))
+    mask, thickness = (cube[name][0, ::-1].values for name in ("cloud_mask", "cloud_thickness"))
     radiance = cube.radiance[0, 0, ::-1].values
     assert answer["licence"] == SAMPLES[name].licence
     assert abs(mask.mean() - cloudy.mean()) < 0.01

@@ -27,7 +27,7 @@ def test_two_slopes_are_told_apart_by_their_spectrum():
         (classifier, scale) for classifier in ("forest", "boosting") for scale in ("z-scored", "kelvin")
     }
     assert abs(found.features[0].auc - 0.5) > 0.45
-    slope = next(each for each in found.features if each.name == "spectral slope")
+    slope = next(feature for feature in found.features if feature.name == "spectral slope")
     assert slope.simulated < slope.real - 0.5
     assert slope.auc < 0.1
     json.dumps(found.as_dict(), allow_nan=False)

@@ -35,8 +35,8 @@ def kept_frame(*given):
     return frame(PartMaker(*scene(*given)), 17)
 
 
-def frame(own, number, rows=slice(0, 24), columns=slice(0, 24), time_s=None):
-    return own.part(number, (rows, columns), time_s=time_s)[0]["radiance"][0]
+def frame(maker, number, rows=slice(0, 24), columns=slice(0, 24), time_s=None):
+    return maker.part(number, (rows, columns), time_s=time_s)[0]["radiance"][0]
 
 
 @pytest.mark.parametrize(
@@ -47,10 +47,10 @@ def test_frames_between_two_instants_have_the_radiance_of_light_computed_afresh(
     """Clouds have moved by parts of a pixel; by day light on other pixels differs by several percent."""
     # Of frames so far apart no light is kept.
     afresh = PartMaker(*scene(time, band, evolution, count=2, interval=34.0))
-    own, exact = kept_frame(time, band, evolution), frame(afresh, 0, time_s=17.0)
-    assert np.any(own != exact)
-    assert np.sqrt(np.mean((own - exact) ** 2)) < allowed * exact.mean()
-    assert abs(np.mean(own - exact)) < 0.3 * allowed * exact.mean()
+    drifted, exact = kept_frame(time, band, evolution), frame(afresh, 0, time_s=17.0)
+    assert np.any(drifted != exact)
+    assert np.sqrt(np.mean((drifted - exact) ** 2)) < allowed * exact.mean()
+    assert abs(np.mean(drifted - exact)) < 0.3 * allowed * exact.mean()
 
 
 def test_a_window_of_a_frame_between_two_instants_has_the_bits_of_the_frame():
@@ -64,8 +64,8 @@ def test_light_is_computed_once_while_clouds_drift(monkeypatch):
 
     calls = []
     compute = transport.scattered_source
-    own = PartMaker(*scene("23", (10.5, 11.0), "frozen"))
-    frame(own, 3)
+    maker = PartMaker(*scene("23", (10.5, 11.0), "frozen"))
+    frame(maker, 3)
 
     def counted(slices, density, *rest):
         calls.append(density.shape)
@@ -73,5 +73,5 @@ def test_light_is_computed_once_while_clouds_drift(monkeypatch):
 
     monkeypatch.setattr(transport, "scattered_source", counted)
     for number in (4, 5, 6):
-        frame(own, number)
+        frame(maker, number)
     assert calls == []

@@ -29,9 +29,9 @@ def stack(view=None):
 def densities(rows=12, columns=10):
     """Half of an area covered by clouds of all thicknesses, in each layer."""
     draw, result = np.random.default_rng(4), []
-    for own, most in ((LOWER, 600.0), (UPPER, 1000.0)):
+    for slices, most in ((LOWER, 600.0), (UPPER, 1000.0)):
         cloudy = draw.random((rows, columns)) < 0.5
-        result.append(own.density((draw.uniform(20.0, most, cloudy.shape) * cloudy).astype(np.float32)))
+        result.append(slices.density((draw.uniform(20.0, most, cloudy.shape) * cloudy).astype(np.float32)))
     return result
 
 
@@ -51,9 +51,9 @@ def two(light="source", upper=0.5, **changes):
 @pytest.mark.parametrize("gas", [0.0, 1e-4])
 def test_an_isothermal_enclosure_with_two_broken_layers_is_black(zenith, gas):
     whole, clouds = stack(Direction(zenith, 30.0)), densities()
-    own = group(whole, np.ones(whole.count), 1.0, 1.0, 0.0, gas)
-    source = stacked_source(whole, clouds, own, None)
-    seen = stacked_radiance(whole, whole.optical(clouds, own.scaled_m1), source, 1.0)
+    light_group = group(whole, np.ones(whole.count), 1.0, 1.0, 0.0, gas)
+    source = stacked_source(whole, clouds, light_group, None)
+    seen = stacked_radiance(whole, whole.optical(clouds, light_group.scaled_m1), source, 1.0)
     np.testing.assert_allclose(seen, 1.0, atol=1e-3)
 
 
@@ -62,9 +62,9 @@ def voxels(clouds, reference_m, slope, emitted, surface, sky):
     whole = stack()
     extinction = np.zeros((*clouds[0].shape[1:], whole.count))
     albedo, kind, moved = np.zeros(whole.count), whole.kind, np.zeros((whole.count, 2))
-    for part, density, own in zip(whole.parts, clouds, (WATER, ICE), strict=True):
-        extinction[:, :, part] = np.moveaxis(density, 0, 2) * own.extinction_m1
-        albedo[part] = own.albedo
+    for part, density, particles in zip(whole.parts, clouds, (WATER, ICE), strict=True):
+        extinction[:, :, part] = np.moveaxis(density, 0, 2) * particles.extinction_m1
+        albedo[part] = particles.albedo
     moved[whole.parts[1].start :] = reference_m * slope
     return Voxels(
         extinction, whole.edges_m, (100.0, 100.0), albedo, np.zeros(whole.count), emitted,
@@ -82,9 +82,9 @@ def test_two_broken_layers_agree_with_monte_carlo(zenith, shone, limit):
     whole, clouds = stack(view), densities()
     emitted = np.zeros(whole.count) if shone else np.linspace(1.0, 0.6, whole.count)
     sky, below = (0.0, 0.0) if shone else (0.1, 1.1)
-    own = group(whole, emitted, sky, below, 1.0 if shone else 0.0)
-    source = stacked_source(whole, clouds, own, sun if shone else None)
-    seen = stacked_radiance(whole, whole.optical(clouds, own.scaled_m1), source, below)
+    light_group = group(whole, emitted, sky, below, 1.0 if shone else 0.0)
+    source = stacked_source(whole, clouds, light_group, sun if shone else None)
+    seen = stacked_radiance(whole, whole.optical(clouds, light_group.scaled_m1), source, below)
     slope = view.vector[:2] / view.vector[2]
     air = voxels(clouds, 2400.0, slope, emitted, below, sky)
     mean, error = radiance(
@@ -102,8 +102,8 @@ def test_monte_carlo_of_columns_that_are_displaced_is_that_of_columns_that_stand
     rolled[1] = np.roll(rolled[1], (2, -3), axis=(1, 2))
     emitted, tables = np.linspace(1.0, 0.6, stack().count), [henyey_greenstein(0.85), henyey_greenstein(0.9)]
     seen = []
-    for own, away in ((clouds, np.array([200.0, -300.0])), (rolled, np.zeros(2))):
-        air = voxels(own, 1.0, away, emitted, 1.1, 0.1)
+    for density, away in ((clouds, np.array([200.0, -300.0])), (rolled, np.zeros(2))):
+        air = voxels(density, 1.0, away, emitted, 1.1, 0.1)
         # Photons start above the same places.
         start = (-away[0], -away[1])
         seen.append(radiance(air, tables, view_zenith_deg=30.0, photons=50, displaced_m=start)[0])
@@ -115,8 +115,8 @@ def test_a_thick_layer_above_leaves_the_one_below_dark_where_its_shadow_falls():
     whole = stack()
     clouds = [np.ones((20, 20, 4), dtype=np.float32), np.zeros((16, 20, 4), dtype=np.float32)]
     clouds[1][0, 14] = 1000.0
-    own = group(whole, np.zeros(whole.count), sunlight=1.0)
-    source = stacked_source(whole, clouds, own, Direction(45.0, 0.0))[19, :, 0]
+    light_group = group(whole, np.zeros(whole.count), sunlight=1.0)
+    source = stacked_source(whole, clouds, light_group, Direction(45.0, 0.0))[19, :, 0]
     assert int(np.argmin(source)) in (5, 6)
     assert source.min() < 0.6 * np.median(source)
 

@@ -65,9 +65,9 @@ def test_a_window_has_the_bits_of_the_image_and_the_certificate_passes(tier):
     assert "independent columns" in whole.attrs["hcss_notes"]
     sides = json.loads(whole.attrs["hcss_monte_carlo"])
     assert sides["pixels"] == 4
-    (own,) = sides["bands"].values()
-    assert abs(own["bias"]) < 0.02
-    assert 0.0 < own["noise"] < 0.005
+    (comparison,) = sides["bands"].values()
+    assert abs(comparison["bias"]) < 0.02
+    assert 0.0 < comparison["noise"] < 0.005
     assert "against Monte Carlo of 4 random pixels" in whole.attrs["hcss_certificate"]
     columns = simulate(scene("columns", time=DAY))
     assert "hcss_light" not in columns.attrs
@@ -113,12 +113,16 @@ def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns_and_write
     )
     assert run.exit_code == 0, run.output
     (band,) = json.loads(result.read_text())["bands"]
-    own, columns = (band["errors"][name]["rms"] for name in ("cube", "columns"))
-    assert own < 0.015
-    assert own < 0.3 * columns
+    cube_rms, columns = (band["errors"][name]["rms"] for name in ("cube", "columns"))
+    assert cube_rms < 0.015
+    assert cube_rms < 0.3 * columns
     with xr.open_dataset(cube) as written:
         stated = json.loads(written.attrs["hcss_monte_carlo"])
-    assert stated["bands"][band["name"]] == {"bias": band["errors"]["cube"]["bias"], "rms": own, "noise": band["noise"]}
+    assert stated["bands"][band["name"]] == {
+        "bias": band["errors"]["cube"]["bias"],
+        "rms": cube_rms,
+        "noise": band["noise"],
+    }
     with pytest.raises(LightError, match="another scenario"):
         write_to_cube(cube, scene(), json.loads(result.read_text()))
 
@@ -132,8 +136,8 @@ def test_the_plan_notes_columns_that_err_by_more_than_the_scene_allows():
 
 def test_the_budget_has_the_error_of_the_tier_instead_of_that_of_columns():
     plan = make_plan(scene(clouds={"type": "cumulus", "coverage": 0.45}))
-    (cloudy,) = [own for (of, _), own in error_budget(plan).contributions.items() if of == "cumulus"]
-    names = {each.name: each.relative for each in cloudy}
+    (cloudy,) = [contribution for (of, _), contribution in error_budget(plan).contributions.items() if of == "cumulus"]
+    names = {error.name: error.relative for error in cloudy}
     assert "plane-parallel clouds" not in names
     assert 0.0 < names["clouds with sides"] < 0.03
 

@@ -111,7 +111,7 @@ def test_a_step_cloud_reflects_as_published(albedo, sun, view, azimuth, publishe
         step_cloud(albedo), henyey_greenstein(0.85), view_zenith_deg=view, view_azimuth_deg=azimuth,
         sun=Sunlight(sun, 180.0, 1.0), photons=4000, seed=3,
     )  # fmt: skip
-    mean, error = (np.pi * each / np.cos(np.radians(sun)) for each in mean_of(found))
+    mean, error = (np.pi * estimate / np.cos(np.radians(sun)) for estimate in mean_of(found))
     assert abs(mean - published) < 3e-3 * published + 3.0 * error
     assert error < 0.015 * published
 
@@ -127,7 +127,7 @@ def test_a_step_cloud_seen_within_3_deg_of_nadir_has_the_published_nadir_radianc
         )  # fmt: skip
         draws.append(mean_of(found))
     mean, error = (
-        np.pi * np.mean([each for each, _ in draws]),
+        np.pi * np.mean([estimate for estimate, _ in draws]),
         np.pi * np.sqrt(np.sum(np.square(draws), axis=0)[1]) / 40.0,
     )
     assert abs(mean - 0.25640) < 3e-3 * 0.25640 + 3.0 * error

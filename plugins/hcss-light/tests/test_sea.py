@@ -43,16 +43,22 @@ def test_glint_of_monte_carlo_is_that_of_the_scenes_sea(scene_sea, view, sun, az
     toward, to_sun = Direction(view, 0.0).vector, Direction(sun, azimuth).vector
     upright = 1.0 - scene_sea.emissivity(NUMBERS, np.ones(1))[0]
     expected = scene_sea.brdf(NUMBERS, toward[2:], to_sun[2:], np.radians([azimuth]))[0]
-    own = [glint(toward, to_sun, 0.5 * scene_sea.mean_square_slope, float(index_of(each))) for each in upright]
-    np.testing.assert_allclose(np.array(own) / to_sun[2], expected, rtol=0.03)
+    of_facets = [
+        glint(toward, to_sun, 0.5 * scene_sea.mean_square_slope, float(index_of(reflectance)))
+        for reflectance in upright
+    ]
+    np.testing.assert_allclose(np.array(of_facets) / to_sun[2], expected, rtol=0.03)
 
 
 @pytest.mark.parametrize("zenith", [0.0, 45.0, 60.0])
 def test_facets_of_monte_carlo_reflect_as_much_as_the_scenes_sea(scene_sea, zenith):
     across = math.cos(math.radians(zenith))
     upright = 1.0 - scene_sea.emissivity(NUMBERS, np.ones(1))[0]
-    own = [np.sum(facets(RoughSea(scene_sea.mean_square_slope, float(index_of(each))), across)[1]) for each in upright]
-    np.testing.assert_allclose(own, 1.0 - scene_sea.emissivity(NUMBERS, np.array([across]))[0], atol=1.5e-3)
+    of_facets = [
+        np.sum(facets(RoughSea(scene_sea.mean_square_slope, float(index_of(reflectance))), across)[1])
+        for reflectance in upright
+    ]
+    np.testing.assert_allclose(of_facets, 1.0 - scene_sea.emissivity(NUMBERS, np.array([across]))[0], atol=1.5e-3)
 
 
 def clouds():
@@ -91,9 +97,9 @@ def test_shadows_on_the_sea_lie_where_monte_carlo_finds_them(zenith, azimuth):
     mean, error = traced(slices, thickness, view, sun=light, sea=sea, photons=300)
     nothing = np.zeros(slices.count)
     around = Surroundings(nothing, 0.0, clear, nothing, nothing, glint=clear)
-    own = Sea(slices, view, sun, 400.0)
+    sea_of_scene = Sea(slices, view, sun, 400.0)
     density = slices.density(thickness)
-    change = own.change(own.paths(density, True), BLACK, around, thickness.shape)
+    change = sea_of_scene.change(sea_of_scene.paths(density, True), BLACK, around, thickness.shape)
     unseen = clear_of(slices, density, around, view)
     away = (clear + change - mean)[unseen] / clear
     assert np.min(change) < -0.9 * clear
@@ -109,8 +115,8 @@ def test_the_sea_mirrors_clouds_where_monte_carlo_finds_them():
     reflected = float(np.sum(facets(sea, math.cos(math.radians(50.0)))[1]))
     nothing = np.zeros(slices.count)
     around = Surroundings(nothing, 0.0, 0.0, nothing, nothing, mirrored=np.full(slices.count, reflected))
-    own = Sea(slices, view, None, 400.0)
-    change = own.change(own.paths(slices.density(thickness), False), BLACK, around, thickness.shape)
+    sea_of_scene = Sea(slices, view, None, 400.0)
+    change = sea_of_scene.change(sea_of_scene.paths(slices.density(thickness), False), BLACK, around, thickness.shape)
     clear = clear_of(slices, slices.density(thickness), around, view)
     assert change[clear].mean() == pytest.approx(mean[clear].mean(), rel=0.06)
     assert np.corrcoef(change[clear], mean[clear])[0, 1] > 0.8

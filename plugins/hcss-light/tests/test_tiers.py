@@ -84,12 +84,12 @@ def test_uniform_cloud_reflects_nearly_as_adding_doubling_finds(tau):
 def test_sums_of_exponentials_reproduce_the_columns_that_they_are_fitted_to():
     slices, view, sun = Slices(0.0, 400.0, 64, "base", 100.0), Direction(40.0, 0.0), Direction(60.0, 40.0)
     particles, around = Particles(0.04, 0.9, np.array([1.0, 0.8])), light(slices, sunlight=1.0)
-    columns = [slices.density(np.full((1, 1), each, np.float32)) for each in np.linspace(0.0, 400.0, 33)]
+    columns = [slices.density(np.full((1, 1), thickness_m, np.float32)) for thickness_m in np.linspace(0.0, 400.0, 33)]
     radiances = np.array(
-        [sourced_radiance(slices, each, particles, around, view, sun, 0.0)[1].item() for each in columns]
+        [sourced_radiance(slices, column, particles, around, view, sun, 0.0)[1].item() for column in columns]
     )
     integrals = np.array(
-        [sun_integrals(slices, each, particles, around.sunlight, view, sun, 0.0)[:, 0, 0] for each in columns]
+        [sun_integrals(slices, column, particles, around.sunlight, view, sun, 0.0)[:, 0, 0] for column in columns]
     )
     weights = fitted_weights(integrals.T, radiances)
     assert np.all(weights >= 0.0)

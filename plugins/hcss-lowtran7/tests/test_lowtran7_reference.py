@@ -65,7 +65,7 @@ def test_path_radiance_is_that_of_the_shipped_table(make, table):
 def test_double_precision_only_removes_noise(make):
     paths = [to_space(height, angle) for height in (0.0, 1000.0, 6000.0) for angle in (0.0, 40.0, 75.0)]
     single, double = make(), make(precision="double")
-    one, other = (each.transmittance(INFRARED_CM1, paths) for each in (single, double))
+    one, other = (provider.transmittance(INFRARED_CM1, paths) for provider in (single, double))
     np.testing.assert_allclose(one, other, rtol=0, atol=3e-4)
     # The vertical needs no ray tracing.
     np.testing.assert_allclose(one[0], other[0], rtol=0, atol=1e-5)
@@ -124,7 +124,7 @@ def test_profile_of_the_built_in_values_gives_the_built_in_transmittance(make, s
     assert any("radiosonde on 33 levels of its 50" in note for note in provider.declares.notes)
     assert any("own model atmosphere 6" in note for note in original.declares.notes)
     paths = [to_space(0.0, 0.0), to_space(0.0, 70.0), to_space(3000.0, 40.0)]
-    found, expected = (each.transmittance(INFRARED_CM1, paths) for each in (provider, original))
+    found, expected = (source.transmittance(INFRARED_CM1, paths) for source in (provider, original))
     np.testing.assert_allclose(found, expected, rtol=0, atol=3e-4)
 
 
@@ -143,11 +143,11 @@ def test_catalog_profiles_are_recognised_as_built_in(standard, name, model):
     """The tropical atmosphere is not the US Standard, and so on; those in the catalog are LOWTRAN7's."""
     from hcss_twin.models.atmosphere.profile_file import load_profile
 
-    own = built_in(build(find_source()), model)
-    assert agrees(own, own)
-    assert agrees(standard.profile, own) == (model == 6)
+    model_profile = built_in(build(find_source()), model)
+    assert agrees(model_profile, model_profile)
+    assert agrees(standard.profile, model_profile) == (model == 6)
     if name in Catalog().names("atmospheres", ".csv"):
-        assert agrees(load_profile(name, Catalog()), own)
+        assert agrees(load_profile(name, Catalog()), model_profile)
 
 
 def test_isothermal_atmosphere_emits_one_minus_transmittance_times_planck(make):

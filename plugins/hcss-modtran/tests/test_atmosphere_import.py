@@ -87,6 +87,6 @@ def test_simulation_with_an_imported_table_agrees_with_the_table_it_was_made_fro
         **CHEAP,
     }
     mine = {**small, "atmosphere.parameters": {"file": str(output)}}
-    found, expected = (simulate(Scenario.load("stratus", each)).radiance for each in (mine, small))
+    found, expected = (simulate(Scenario.load("stratus", changes)).radiance for changes in (mine, small))
     np.testing.assert_allclose(found, expected, rtol=2e-3)
     assert any("unverified" in note for note in make_plan(Scenario.load("stratus", mine)).assembly.notes())

@@ -49,7 +49,7 @@ def test_direct_beam_over_the_suns_cosine_is_the_transmittance(tmp_path):
 
 
 def test_each_upward_cosine_of_a_thermal_run_is_a_path(tmp_path):
-    file = write(tmp_path / "a.out", NM, *(planck(WAVENUMBER, each) for each in (200.0, 250.0, 280.0)))
+    file = write(tmp_path / "a.out", NM, *(planck(WAVENUMBER, kelvin) for kelvin in (200.0, 250.0, 280.0)))
     slant, vertical = read_libradtran(file, read_settings([*THERMAL, "altitude 2"]))
     np.testing.assert_allclose(slant.total_radiance, planck(WAVENUMBER, 250.0), rtol=1e-8)
     np.testing.assert_allclose(vertical.total_radiance, planck(WAVENUMBER, 280.0), rtol=1e-8)
@@ -59,13 +59,13 @@ def test_each_upward_cosine_of_a_thermal_run_is_a_path(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("own", "states"), [([], True), (["mol_modify H2O 30 MM"], False), (["mixing_ratio CO2 500"], False)]
+    ("keys", "states"), [([], True), (["mol_modify H2O 30 MM"], False), (["mixing_ratio CO2 500"], False)]
 )
-def test_a_table_states_the_gases_of_its_profile_unless_the_runs_changed_them(own, states, tmp_path):
+def test_a_table_states_the_gases_of_its_profile_unless_the_runs_changed_them(keys, states, tmp_path):
     sun = write(tmp_path / "sun.out", NM, 0.5 * TAU, TAU)
     air = write(tmp_path / "air.out", NM, TAU * planck(WAVENUMBER, SEA_K) + (1 - TAU) * planck(WAVENUMBER, AIR_K))
-    (tmp_path / "sun.inp").write_text("\n".join([*SOLAR, *own]))
-    (tmp_path / "air.inp").write_text("\n".join([*without(THERMAL, "umu"), "umu 0.5", *own]))
+    (tmp_path / "sun.inp").write_text("\n".join([*SOLAR, *keys]))
+    (tmp_path / "air.inp").write_text("\n".join([*without(THERMAL, "umu"), "umu 0.5", *keys]))
     told = import_files([sun, air], tmp_path / "a.nc", ReadOptions(), profile="tropical", resolution_cm1=1.0)
     known, of_runs = read_atmosphere_table(tmp_path / "a.nc").profile, load_profile("tropical", Catalog())
     assert known.mixing_ratio.keys() == (of_runs.mixing_ratio.keys() if states else set())
@@ -88,7 +88,7 @@ def test_solar_and_thermal_run_together_give_the_path_radiance(tmp_path):
     air = write(tmp_path / "air.out", NM, total)
     (tmp_path / "sun.inp").write_text("\n".join(SOLAR))
     (tmp_path / "air.inp").write_text("\n".join([*without(THERMAL, "umu"), "umu 0.5"]))
-    paths = [each for file in (sun, air) for each in read_paths(file, ReadOptions())]
+    paths = [path for file in (sun, air) for path in read_paths(file, ReadOptions())]
     table = combine(paths, load_profile("us-standard-1976", Catalog())).table
     np.testing.assert_allclose(table.transmittance[0, 0], TAU, rtol=1e-8)
     np.testing.assert_allclose(table.path_radiance[0, 0], (1 - TAU) * planck(WAVENUMBER, AIR_K), rtol=1e-6)

@@ -48,9 +48,9 @@ def imported(tmp_path_factory):
 def test_imported_file_gives_the_shipped_table_back(imported):
     table, shipped = table_provider(imported), table_provider("us-standard-1976-lowtran7")
     paths = [to_space(height, angle) for height in (0.0, 1000.0, 3000.0) for angle in (0.0, 40.0, 70.0)]
-    found, expected = (each.transmittance(WAVENUMBER, paths) for each in (table, shipped))
+    found, expected = (provider.transmittance(WAVENUMBER, paths) for provider in (table, shipped))
     np.testing.assert_allclose(found, expected, atol=2e-6)
-    found, expected = (each.path_radiance(WAVENUMBER, paths) for each in (table, shipped))
+    found, expected = (provider.path_radiance(WAVENUMBER, paths) for provider in (table, shipped))
     np.testing.assert_allclose(found, expected, rtol=2e-4, atol=1e-8)
 
 

@@ -192,10 +192,9 @@ class TestOpticsThatBreakALaw:
     def test_no_absorption_is_noticed(self, cumulus):
         white = dataclasses.replace(cumulus, albedo=np.ones_like(cumulus.albedo))
         broken = failed(figure_06_cloud_optics.checks_of("cumulus", white))
-        assert [word for word in ("lowest albedo", "absorbs strongly") if any(word in each for each in broken)] == [
-            "lowest albedo",
-            "absorbs strongly",
-        ]
+        assert [
+            word for word in ("lowest albedo", "absorbs strongly") if any(word in message for message in broken)
+        ] == ["lowest albedo", "absorbs strongly"]
 
 
 class TestStaticScenes:
@@ -295,7 +294,7 @@ class TestPushBroom:
     def test_only_the_printed_shift_holds(self, step, holds):
         rng = np.random.default_rng(3)
         scenery = gaussian_filter(rng.standard_normal((200, 420)), 3.0)
-        frames = np.stack([scenery[:, place : place + 320] for place in (0, step, 2 * step)])
+        frames = np.stack([scenery[:, column : column + 320] for column in (0, step, 2 * step)])
         _, check = figure_12_push_broom.motion("band", frames)
         assert check.holds is holds
 
@@ -321,7 +320,7 @@ def test_figure_13_compares_the_means_of_its_images_with_table_7(monkeypatch, me
 def test_coverages_and_their_radiance_are_checked():
     share = np.linspace(0.1, 0.5, 5)
     order = np.arange(100).reshape(10, 10) / 100.0
-    images = np.stack([np.where(order < each - 1e-9, 0.3, 0.8) for each in share])
+    images = np.stack([np.where(order < threshold - 1e-9, 0.3, 0.8) for threshold in share])
     shares = (images < 0.5).mean(axis=(1, 2))
     assert not failed(figure_13_coverage.checks_of(images, shares, list(share)))
     assert len(failed(figure_13_coverage.checks_of(images[::-1], shares, list(share)))) == 2
@@ -361,9 +360,9 @@ class TestTransmittance:
 
         wavelength, found = figure_15_transmittance.spectra()
         provider = make_plan(Scenario.load("baseline", {"frames.count": 1})).assembly.transmittance
-        place = int(np.argmin(np.abs(wavelength - 10.8)))
-        alone = provider.transmittance(np.array([1e4 / wavelength[place]]), [to_space(0.0, 0.0)])
-        assert found["sea"][0, place] == pytest.approx(float(alone[0, 0]), rel=1e-9)
+        index = int(np.argmin(np.abs(wavelength - 10.8)))
+        alone = provider.transmittance(np.array([1e4 / wavelength[index]]), [to_space(0.0, 0.0)])
+        assert found["sea"][0, index] == pytest.approx(float(alone[0, 0]), rel=1e-9)
 
 
 class TestDegradedImage:
@@ -429,7 +428,7 @@ def test_small_pictures_are_smaller_and_look_the_same():
     whole, small = png_of(figure), small_png(figure)
     assert len(small) < 0.9 * len(whole)
     assert small == small_png(figure)
-    before, after = (np.asarray(Image.open(BytesIO(each)).convert("RGB"), dtype=float) for each in (whole, small))
+    before, after = (np.asarray(Image.open(BytesIO(picture)).convert("RGB"), dtype=float) for picture in (whole, small))
     assert before.shape == after.shape
     assert np.unique(after.reshape(-1, 3), axis=0).shape[0] <= COLOURS
     assert np.abs(before - after).mean() < 2.0

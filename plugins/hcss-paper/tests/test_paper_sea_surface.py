@@ -71,12 +71,12 @@ def test_slopes_split_three_to_one_between_downwind_and_crosswind() -> None:
     x, y = np.random.default_rng(6).uniform(0.0, 1e6, (2, 300))
     step, surfaces, downwind, crosswind = 0.01, 100, 0.0, 0.0
     for seed in range(surfaces):
-        here, east, north = (
+        middle, east, north = (
             surface_elevation(x + dx, y + dy, 0.0, 10.0, 270.0, seed=seed, components=50)
             for dx, dy in ((0.0, 0.0), (step, 0.0), (0.0, step))
         )
-        downwind += float(np.mean((east - here) ** 2)) / step**2 / surfaces
-        crosswind += float(np.mean((north - here) ** 2)) / step**2 / surfaces
+        downwind += float(np.mean((east - middle) ** 2)) / step**2 / surfaces
+        crosswind += float(np.mean((north - middle) ** 2)) / step**2 / surfaces
     omega = component_frequencies_rad_s(10.0, 50)
     total = pm.elevation_variance_m2(10.0) * np.mean(omega**4) / 9.81**2
     assert downwind + crosswind == pytest.approx(total, rel=0.03)

@@ -97,7 +97,7 @@ def test_the_verdict_of_a_table_is_the_one_we_know(name):
 
 
 @pytest.mark.parametrize(
-    ("row", "place", "cube"),
+    ("row", "band_number", "cube"),
     [
         ("Scenario4", 0, (0.47, 0.0)),
         ("Scenario6", 0, (0.47, 0.0)),
@@ -107,7 +107,9 @@ def test_the_verdict_of_a_table_is_the_one_we_know(name):
         ("Table VI", 5, (0.30, 0.0, moments_of_table_6()[5])),
     ],
 )
-def test_cubes_of_the_shipped_scenario_have_the_means_of_the_columns_that_are_fitted(scene_rows, row, place, cube):
+def test_cubes_of_the_shipped_scenario_have_the_means_of_the_columns_that_are_fitted(
+    scene_rows, row, band_number, cube
+):
     found = cube_mean("as-printed", *cube)
     band = (
         0
@@ -115,7 +117,7 @@ def test_cubes_of_the_shipped_scenario_have_the_means_of_the_columns_that_are_fi
         else list(BANDS).index("8.0-14.0" if row in ("Scenario6", "Table IV, 8-14 um") else "3.0-5.0")
     )
     # One frame has few large clouds: its thickness is less uniform than that of many. The sun of June is at 1.016 au.
-    assert found[band] == pytest.approx(scene_rows[row][place], rel=0.01)
+    assert found[band] == pytest.approx(scene_rows[row][band_number], rel=0.01)
 
 
 def test_the_shipped_scenario_has_the_fitted_inputs():
@@ -207,7 +209,7 @@ def test_limits_of_eq_24_hold_whatever_the_digits_behind_the_rounding():
         real, simulated = (np.array(table[key]) + half * random.uniform(-1, 1, 4) for key in ("real", "sim"))
         found, whole = eq_24_percent(real, simulated)
         assert rmse[0] <= whole <= rmse[1]
-        assert all(low <= each <= high for each, (low, high) in zip(found, errors, strict=True))
+        assert all(low <= number <= high for number, (low, high) in zip(found, errors, strict=True))
 
 
 def test_readings_of_ev_are_those_of_a_checkerboard_and_of_the_measure_of_eq_21():

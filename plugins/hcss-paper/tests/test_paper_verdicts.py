@@ -87,8 +87,8 @@ def test_a_choice_in_the_words_of_a_fitted_input_is_not_that_number():
     words = fitted_inputs()["sea temperature"].assumed.text
     found = judged([PRINTED], [GOOD], "yes", "no", inputs=["sea temperature"], choices=[words])
     written = Outcome(Item("a", "", ""), found, "", 1).as_dict()["fitted_inputs"]
-    assert [each["text"] for each in written] == [words, words]
-    assert [each["name"] for each in written] == ["sea temperature", None]
+    assert [input_["text"] for input_ in written] == [words, words]
+    assert [input_["name"] for input_ in written] == ["sea temperature", None]
 
 
 @pytest.mark.parametrize(
@@ -209,7 +209,7 @@ def test_an_input_that_serves_two_items_counts_once_and_a_choice_is_not_a_number
         Outcome(Item(name, "", ""), judged(rows, [GOOD], "", "", inputs=inputs, choices=["seen from above"]), "", 1)
         for name, inputs in (("a", ["sea temperature"]), ("b", ["sea temperature", "glint scale"]))
     ]
-    assert [(each.compared, len(each.free), len(each.choices)) for each in two] == [(1, 1, 1), (1, 2, 1)]
+    assert [(outcome.compared, len(outcome.free), len(outcome.choices)) for outcome in two] == [(1, 1, 1), (1, 2, 1)]
     broken = Outcome(Item("c", "", ""), None, "KeyError", 1)
     assert totals([*two, broken]) == [
         "2 reproduced with fitted inputs: 2 numbers compared, 2 fitted inputs and 1 choices",

@@ -114,6 +114,6 @@ def test_fitted_inputs_are_numbers_with_units_and_choices_are_words(paths):
     known = fitted_inputs()["coverage of Table VIII"]
     assert list(fitted[0]) == ["text", "name", "value", "unit"]
     assert fitted[0] == {"text": known.assumed.text, "name": known.name, "value": known.value, "unit": "1"}
-    assert [{**each, "text": ""} for each in fitted[1:]] == [NO_NUMBER] * (len(fitted) - 1)
+    assert [{**fitted_input, "text": ""} for fitted_input in fitted[1:]] == [NO_NUMBER] * (len(fitted) - 1)
     assert len(fitted) > 1
-    assert all(f"<li>{escape(each['text'])}</li>" in page.read_text() for each in fitted)
+    assert all(f"<li>{escape(fitted_input['text'])}</li>" in page.read_text() for fitted_input in fitted)

@@ -89,7 +89,7 @@ def _pairs(factor, rng):
     look = 20.0
     from_look = size / range_m(zenith_deg(look, altitude), altitude)
     optics = {"focal_length": 0.5, "detector_pitch": 2e-5}
-    own = 2e-5 / 0.5
+    pixel_rad = 2e-5 / 0.5
     speed = ground_speed(altitude)
     moving = {"platform": {**platform, "mode": "push-broom"}, "image": image}
     dwell = size / speed
@@ -111,12 +111,12 @@ def _pairs(factor, rng):
     )
     yield (
         "focal length and pitch of the platform, pixel angle",
-        [{"image": {"pixel_size": None}, "platform": {**platform, **optics}}, sensor(pixel_angle=factor * own)],
+        [{"image": {"pixel_size": None}, "platform": {**platform, **optics}}, sensor(pixel_angle=factor * pixel_rad)],
         ("sensor.parameters.pixel_angle", "platform.detector_pitch", "platform.focal_length"),
     )
     yield (
         "focal length and pitch of the camera, pixel angle",
-        [CAMERA, sensor(pixel_angle=rounded(factor * own, digits))],
+        [CAMERA, sensor(pixel_angle=rounded(factor * pixel_rad, digits))],
         ("sensor.parameters.pixel_angle", "camera.detector_pitch", "camera.focal_length"),
     )
     yield (
@@ -191,7 +191,7 @@ def _pairs(factor, rng):
         "focal length, pitch and pixel size",
         [
             {
-                "image": {"rows": 8, "columns": 8, "pixel_size": rounded(factor * altitude * own, digits)},
+                "image": {"rows": 8, "columns": 8, "pixel_size": rounded(factor * altitude * pixel_rad, digits)},
                 "platform": {**platform, **optics},
             }
         ],
@@ -250,7 +250,7 @@ def _pairs(factor, rng):
         [
             CAMERA,
             {"camera": {"focal_length": 0.5}},
-            sensor(pixel_angle=own, aperture_diameter=0.1 if factor == 1.0 else 2.0 * max(factor, 1.0 / factor)),
+            sensor(pixel_angle=pixel_rad, aperture_diameter=0.1 if factor == 1.0 else 2.0 * max(factor, 1.0 / factor)),
         ],
         ("sensor.parameters.aperture_diameter", "camera.focal_length"),
     )

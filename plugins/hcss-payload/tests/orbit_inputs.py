@@ -111,7 +111,7 @@ def below(lines, start=START, time_s=30.0):
 
 
 def positions(lines, start=START):
-    return [earth_fixed(lines, start + timedelta(seconds=each))[0].tolist() for each in FRAMES_S]
+    return [earth_fixed(lines, start + timedelta(seconds=frame_s))[0].tolist() for frame_s in FRAMES_S]
 
 
 def stamp(moment, form="plain"):
@@ -140,7 +140,7 @@ def block(
     """Lines of a segment: metadata and states."""
     times = np.arange(first_s, last_s + 0.5 * step_s, step_s)
     span = stated or (times[0], times[-1])
-    moments = [START + timedelta(seconds=float(each)) for each in times]
+    moments = [START + timedelta(seconds=float(time)) for time in times]
     meta = {
         "OBJECT_NAME": "SATELLITE", "OBJECT_ID": object_id, "CENTER_NAME": "EARTH", "REF_FRAME": frame,
         "TIME_SYSTEM": "UTC", "START_TIME": stamp(START + timedelta(seconds=float(span[0])), form),
@@ -155,15 +155,15 @@ def block(
         gravity = -3.986004418e14 * position / max(radius, 1.0) ** 3
         speed_unit = unit if velocity_unit is None else velocity_unit
         values = np.concatenate((position * unit, velocity * speed_unit, gravity * unit))[:columns]
-        text.append(separator.join((stamp(moment, form), *(f"{each:.{digits}f}" for each in values))))
+        text.append(separator.join((stamp(moment, form), *(f"{value:.{digits}f}" for value in values))))
     return text
 
 
 def message(*blocks, version="2.0", end="\n", start=b"", comment=True):
     text = [f"CCSDS_OEM_VERS = {version}", *(["COMMENT made for a test"] if comment else [])]
     text += ["CREATION_DATE = 2024-04-19T00:00:00", "ORIGINATOR = TEST", ""]
-    for each in blocks:
-        text += [*each, ""]
+    for block in blocks:
+        text += [*block, ""]
     return start + end.join(text).encode()
 
 
@@ -258,8 +258,8 @@ def _good_messages():
                 within = 5.0  # the velocities of SGP4 are those of positions within 2 cm/s
             case 3:
                 keys = {"INTERPOLATION": "LAGRANGE", "INTERPOLATION_DEGREE": "7"}
-                own = min(step, 60.0) if not slow else step
-                content = message(block(lines, -10 * own, 10 * own, own, keys=keys, **common))
+                spacing_s = min(step, 60.0) if not slow else step
+                content = message(block(lines, -10 * spacing_s, 10 * spacing_s, spacing_s, keys=keys, **common))
                 name += ", Lagrange 7"
             case 4:
                 content = message([*block(lines, -before, after, step, **common), *COVARIANCE], start=b"\xef\xbb\xbf")
@@ -277,15 +277,15 @@ def _good_messages():
                 name += ", usable span"
             case 7:
                 made = block(lines, -before, after, step, separator="\t", digits=6, **common)
-                content = message([f"{each}  " for each in made], version="2.0")
+                content = message([f"{line}  " for line in made], version="2.0")
                 name += ", tabs and trailing blanks, metres to 1 mm"
             case 8:
                 keys = {"CENTER_NAME": "Earth", "OBJECT_NAME": "EAGLE_STOP"}
-                own = step if slow else 300.0 if orbit != "eccentric" else 60.0
-                made = block(lines, -10 * own, 10 * own, own, keys=keys, **common)
+                spacing_s = step if slow else 300.0 if orbit != "eccentric" else 60.0
+                made = block(lines, -10 * spacing_s, 10 * spacing_s, spacing_s, keys=keys, **common)
                 made[1:1] = ["COMMENT a = b", "COMMENT"]
                 content = message(made, comment=False)
-                name += f", Earth in small letters, every {own:g} s"
+                name += f", Earth in small letters, every {spacing_s:g} s"
                 within = 20.0
             case _:
                 made = block(lines, -before, after, step, digits=3, **common)
@@ -318,10 +318,10 @@ def _bad_elements():
         for orbit in ("polar",) if age % 2 else ("polar", "geostationary"):
             lines = elements(orbit, age, seed=2000)
             try:
-                place = below(lines)
+                position_deg = below(lines)
             except AssertionError:
-                place = None
-            result.append(_bad_tle(f"{orbit}, {age:g} days old", *lines, r"days|epoch", place=place))
+                position_deg = None
+            result.append(_bad_tle(f"{orbit}, {age:g} days old", *lines, r"days|epoch", place=position_deg))
     for number, other in enumerate(("25544", "39085", "A0001", "    5", "00001", "93084")):
         first, _ = elements("polar", 1.0, "39084", 3000 + number)
         _, second = elements("station", 1.0, other.strip(), 3000 + number)
@@ -340,7 +340,7 @@ def _bad_elements():
             _bad_tle(f"digit {where} of line 2", first, second[:where] + swapped + second[where + 1 :], "line2")
         )
     two = elements("polar", number="1") + elements("station", number="2")
-    three = [line for each in "123" for line in (f"SAT {each}", *elements("polar", number=each))]
+    three = [line for number in "123" for line in (f"SAT {number}", *elements("polar", number=number))]
     result += [
         _bad_tle("lines exchanged", second, first, "line1"),
         _bad_tle("line 1 twice", first, first, "line2"),
@@ -376,17 +376,17 @@ def _bad_oem(name, content, names, place=None):
 
 def _bad_messages():
     lines, other = elements("polar", 1.0, seed=5000), elements("station", 1.0, seed=5001)
-    place = below(lines)
+    position_deg = below(lines)
     result = []
 
     def add(name, names, *blocks, **more):
-        result.append(_bad_oem(name, message(*blocks, **more), names, place))
+        result.append(_bad_oem(name, message(*blocks, **more), names, position_deg))
 
     def one(step=60.0, points=10, **more):
         return block(lines, -points * step, points * step, step, **more)
 
     def renamed(old, new, made):
-        return [each.replace(old, new) for each in made]
+        return [line.replace(old, new) for line in made]
 
     for centre in ("MARS", "MOON", "SUN", "MARS BARYCENTER", "EARTH-MOON BARYCENTER"):
         add(f"centre {centre}", "CENTER_NAME", one(keys={"CENTER_NAME": centre}))
@@ -498,8 +498,8 @@ def _bad_messages():
         block(lines, 0.0, 600.0, 60.0)[1:],
     )
     add("one state", "line|two|state", one()[:10])
-    add("no states", "state|segment", [each for each in one() if not each.startswith("2024")])
-    away = (place[0] - 30.0 if place[0] > 0 else place[0] + 30.0, place[1])
+    add("no states", "state|segment", [line for line in one() if not line.startswith("2024")])
+    away = (position_deg[0] - 30.0 if position_deg[0] > 0 else position_deg[0] + 30.0, position_deg[1])
     result.append(_bad_oem("place 3300 km away", message(one()), "place", away))
     return result
 

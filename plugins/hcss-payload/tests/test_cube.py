@@ -51,8 +51,8 @@ def test_pixels_of_a_pass_agree_with_its_geometry_and_certificate(pass_path):
             assert cube["platform_position"].values[number] == pytest.approx(position)
             frame = cube.isel(time=number)
             latitude, longitude = (frame[f"pixel_{name}"].values for name in ("latitude", "longitude"))
-            place = to_earth_centred(latitude, longitude)
-            away = position - place
+            ground_m = to_earth_centred(latitude, longitude)
+            away = position - ground_m
             distance = np.linalg.norm(away, axis=-1)
             assert frame["pixel_slant_range"].values == pytest.approx(distance, abs=20.0)
             lat, lon = np.radians(latitude), np.radians(longitude)
@@ -107,10 +107,10 @@ def with_layers(layers):
 
 
 def test_a_tracked_target_is_in_its_pixel_on_the_coast():
-    place = {"latitude": 36.7, "longitude": -6.42}
+    site = {"latitude": 36.7, "longitude": -6.42}
     source = {"x": 0.0, "y": 0.0, "altitude": 0.0, "intensity": 1e6}
     parts = {
-        "place": place,
+        "place": site,
         "orbit": {"above": [36.7, -3.4]},
         "clouds": {"coverage": 0.0},
         "surfaces": {"provider": "coast"},
@@ -192,10 +192,10 @@ def test_directions_invert_their_views():
         assert isinstance(directions, kind)
         x, y = directions.places(toward, toward)
         assert max(np.abs(x).max(), np.abs(y).max()) <= 1.0
-        for view, own in zip(directions.at(zip(x, y, strict=True)), toward, strict=True):
+        for view, direction in zip(directions.at(zip(x, y, strict=True)), toward, strict=True):
             zenith, azimuth = np.radians(view.zenith_deg), np.radians(view.azimuth_deg)
             again = np.sin(zenith) * np.sin(azimuth), np.sin(zenith) * np.cos(azimuth), np.cos(zenith)
-            assert own == pytest.approx(again, abs=1e-6)
+            assert direction == pytest.approx(again, abs=1e-6)
 
 
 def test_an_orbit_passes_above_its_place():
@@ -211,10 +211,10 @@ def test_an_orbit_passes_above_its_place():
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        ({"view": {"zenith": 10.0}}, r"view\.zenith: given together with \[camera\]"),
-        ({"platform": {"altitude": 7e5}}, r"platform\.altitude: given together"),
-        ({"slant": {"shadows": True}}, r"slant\.shadows: given together"),
-        ({"clouds": {"coverage_mode": "frame"}}, r"clouds\.coverage_mode: 'frame'.*closest is 'field'"),
+        ({"view": {"zenith": 10.0}}, r"view\.zenith: .*cannot be computed with \[camera\]"),
+        ({"platform": {"altitude": 7e5}}, r"platform\.altitude: .*cannot be computed with \[camera\]"),
+        ({"slant": {"shadows": True}}, r"slant\.shadows: .*cannot be computed with \[camera\]"),
+        ({"clouds": {"coverage_mode": "frame"}}, r"clouds\.coverage_mode: 'frame'.*allowed: 'field'"),
         ({"orbit": {"altitude": 4e4}}, r"orbit\.altitude: 40000\.0 is out of range; allowed: >= 100000.*closest"),
         ({"orbit": {"longitude": 3.0}}, r"orbit: longitude given with provider 'circular'; its keys are altitude"),
         ({"orbit": {"provider": "circlar"}}, r"orbit: .*closest valid choice is 'circular'"),

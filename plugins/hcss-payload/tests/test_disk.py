@@ -33,14 +33,14 @@ def disk(edge=1.7):
 def test_a_direction_to_the_camera_tells_the_place():
     line = np.linspace(-1.0, 1.0, 7)
     places = [(x, y) for x in line for y in line]
-    for own in (disk(), with_glint(disk())):
-        views = own.at(places)
+    for any_disk in (disk(), with_glint(disk())):
+        views = any_disk.at(places)
         ground = to_earth_centred(
             *(np.array([getattr(v, n) for v in views]) for n in ("latitude_deg", "longitude_deg"))
         )
-        found = np.stack(own.places(toward_camera(ground, CAMERA_M, own.centre), ground), axis=-1)
+        found = np.stack(any_disk.places(toward_camera(ground, CAMERA_M, any_disk.centre), ground), axis=-1)
         assert found == pytest.approx(np.array(places), abs=1e-8)
-        again = own.views_of(ground)
+        again = any_disk.views_of(ground)
         assert [v.zenith_deg for v in again] == pytest.approx([v.zenith_deg for v in views], abs=1e-9)
     assert max(view.zenith_deg for view in views) > 81.0
 
@@ -49,10 +49,10 @@ def test_latitude_and_slant_path_tell_the_view_of_places_in_the_west():
     flat = disk()
     west = flat.at(np.random.default_rng(4).uniform((0.01, -0.7), (0.7, 0.7), (60, 2)))  # the camera is to the east
     ground = to_earth_centred(*(np.array([getattr(v, n) for v in west]) for n in ("latitude_deg", "longitude_deg")))
-    own = zonal_disk(flat, toward_camera(ground, CAMERA_M, flat.centre), np.array([-70.0, 70.0]), 75.0)
-    x, y = own.places(toward_camera(ground, CAMERA_M, flat.centre), ground)
+    zonal = zonal_disk(flat, toward_camera(ground, CAMERA_M, flat.centre), np.array([-70.0, 70.0]), 75.0)
+    x, y = zonal.places(toward_camera(ground, CAMERA_M, flat.centre), ground)
     assert max(np.abs(x).max(), np.abs(y).max()) < 1.0
-    for view, true in zip(own.at(zip(x, y, strict=True)), west, strict=True):
+    for view, true in zip(zonal.at(zip(x, y, strict=True)), west, strict=True):
         assert (view.zenith_deg, view.latitude_deg) == pytest.approx((true.zenith_deg, true.latitude_deg), abs=1e-6)
         # On a sphere; near the point below the camera bearings change fast.
         turned = np.sin(np.radians(view.zenith_deg)) * (view.azimuth_deg - true.azimuth_deg)
@@ -60,24 +60,24 @@ def test_latitude_and_slant_path_tell_the_view_of_places_in_the_west():
 
 
 def test_places_are_densest_around_the_mirror_image_of_the_sun():
-    own = with_glint(disk())
-    assert own.glint is not None
-    (view,) = disk().at([own.glint])
-    (sun,) = own.suns(view)
+    glinting = with_glint(disk())
+    assert glinting.glint is not None
+    (view,) = disk().at([glinting.glint])
+    (sun,) = glinting.suns(view)
     # Within the step of the search, 5 degrees near the middle of the disk.
     assert view.zenith_deg == pytest.approx(sun.zenith_deg, abs=5.0)
     assert abs((view.azimuth_deg - sun.azimuth_deg) % 360.0 - 180.0) < 25.0
     line = np.linspace(-1.0, 1.0, 101)
     toward = np.stack([np.sin(line), 0.0 * line, np.cos(line)], axis=-1)
-    x = own.places(toward, toward)[0]
+    x = glinting.places(toward, toward)[0]
     assert np.argmax(np.diff(x)) == pytest.approx(50, abs=3)
 
 
 def test_suns_are_those_of_the_places():
-    own = disk()
-    views = own.at([(-0.9, 0.0), (0.5, -0.5), (0.0, 0.9)])
+    whole_disk = disk()
+    views = whole_disk.at([(-0.9, 0.0), (0.5, -0.5), (0.0, 0.9)])
     for view in views:
-        (sun,) = own.suns(view)
+        (sun,) = whole_disk.suns(view)
         zenith, azimuth, _ = sun_position([NOON], np.array([view.latitude_deg]), np.array([view.longitude_deg]))
         assert (sun.zenith_deg, sun.azimuth_deg) == pytest.approx((zenith[0], azimuth[0]))
 
@@ -116,7 +116,7 @@ def test_a_disk_by_night_has_the_air_of_its_latitudes():
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        ({"camera": {"climate": "latitude"}}, r"sea.temperature: given with camera.climate = 'latitude'"),
+        ({"camera": {"climate": "latitude"}}, r"sea.temperature: .* with camera.climate = 'latitude'"),
         ({"time": "2024-04-20T02:30:00Z", "place": {"latitude": 40.0}},
          r"place: 39.8 deg from the place below the camera"),
         ({"orbit": {"provider": "circular", "altitude": 3.4e7, "inclination": 0.0, "longitude": None,
@@ -140,16 +140,16 @@ def test_the_columns_of_a_pixel_follow_from_few():
     columns[1:, 0] = np.exp(rng.uniform(np.log(50.0), np.log(400.0), 59))
     asked = []
 
-    def solved(own):
-        asked.append(len(own))
-        return (30.0 + 12.0 * np.exp(-own / 300.0))[:, :, None]
+    def solved(positions):
+        asked.append(len(positions))
+        return (30.0 + 12.0 * np.exp(-positions / 300.0))[:, :, None]
 
     assert solve_many(solved, columns, 1e-3) == pytest.approx(solved(columns), rel=1e-6)
     assert asked == [10, 60]
 
-    def rough(own):
-        asked.append(len(own))
-        return (30.0 + np.sin(own))[:, :, None]
+    def rough(positions):
+        asked.append(len(positions))
+        return (30.0 + np.sin(positions))[:, :, None]
 
     assert np.array_equal(solve_many(rough, columns, 1e-3), rough(columns))
 

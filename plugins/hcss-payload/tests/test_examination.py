@@ -46,7 +46,7 @@ def test_right_orbits_are_read_and_not_questioned(tmp_path):
 def test_elements_of_another_century_are_too_old_before_they_have_decayed():
     [first, second] = LINES
     first = f"{first[:18]}57{first[20:68]}"
-    first += str(sum(int(each) if each.isdigit() else each == "-" for each in first) % 10)
+    first += str(sum(int(character) if character.isdigit() else character == "-" for character in first) % 10)
     with pytest.raises(PayloadError, match="days older than the frames"):
         examine(TwoLineElements(first, second, START), 0.0, 60.0)
 
@@ -110,7 +110,10 @@ def test_a_stated_interpolation_and_usable_spans_of_several_segments_hold(tmp_pa
     ]
     (tmp_path / "a.oem").write_bytes(orbit_inputs.message(*reversed(blocks)))
     orbit = read_oem(tmp_path / "a.oem", START)
-    ends = [np.array(orbit_inputs.earth_fixed(lines, START + timedelta(seconds=each))[0]) for each in (-10.0, 0.0, 5.0)]
+    ends = [
+        np.array(orbit_inputs.earth_fixed(lines, START + timedelta(seconds=seconds))[0])
+        for seconds in (-10.0, 0.0, 5.0)
+    ]
     assert orbit.at(-5.0) == pytest.approx(0.5 * (ends[0] + ends[1]), abs=1e-3)
     assert orbit.at(5.0) == pytest.approx(ends[2], abs=0.1)
     with pytest.raises(PayloadError, match=r"time 0.5 s; the table holds -60 to 0 s, 1 to 60 s between USEABLE_START"):

@@ -23,8 +23,8 @@ def off_px(mesh):
     from hcss_twin.physics.geodesy import to_earth_centred
 
     latitude, longitude, _ = geographic(mesh.positions_m())
-    place = to_earth_centred(latitude, longitude, mesh.altitude_m)
-    row, column = mesh.camera.pixels(mesh.pose.to_body(place - mesh.pose.position_m))
+    position_m = to_earth_centred(latitude, longitude, mesh.altitude_m)
+    row, column = mesh.camera.pixels(mesh.pose.to_body(position_m - mesh.pose.position_m))
     y, x = points(mesh)
     return np.hypot(row - y, column - x)
 
@@ -40,12 +40,12 @@ def test_places_of_pixels_agree_with_proj_within_a_metre_limb_included(altitude)
     assert 0.5 < seen.mean() < 0.95
     latitude, longitude, height = geographic(exact[seen])
     assert np.abs(height - altitude).max() < 0.2
-    place = np.stack(to_earth.transform(longitude, latitude, np.full_like(latitude, altitude)), axis=-1)
+    position_m = np.stack(to_earth.transform(longitude, latitude, np.full_like(latitude, altitude)), axis=-1)
     # What remains is along the normal for altitudes above 0: no pixel moves by more.
-    assert np.linalg.norm(place - exact[seen], axis=-1).max() < 0.2
+    assert np.linalg.norm(position_m - exact[seen], axis=-1).max() < 0.2
     # The place lies on the line of sight: PROJ alone, without the package's ellipsoid.
-    ray = pose.to_earth(mesh.camera.directions(*(each[seen] for each in points(mesh))))
-    away = place - pose.position_m
+    ray = pose.to_earth(mesh.camera.directions(*(point[seen] for point in points(mesh))))
+    away = position_m - pose.position_m
     assert np.linalg.norm(away - np.sum(away * ray, axis=-1, keepdims=True) * ray, axis=-1).max() < 0.2
 
 
@@ -136,7 +136,7 @@ def test_places_in_the_plane_of_the_scene_are_geodesics_of_proj(centre):
     latitude, longitude = np.degrees(np.arcsin(rng.uniform(-1.0, 1.0, 2000))), rng.uniform(-180.0, 180.0, 2000)
     x, y, _ = to_scene(latitude, longitude, centre)
     azimuth, _, distance = pyproj.Geod(ellps="WGS84").inv(
-        *(np.full(2000, each) for each in reversed(centre)), longitude, latitude
+        *(np.full(2000, coordinate) for coordinate in reversed(centre)), longitude, latitude
     )
     near = np.isfinite(x)
     assert np.all(near[distance < np.radians(FARTHEST_DEG - 1.0) * 6.36e6])

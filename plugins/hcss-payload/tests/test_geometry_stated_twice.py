@@ -31,7 +31,7 @@ def examined(raw):
     notes = viewing_notes(scenario)
     if scenario.sensor is None:
         return notes
-    bands = [spectral_band(each, catalog) for each in scenario.bands]
+    bands = [spectral_band(band, catalog) for band in scenario.bands]
     inputs = SensorInputs(sensor_bands(bands), Grid(8, 8, scenario.image.pixel_size), 0.0, 1.0, 1, catalog)
     return *notes, *examine_geometry(json.loads(scenario.to_json()), make_sensor(scenario.sensor, inputs).stages)
 
@@ -47,7 +47,7 @@ def test_keys_that_contradict_each_other_are_refused_or_noted_by_name():
             told = "\n".join(examined(given.scenario))
         except hcss_twin.ScenarioError as error:
             told = str(error)
-        missing = [name for name in given.names if not any(each in told for each in name.split("|"))]
+        missing = [name for name in given.names if not any(word in told for word in name.split("|"))]
         # Values that no instrument has are out of range of their own key; between the width of a footprint and the
         # square root of its solid angle a pixel at zenith 60 degrees may have any size.
         accepted = "zenith, pixel angle, factor 0.8" in given.name
@@ -69,7 +69,7 @@ def test_electrons_follow_from_the_same_angle_as_the_image():
 
 def test_a_live_camera_and_its_sensor_have_one_pixel_angle():
     scenario = hcss_twin.Scenario.from_dict(geometry_inputs.merged(geometry_inputs.SCENE, geometry_inputs.sensor()))
-    bands = [spectral_band(each, Catalog()) for each in scenario.bands]
+    bands = [spectral_band(band, Catalog()) for band in scenario.bands]
     assembly = SimpleNamespace(motion=SimpleNamespace(frame_interval_s=1.0))
     plan = SimpleNamespace(scenario=scenario, catalog=Catalog(), bands=bands, assembly=assembly)
     LiveSensor(plan, Camera(8, 8, 0.5, 2e-5))

@@ -100,7 +100,7 @@ def test_the_table_is_accurate_between_its_heights(plan):
     shells, spectral = Shells(air.profile), (grid.wavenumber_cm1, grid.weights_cm1)
     exact = limb_radiance(air.transmittance, shells, *spectral, heights)
     limb = Limb(plan.assembly)
-    assert limb(np.array([shells.straight_m(each) for each in heights])) == pytest.approx(exact.T, rel=5e-3)
+    assert limb(np.array([shells.straight_m(height) for height in heights])) == pytest.approx(exact.T, rel=5e-3)
     grazing = np.array([-23.3e3, -7.3e3, 0.0, 1.3e3])
     below = ground_radiance(air.transmittance, shells, *spectral, grazing, air.sea_temperature_K)
     assert limb(grazing) == pytest.approx(below.T, rel=1e-3)
@@ -126,9 +126,9 @@ def test_tangent_heights_are_the_least_along_a_line():
     height = geographic(origin + closest[:, None] * direction)[2]
     limb = direction[(closest > 0.0) & (height > 1e3) & (height < 1e5)]
     along = np.linspace(-2e5, 2e5, 4001)
-    for line, own in zip(limb, tangent_heights_m(origin, limb), strict=True):
+    for line, height_m in zip(limb, tangent_heights_m(origin, limb), strict=True):
         points = origin + (-(line @ origin) + along)[:, None] * line
-        assert own == pytest.approx(geographic(points)[2].min(), abs=0.5)
+        assert height_m == pytest.approx(geographic(points)[2].min(), abs=0.5)
     assert len(limb) > 3
 
 

@@ -56,7 +56,9 @@ def test_the_fmu_describes_pose_and_frames(tmp_path):
     with zipfile.ZipFile(tmp_path / "LiveCamera.fmu") as archive:
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))
     assert root.get("fmiVersion") == "3.0"
-    kinds = {each.get("name"): (each.tag, each.get("causality")) for each in root.find("ModelVariables")}
+    kinds = {
+        variable.get("name"): (variable.tag, variable.get("causality")) for variable in root.find("ModelVariables")
+    }
     assert kinds.pop("time") == ("Float64", "independent")
     assert {name for name, kind in kinds.items() if kind == ("Float64", "input")} == set(hcss_payload.live.fmu.POSE)
     assert {name for name, kind in kinds.items() if kind == ("Int64", "output")} == {"frame", "frames"}

@@ -55,16 +55,16 @@ def live_pixels(plan, radiance, width, height):
     point_m, first_m = np.sqrt(width * height) / FINENESS, 0.5 * min(width, height) / FINE
     seen = seen_octaves(shape_of(plan), plan.assembly.motion, point_m, np.diag([width, height]))
     x, y = (((np.arange(PIXELS) + 0.5) * size - first_m) / point_m for size in (width, height))
-    size = (PixelWindow(0, int(each[-1]) + 2, 0.0) for each in (y, x))
+    size = (PixelWindow(0, int(coordinates[-1]) + 2, 0.0) for coordinates in (y, x))
     tile = FractalField(SEED, seen.octaves, threads=1).window(0.0, *size).astype(float)
     left, top = x.astype(int), y.astype(int)
     lines = tile[:, left] + (x - left) * (tile[:, left + 1] - tile[:, left])
     field = lines[top] + (y - top)[:, None] * (lines[top + 1] - lines[top])
     edge = edge_of(plan.layers[0].coverage)
     start, end = intervals(radiance, edge, sharpness(radiance, edge, seen))
-    place = np.clip((field - edge) * TABLE_PER_VALUE + TABLE_HALF, 0, 2 * TABLE_HALF - 1e-6)
-    interval = place.astype(int)
-    return start[:, interval] + (place - interval) * (end - start)[:, interval]
+    position = np.clip((field - edge) * TABLE_PER_VALUE + TABLE_HALF, 0, 2 * TABLE_HALF - 1e-6)
+    interval = position.astype(int)
+    return start[:, interval] + (position - interval) * (end - start)[:, interval]
 
 
 @pytest.mark.parametrize("kind", ["stratus", "cumulus", "altostratus", "cirrus", "stratocumulus", "altocumulus"])
@@ -73,8 +73,8 @@ def test_pixels_have_the_mean_and_the_contrast_between_neighbours_of_many_points
     plan = hcss_twin.make_plan(scenario({"clouds": clouds, "bands": ["lwir", "mwir"]}))
     radiance = field_radiance(plan)
     for width, height in ((20.0, 20.0), (60.0, 180.0), (200.0, 200.0), (200.0, 600.0)):
-        exact, own = (pixels(plan, radiance, width, height) for pixels in (true_pixels, live_pixels))
-        for mine, expected in zip(own, exact, strict=True):
+        exact, live = (pixels(plan, radiance, width, height) for pixels in (true_pixels, live_pixels))
+        for mine, expected in zip(live, exact, strict=True):
             assert mine.mean() == pytest.approx(expected.mean(), rel=2e-3)
             assert neighbour_contrast(mine) == pytest.approx(neighbour_contrast(expected), rel=0.05)
 
@@ -109,8 +109,8 @@ def test_variance_of_means_and_between_points_is_that_of_the_field():
 
 @pytest.mark.parametrize("lag", [0.25, 1.25])
 def test_independent_points_covary_as_the_weights_of_linear_interpolation(lag):
-    place = (np.arange(512) + 0.5) / 512
-    weights = [np.maximum(0.0, 1.0 - np.abs(place[:, None] + away - np.arange(-1, 4))) for away in (0.0, lag)]
+    position = (np.arange(512) + 0.5) / 512
+    weights = [np.maximum(0.0, 1.0 - np.abs(position[:, None] + away - np.arange(-1, 4))) for away in (0.0, lag)]
     assert between(100.0, lag) == pytest.approx(np.mean(np.sum(weights[0] * weights[1], axis=1)), abs=1e-5)
 
 

@@ -19,9 +19,9 @@ def blur_of(sigma):
 
 def blurred(rows, weights):
     """Noise blurred along rows."""
-    reach, own = weights.reach[1], weights.across[0, : 2 * weights.reach[1] + 1]
+    reach, row_weights = weights.reach[1], weights.across[0, : 2 * weights.reach[1] + 1]
     wide = np.pad(rows, ((0, 0), (reach, reach)), mode="wrap")
-    return sum(weight * wide[:, k : k + rows.shape[1]] for k, weight in enumerate(own))
+    return sum(weight * wide[:, k : k + rows.shape[1]] for k, weight in enumerate(row_weights))
 
 
 @pytest.mark.parametrize(("sigma", "most"), [(0.5, 7), (0.8, 3)])
@@ -54,9 +54,9 @@ def test_live_rows_measure_as_the_sensor_of_cubes(taps, converter):
     rng = np.random.default_rng(2)
     image = (5.0 + rng.standard_normal((40, 70))).astype(np.float32)
     kernel = rng.uniform(0.0, 2.0 / max(taps, 1), (1, taps)).astype(np.float32)
-    own = np.pad(kernel, ((0, 0), (0, -taps % 4)))[: 1 if taps else 0]
-    across = np.ascontiguousarray(own[:, ::-1]) if taps == 15 else own
-    weights = Weights(own, across, (taps // 2, max(0, taps // 2 - 1)))
+    down = np.pad(kernel, ((0, 0), (0, -taps % 4)))[: 1 if taps else 0]
+    across = np.ascontiguousarray(down[:, ::-1]) if taps == 15 else down
+    weights = Weights(down, across, (taps // 2, max(0, taps // 2 - 1)))
     gain, offset = (0.01 * rng.standard_normal((40, size)).astype(np.float32) for size in (70, 1))
     detector = Detector(5e4, 300.0, 1.0, 1.0, 50.0, 5e5, 60.0 if converter else 0.0, 3.0, 16383.0)
     keys, none = (np.uint64(11), np.uint64(12)), np.empty((0, 0), np.float32)

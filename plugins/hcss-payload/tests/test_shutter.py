@@ -53,7 +53,7 @@ def test_linear_motion_smears_by_its_sinc():
     assert 1.5 < moved < 3.0
     window = np.hanning(64)[:, None]
     power = [
-        np.mean(np.abs(np.fft.rfft((each - each.mean()) * window, axis=0)) ** 2, axis=1) for each in (sharp, smeared)
+        np.mean(np.abs(np.fft.rfft((image - image.mean()) * window, axis=0)) ** 2, axis=1) for image in (sharp, smeared)
     ]
     frequency = np.fft.rfftfreq(64)
     low = (frequency > 0.02) & (frequency * moved < 0.6)
@@ -66,7 +66,7 @@ def test_background_and_target_smear_alike_within_the_integration_time_of_the_se
     camera, attitude = Camera(64, 48, 0.15, 1.5e-5), PushBroom(ORBIT, roll_deg=-20.0)
     pose = pose_at(0.0, ORBIT, attitude)
     seen = geographic(meet(pose.position_m, pose.to_earth(camera.directions(np.float64(31.2), np.float64(23.6)))))
-    x, y = (float(each) for each in to_plane(seen[0], seen[1], 30.0, 150.0))
+    x, y = (float(coordinate) for coordinate in to_plane(seen[0], seen[1], 30.0, 150.0))
     parts = {
         "camera": CAMERA | {"points": 8},
         "elements": [{"parameters": {"tracks": [{"x": x, "y": y, "altitude": 0.0, "intensity": 1e6}]}}],
@@ -150,9 +150,9 @@ def test_a_target_smears_by_its_motion_through_the_image_and_has_its_own_distanc
     pose, ground = pose_at(0.0, ORBIT, track), to_earth_centred(np.float64(30.0), np.float64(150.0))
     # On the line of sight to the place that is tracked, 30 km away from it.
     toward = (pose.position_m - ground) / np.linalg.norm(pose.position_m - ground)
-    place = ground + 3e4 * toward
-    latitude, longitude, altitude = (float(each) for each in geographic(place))
-    x, y = (float(each) for each in to_plane(np.float64(latitude), np.float64(longitude), 30.0, 150.0))
+    target_m = ground + 3e4 * toward
+    latitude, longitude, altitude = (float(coordinate) for coordinate in geographic(target_m))
+    x, y = (float(coordinate) for coordinate in to_plane(np.float64(latitude), np.float64(longitude), 30.0, 150.0))
     source = {"x": x, "y": y, "altitude": altitude, "intensity": 1e6, "velocity": [0.0, 6e4, 0.0]}
     parts = {
         "camera": {"integration_time": 1e-2},
@@ -167,18 +167,22 @@ def test_a_target_smears_by_its_motion_through_the_image_and_has_its_own_distanc
     ends = []
     for later in (-5e-3, 5e-3):
         pose = pose_at(later, ORBIT, track)
-        ends.append(camera.pixels(pose.to_body(place + 6e4 * later * north - pose.position_m)))
+        ends.append(camera.pixels(pose.to_body(target_m + 6e4 * later * north - pose.position_m)))
     moved = np.subtract(ends[1], ends[0])
     assert 5.0 < np.hypot(*moved) < 9.0
     rows, columns = np.indices(added.shape)
     centre = np.array([np.sum(added * rows), np.sum(added * columns)]) / added.sum()
     np.testing.assert_allclose(centre, np.mean(ends, axis=0), atol=0.03)
-    spread = [np.sum(added * (each - at) ** 2) / added.sum() for each, at in zip((rows, columns), centre, strict=True)]
+    spread = [
+        np.sum(added * (numbers - at) ** 2) / added.sum() for numbers, at in zip((rows, columns), centre, strict=True)
+    ]
     np.testing.assert_allclose(spread, moved**2 / 12.0 + 1.0 / 12.0, atol=0.06)
-    ray = place - pose.position_m
+    ray = target_m - pose.position_m
     distance = np.linalg.norm(ray)
     axis = camera.directions(np.float64(19.5), np.float64(23.5))
-    solid_angle = 1e-8 * float(camera.directions(*(np.float64(each) for each in np.mean(ends, axis=0))) @ axis) ** 3
+    solid_angle = (
+        1e-8 * float(camera.directions(*(np.float64(coordinate) for coordinate in np.mean(ends, axis=0))) @ axis) ** 3
+    )
     arriving = 1e6 * float(cube["element_transmittance"].max())
     assert added.sum() == pytest.approx(arriving / (distance**2 * solid_angle), rel=2e-3)
 

@@ -54,8 +54,8 @@ def test_is_found_when_installed(name):
 
 
 def test_shares_of_bad_pixels_and_of_their_time_are_those_given():
-    own = bad_pixels.Parameters(dead=0.02, hot=0.03, blinking=0.1, offset_radiance=2.0, dwell_time=4.0)
-    sensor = bad_pixels.BadPixels(inputs(300, 400), own)
+    parameters = bad_pixels.Parameters(dead=0.02, hot=0.03, blinking=0.1, offset_radiance=2.0, dwell_time=4.0)
+    sensor = bad_pixels.BadPixels(inputs(300, 400), parameters)
     scene, times = flat(10.0, 300, 400), np.arange(0.0, 60.0, 0.5)
     frames = np.array([sensor.measure(scene, 0, float(time)).radiance[0] for time in times])
     always = np.all(frames == frames[0], axis=0)
@@ -70,8 +70,8 @@ def test_shares_of_bad_pixels_and_of_their_time_are_those_given():
 
 
 def test_the_power_of_noise_falls_with_frequency_as_given():
-    own = detector_drift.Parameters(rms_radiance=0.3, lowest=0.05, highest=3.2, exponent=1.0)
-    sensor = detector_drift.DetectorDrift(inputs(12, 12), own)
+    parameters = detector_drift.Parameters(rms_radiance=0.3, lowest=0.05, highest=3.2, exponent=1.0)
+    sensor = detector_drift.DetectorDrift(inputs(12, 12), parameters)
     step, count = 0.1, 2**12
     series = np.array([sensor.offset("lwir", step * number) for number in range(count)]).reshape(count, -1)
     assert np.mean(series**2) == pytest.approx(0.09, rel=0.02)
@@ -88,8 +88,8 @@ def test_the_power_of_noise_falls_with_frequency_as_given():
 
 
 def test_drift_grows_with_time_and_columns_share_it():
-    own = detector_drift.Parameters(rms_radiance=0.0, drift_radiance=0.2, detectors="column")
-    sensor = detector_drift.DetectorDrift(inputs(4, 4000), own)
+    parameters = detector_drift.Parameters(rms_radiance=0.0, drift_radiance=0.2, detectors="column")
+    sensor = detector_drift.DetectorDrift(inputs(4, 4000), parameters)
     first, later = (sensor.measure(flat(0.0, 4, 4000), 0, time).radiance[0] for time in (3600.0, 7200.0))
     assert np.ptp(first, axis=0).max() == 0.0
     assert first[0].std() == pytest.approx(0.2, rel=0.05)
@@ -154,10 +154,10 @@ def test_smear_weakens_a_wave_by_the_sinc_of_the_integration_time(smear):
 def test_charges_that_move_with_the_scene_do_not_smear_and_others_do():
     scene = moving_wave(10.0)
     still, inner = scene(4.0, slice(0, 64), slice(0, 80)), slice(8, 72)
-    own = integration.Parameters(integration_time=1e-6, exposures=1, stages=5)
-    matched = integration.Integration(inputs(speed=100.0, scene=scene), own).measure(still, 0, 4.0).radiance
+    parameters = integration.Parameters(integration_time=1e-6, exposures=1, stages=5)
+    matched = integration.Integration(inputs(speed=100.0, scene=scene), parameters).measure(still, 0, 4.0).radiance
     assert matched[..., inner] == pytest.approx(still[..., inner], abs=1e-5)
-    slow = own.model_copy(update={"line_time": 0.12})
+    slow = parameters.model_copy(update={"line_time": 0.12})
     smeared = integration.Integration(inputs(speed=100.0, scene=scene), slow).measure(still, 0, 4.0).radiance
     half = np.pi * 0.2 / WAVE_PX  # each stage is 0.2 pixels further from where its charges are
     expected = np.sin(5.0 * half) / (5.0 * np.sin(half))
@@ -165,14 +165,14 @@ def test_charges_that_move_with_the_scene_do_not_smear_and_others_do():
 
 
 def test_targets_smear_by_their_own_motion_and_not_by_that_of_their_charges():
-    own = integration.Parameters(integration_time=0.06, stages=5)
-    sensor = integration.Integration(inputs(speed=100.0), own)
+    parameters = integration.Parameters(integration_time=0.06, stages=5)
+    sensor = integration.Integration(inputs(speed=100.0), parameters)
     rest, moving = np.array([20.0, 30.0]), np.array([0.0, 100.0])
     # The first stays on the ground, which moves by 10 columns a second; the other also moves over it, along the rows.
     found = sensor.points_after(Points(rest, rest, moving, np.full(2, -10.0), np.array([[6.0, 3.0]])))
     assert found.radiance.sum() == pytest.approx(9.0)
     for number, light in ((0, 6.0), (1, 3.0)):
-        row, column, weight = (each[number::2] for each in (found.row, found.column, found.radiance[0] / light))
+        row, column, weight = (values[number::2] for values in (found.row, found.column, found.radiance[0] / light))
         assert weight @ column == pytest.approx(rest[number])
         # 0.6 columns within each stage; between stages charges follow the ground.
         assert weight @ (column - rest[number]) ** 2 == pytest.approx(0.6**2 / 12.0, rel=1e-3)

@@ -23,7 +23,10 @@ def mean_of_black_body(temperature_K, lower_um, upper_um):
         return wavelength_um**-5 / np.expm1(x)
 
     energy = quad(spectrum, lower_um, upper_um, epsrel=1e-10)[0]
-    return quad(lambda each: each * spectrum(each), lower_um, upper_um, epsrel=1e-10)[0] / energy
+    return (
+        quad(lambda wavelength_um: wavelength_um * spectrum(wavelength_um), lower_um, upper_um, epsrel=1e-10)[0]
+        / energy
+    )
 
 
 @pytest.mark.parametrize("band", [[2.7, 3.0], [3.0, 5.0], [8.0, 14.0]])

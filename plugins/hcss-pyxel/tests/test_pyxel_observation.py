@@ -38,8 +38,8 @@ def test_many_threads_see_the_cube_as_one_does(cube, detector):
     made = [detector(time=step % 8 + 1.0) for step in range(48)]
 
     def look(some):
-        for each in some:
-            load_cube(each, cube, "mwir", f_number=2.0)
+        for detector_made in some:
+            load_cube(detector_made, cube, "mwir", f_number=2.0)
 
     threads = [threading.Thread(target=look, args=(made[first::6],)) for first in range(6)]
     for thread in threads:

@@ -33,7 +33,7 @@ def ran(cube, tmp_path_factory):
 @pytest.fixture(scope="module")
 def expected_electrons(cube, ran):
     """By hand from the raw cube: L x aperture x solid angle x transmission x time x QE x lambda / (h c)."""
-    line = next(each for each in ran[1].read_text().splitlines() if "integration_time:" in each)
+    line = next(line for line in ran[1].read_text().splitlines() if "integration_time:" in line)
     seconds = float(line.split(":")[1].split("#")[0])
     with netCDF4.Dataset(cube) as file:
         radiance = file["radiance"][:, list(file["band_name"][:]).index("mwir")].astype(float).data
@@ -93,11 +93,11 @@ def test_the_wavelength_of_an_example_is_that_of_the_scenes_own_spectra(cube, tm
 
     made = CliRunner().invoke(cli, ["example", str(cube), "--band", "lwir", "-o", str(tmp_path / "e")])
     told = float(re.search(r"wavelength_um: ([0-9.]+), by", made.output).group(1))
-    known = next(each for each in mean_wavelengths_of(cube) if each.band == "lwir")
+    known = next(mean for mean in mean_wavelengths_of(cube) if mean.band == "lwir")
     assert known.wavelength_um.min() < told < known.wavelength_um.max()
     assert f"wavelength_um: {told}" in (tmp_path / "e" / "pipeline.yaml").read_text()
     listed = CliRunner().invoke(cli, ["wavelength", str(cube)]).output
-    line = next(each.split() for each in listed.splitlines() if each.startswith("lwir"))
+    line = next(line.split() for line in listed.splitlines() if line.startswith("lwir"))
     assert line[1] == f"{known.wavelength_um[0]:.4f}"
     assert line[2] == f"{11.0 / known.wavelength_um[0] - 1:+.1%}"
 

@@ -30,7 +30,7 @@ PIXEL_KM, FIRST_S = 3.0, 3000.0
 
 def of_sequences(sequences: list[tuple[list[np.ndarray], list[float]]]) -> dict[float, np.ndarray]:
     """Return correlations by lag (s) in the order of ``NAMES``."""
-    bands = coherence(sequences, [each / PIXEL_KM for each in EDGES_KM])
+    bands = coherence(sequences, [edge_km / PIXEL_KM for edge_km in EDGES_KM])
     below = coherence(sequences, [0.0, 200.0 / PIXEL_KM])
     return {lag: np.append(values, below[lag][1]) for lag, values in bands.items()}
 
@@ -44,26 +44,26 @@ def main() -> None:
     given = parser.parse_args()
     with netCDF4.Dataset(given.file) as file:
         kelvin = np.ma.filled(file["ir_108"][:].astype(float), np.nan)
-        times = [60.0 * float(each) for each in file["time"][:]]
+        times = [60.0 * float(minutes) for minutes in file["time"][:]]
     blocks = range(len(kelvin)) if given.half is None else range(given.half, len(kelvin), 2)
     simulated, seconds = [], []
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "block.nc"
         for block in blocks:
             write_example(path, import_example(given.file, at={"block": block, "time": 1}).example)
-            frames = kinds.blended(path, block, [FIRST_S + each for each in (*times, 1.0)])
+            frames = kinds.blended(path, block, [FIRST_S + time_s for time_s in (*times, 1.0)])
             change = frames.pop() - frames[0]
             both = [gaussian_filter(change, blur, mode="nearest") for blur in (given.blur, 0.0)]
-            seconds.append([float(np.sqrt(np.mean(each**2))) for each in both])
-            simulated.append(([gaussian_filter(each, given.blur, mode="nearest") for each in frames], times))
+            seconds.append([float(np.sqrt(np.mean(change**2))) for change in both])
+            simulated.append(([gaussian_filter(frame, given.blur, mode="nearest") for frame in frames], times))
     measured = of_sequences([(list(kelvin[block]), times) for block in blocks])
     skies = of_sequences(simulated)
     print("min        " + "".join(f"{name:>14}" for name in NAMES))
     for lag, values in measured.items():
-        for side, each in (("measured", values), ("blended", skies[lag]), ("differs", skies[lag] - values)):
-            print(f"{lag / 60:3.0f} {side:8}" + "".join(f"{value:14.2f}" for value in each))
-    for name, each in zip(("with", "without"), np.transpose(seconds), strict=True):
-        print(f"a second changes {each.mean():.4f} K rms {name} blur, {each.min():.4f} to {each.max():.4f}")
+        for side, row in (("measured", values), ("blended", skies[lag]), ("differs", skies[lag] - values)):
+            print(f"{lag / 60:3.0f} {side:8}" + "".join(f"{value:14.2f}" for value in row))
+    for name, changes in zip(("with", "without"), np.transpose(seconds), strict=True):
+        print(f"a second changes {changes.mean():.4f} K rms {name} blur, {changes.min():.4f} to {changes.max():.4f}")
 
 
 if __name__ == "__main__":

@@ -46,8 +46,8 @@ def blocks_of(path: Path) -> dict[str, list[int]]:
         for kind in kinds:
             found.setdefault(kind, []).append(int(number))
     with netCDF4.Dataset(path) as file:
-        numbers = [int(each) for each in file["block"][:]]
-    return {kind: [numbers.index(each) for each in members] for kind, members in found.items()}
+        numbers = [int(number) for number in file["block"][:]]
+    return {kind: [numbers.index(block) for block in members] for kind, members in found.items()}
 
 
 def measured(path: Path, time: int, side: str = "both") -> np.ndarray:
@@ -83,15 +83,17 @@ def told(
         blur_pixels=blur, resamples=200,
     )  # fmt: skip
     score = found.scores[0]
-    features = [f"{each.name} {each.real:.2f} / {each.simulated:.2f} ({each.auc:.2f})" for each in found.features]
+    features = [
+        f"{feature.name} {feature.real:.2f} / {feature.simulated:.2f} ({feature.auc:.2f})" for feature in found.features
+    ]
     return score.auc, score.low, score.high, features
 
 
 def show(kind: str, result: tuple[float, float, float, list[str]], features: int, more: str = "") -> None:
     """Print a line, and those of features (median measured / simulated, AUC of the feature alone)."""
     print(f"{kind:15} {result[0]:.3f} ({result[1]:.2f} to {result[2]:.2f}) {more}", flush=True)
-    for each in result[3][:features]:
-        print(f"    {each}", flush=True)
+    for feature in result[3][:features]:
+        print(f"    {feature}", flush=True)
 
 
 def main() -> None:
@@ -126,14 +128,16 @@ def main() -> None:
             numbers = [100 + n for n in range(len(paths[kind])) for _ in range(SEEDS)]
             show(kind, told([kelvin[b] for b in blocks], skies, blocks, numbers), given.features)
             continue
-        for own in combinations(blocks, len(blocks) // 2):
-            others = [block for block in blocks if block not in own]
-            if min(len(own), len(others)) < 2:
+        for examples in combinations(blocks, len(blocks) // 2):
+            others = [block for block in blocks if block not in examples]
+            if min(len(examples), len(others)) < 2:
                 print(f"{kind:15} {len(blocks)} blocks: too few")
                 break
-            skies = [sky for block in own for sky in _of_block(given.file, block, given.time)]
-            numbers = [100 + block for block in own for _ in range(SEEDS)]
-            show(kind, told([kelvin[b] for b in others], skies, others, numbers), given.features, f"examples {own}")
+            skies = [sky for block in examples for sky in _of_block(given.file, block, given.time)]
+            numbers = [100 + block for block in examples for _ in range(SEEDS)]
+            show(
+                kind, told([kelvin[b] for b in others], skies, others, numbers), given.features, f"examples {examples}"
+            )
 
 
 def _as_it_is(path: Path) -> np.ndarray:

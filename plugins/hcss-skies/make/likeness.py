@@ -62,10 +62,10 @@ def main() -> None:
         kelvin = np.ma.filled(file["ir_108"][:, 1].astype(float), np.nan)
     for number, block in enumerate(kelvin):
         for part in (block[:SIDE, :SIDE], block[-SIDE:, -SIDE:]):
-            own = ratio(clear_sky_K(block) - CLEAR_K - part)
+            block_ratio = ratio(clear_sky_K(block) - CLEAR_K - part)
             for kind, members in blocks.items():
                 if number in members:
-                    of_kind.setdefault(f"SEVIRI {kind}", []).append(own)
+                    of_kind.setdefault(f"SEVIRI {kind}", []).append(block_ratio)
     for kind in sorted(of_kind):
         show(kind, of_kind[kind])
 

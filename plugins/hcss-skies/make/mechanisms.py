@@ -135,7 +135,7 @@ def polygons(rng: np.random.Generator, size: Field, unequal: float) -> Field:
         owner = cKDTree(centres % SIDE, boxsize=SIDE).query(points)[1]
         away = (points - centres[owner] + SIDE / 2) % SIDE - SIDE / 2
         count = np.maximum(np.bincount(owner, minlength=first.size), 1)
-        centres += 0.6 * np.stack([np.bincount(owner, each, first.size) / count for each in away.T], axis=1)
+        centres += 0.6 * np.stack([np.bincount(owner, component, first.size) / count for component in away.T], axis=1)
     lead = unequal * size.ravel()[first] * rng.standard_normal(first.size)
     far, which = cKDTree(centres % SIDE, boxsize=SIDE).query(points, k=8)
     near = np.sort(far - lead[which], axis=1)
@@ -224,9 +224,9 @@ def trade_cumulus(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     mask = np.zeros((SIDE, SIDE))
     sizes = np.minimum(of["largest"], 0.8 * (1.0 - rng.random(centres.size)) ** (-1.0 / 1.7))
     plumes = rng.poisson(2.0 + 1.5 * sizes**1.5)
-    own, size = np.repeat(centres, plumes), np.repeat(sizes, plumes)
-    y = (own // SIDE + 1.2 * size * rng.standard_normal(own.size)).astype(int) % SIDE
-    x = (own % SIDE + 1.4 * size * rng.standard_normal(own.size)).astype(int) % SIDE
+    plume_centres, size = np.repeat(centres, plumes), np.repeat(sizes, plumes)
+    y = (plume_centres // SIDE + 1.2 * size * rng.standard_normal(plume_centres.size)).astype(int) % SIDE
+    x = (plume_centres % SIDE + 1.4 * size * rng.standard_normal(plume_centres.size)).astype(int) % SIDE
     np.add.at(mask, (y, x), rng.gamma(2.0, 0.5 + 0.25 * size))
     soft = gaussian_filter(mask, of["soft"], mode="wrap") + of["halo"] * gaussian_filter(mask, 2.2, mode="wrap")
     rough = bent(soft, rng, of["ragged"], 12.0, ROUGH) * np.exp(of["rough"] * fractal(rng, 1.8, 16.0))
@@ -293,8 +293,8 @@ def anvils(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
         age, strength = rng.random(), 1.5 * (1.0 - rng.random()) ** -0.5
         radius = min(2.0 + 3.5 * np.sqrt(age) * strength, 30.0)
         dy, dx = (
-            (each - at + SIDE / 2) % SIDE - SIDE / 2
-            for each, at in ((y, centre // SIDE), (x, centre % SIDE + shear * radius))
+            (coordinate - at + SIDE / 2) % SIDE - SIDE / 2
+            for coordinate, at in ((y, centre // SIDE), (x, centre % SIDE + shear * radius))
         )
         distance = np.hypot(dy, dx / (1.0 + abs(shear))) / radius
         depth += 3.0 * strength * (1.0 - 0.6 * age) * np.exp(-(distance**2) * 2.5)

@@ -83,12 +83,12 @@ def main() -> None:
     parser.add_argument("--time", type=int, default=1, help="Index of the time of the images.")
     parser.add_argument("--seed", type=int, default=0, help="Other skies of the same images.")
     given = parser.parse_args()
-    frames = [int(each) for each in given.frames.split(",")]
+    frames = [int(number) for number in given.frames.split(",")]
     with netCDF4.Dataset(given.file) as file:
         measured = np.ma.filled(file["ir_108"][:, given.time].astype(float), np.nan)
-        places = [[float(file[each][n].mean()) for each in ("latitude", "longitude")] for n in range(len(measured))]
+        places = [[float(file[name][n].mean()) for name in ("latitude", "longitude")] for n in range(len(measured))]
     scenes = list(range(given.half or 0, len(measured), 1 if given.half is None else 2))
-    scenes = [int(each) for each in given.scenes.split(",")] if given.scenes else scenes
+    scenes = [int(number) for number in given.scenes.split(",")] if given.scenes else scenes
     if given.generator == "measured":
         real_against_real(measured, scenes)
         return
@@ -107,8 +107,8 @@ def main() -> None:
         def scene_of(scene: int, sea_K: float) -> hcss_twin.Scenario:
             """Return the scenario of a scene, whose image is already in the folder."""
             seed, count = scene + 100 * given.seed, max(frames) + 1
-            place, air = (places[scene], "") if given.own else ([15.0, -30.0], '[atmosphere]\nprofile = "tropical"')
-            of_scene = {"seed": seed, "count": count, "sea": sea_K, "place": place, "air": air}
+            position, air = (places[scene], "") if given.own else ([15.0, -30.0], '[atmosphere]\nprofile = "tropical"')
+            of_scene = {"seed": seed, "count": count, "sea": sea_K, "place": position, "air": air}
             text = SCENARIO.format(generator=given.generator, parameters=parameters, **of_scene)
             path.write_text(text, encoding="utf-8")
             return hcss_twin.Scenario.load(path)
@@ -122,13 +122,13 @@ def main() -> None:
             warm_K, sea_K = float(np.percentile(measured[scene], 99.0)), 300.0
             if given.own:
                 clear_K = [
-                    hcss_twin.make_plan(scene_of(scene, each)).assembly.built["clouds"].inputs.inversion.clear_K
-                    for each in SEAS_K
+                    hcss_twin.make_plan(scene_of(scene, kelvin)).assembly.built["clouds"].inputs.inversion.clear_K
+                    for kelvin in SEAS_K
                 ]
                 sea_K = SEAS_K[0] + (warm_K - clear_K[0]) * (SEAS_K[1] - SEAS_K[0]) / (clear_K[1] - clear_K[0])
             cube = hcss_twin.simulate(scene_of(scene, sea_K))
             values = np.asarray(cube["brightness_temperature"].isel(band=0))
-            kelvin += [values[each].astype(float) for each in frames]
+            kelvin += [values[frame].astype(float) for frame in frames]
             if given.own:
                 show_distribution(scene, measured[scene], kelvin[-len(frames) :], warm_K - COLDER_K, blur)
     numbers = np.repeat(scenes, len(frames))
@@ -139,9 +139,9 @@ def main() -> None:
 def show_distribution(scene: int, image: np.ndarray, skies: list[np.ndarray], cold_K: float, blur: float) -> None:
     """Print percentiles and cover of an image, less those of the blurred skies of one scene, all together."""
     both = [image, np.stack([gaussian_filter(sky, blur) if blur else sky for sky in skies])]
-    percentiles = [np.percentile(each, np.arange(1, 100)) for each in both]
+    percentiles = [np.percentile(values, np.arange(1, 100)) for values in both]
     off = percentiles[1] - percentiles[0]
-    cover = [float(np.mean(each < cold_K)) for each in both]
+    cover = [float(np.mean(values < cold_K)) for values in both]
     print(
         f"scene {scene:2}: coldest percentile {percentiles[0][0]:.1f} K {off[0]:+.1f} K, cover {cover[0]:.2f} "
         f"{cover[1] - cover[0]:+.3f}, percentiles off by {np.abs(off).mean():.1f} K in the mean, at most "
@@ -166,8 +166,8 @@ def real_against_real(measured: np.ndarray, scenes: list[int]) -> None:
                 sides = np.where(turned, right, left), np.where(turned, left, right)
                 result = compare(*sides, order, order, **REAL, seed=split)
             found.append([score.auc for score in result.scores])
-        for classifier, each in zip(("forest", "boosting"), np.array(found).T, strict=True):
-            print(f"{name}, {classifier}: {each.mean():.3f}, {each.min():.3f} to {each.max():.3f}", flush=True)
+        for classifier, scores in zip(("forest", "boosting"), np.array(found).T, strict=True):
+            print(f"{name}, {classifier}: {scores.mean():.3f}, {scores.min():.3f} to {scores.max():.3f}", flush=True)
 
 
 if __name__ == "__main__":

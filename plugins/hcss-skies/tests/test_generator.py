@@ -214,9 +214,9 @@ def test_sensors_of_3_km_300_m_and_30_m_see_one_sky(make):
     off = fine.reshape(40, 10, 40, 10).mean(axis=(1, 3)) - middle
     assert np.sqrt(np.mean(off**2)) < 0.03 * middle.std()
     assert middle.std() > 100.0
-    for each, parts in ((middle, 10), (fine, 100)):
+    for image, parts in ((middle, 10), (fine, 100)):
         np.testing.assert_allclose(
-            each.reshape(4, parts, 4, parts).mean(axis=(1, 3)), coarse, rtol=1e-6, atol=1e-6 * 800.0
+            image.reshape(4, parts, 4, parts).mean(axis=(1, 3)), coarse, rtol=1e-6, atol=1e-6 * 800.0
         )
 
 

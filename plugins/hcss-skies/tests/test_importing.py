@@ -82,7 +82,7 @@ def test_a_second_channel_gives_the_height_of_thin_cloud():
     seen = []
     for wavelength, depth in zip(WAVELENGTHS_UM, (thickness, DEPTH_RATIO * thickness), strict=True):
         black = planck(np.asarray(1e4 / wavelength), kelvin)
-        cloud, sea = (np.interp(each, kelvin, black) for each in (clear - 6.5e-3 * height, clear))
+        cloud, sea = (np.interp(kelvin_at, kelvin, black) for kelvin_at in (clear - 6.5e-3 * height, clear))
         seen.append(np.interp(cloud + (sea - cloud) * np.exp(-depth), black, kelvin))
     found = height_above_opaque_m(*seen, clear, 6.5e-3) + (clear - seen[0]) / 6.5e-3
     inside = found[8:-8, 8:40]
@@ -160,7 +160,7 @@ def test_missing_pixels_are_filled_cropped_or_refused_with_their_share(tmp_path)
     for name, image in (("few", few), ("border", border), ("half", half), ("all", kelvin)):
         write_image(tmp_path / f"{name}.nc", image)
     of_few, of_border, of_all = (import_example(tmp_path / f"{name}.nc") for name in ("few", "border", "all"))
-    heights = [each.example.opaque_m[each.example.opaque] for each in (of_few, of_all)]
+    heights = [imported.example.opaque_m[imported.example.opaque] for imported in (of_few, of_all)]
     assert np.corrcoef(heights[0].ravel(), heights[1].ravel())[0, 1] > 0.99
     assert f"{np.isnan(few).mean():.2%} of the pixels are filled by interpolation" in of_few.example.source
     assert of_border.example.opaque.shape == (88, 96)
@@ -184,8 +184,8 @@ def test_detail_continues_the_octaves_of_the_image(density):
     children = divided(parents, fitted.strength, fitted.exponent, 1)
     cut = slice(MARGIN, -MARGIN)
     variance = [
-        np.mean((each - np.kron(parents[cut, cut], np.ones((2, 2)))) ** 2)
-        for each in (children, height[2 * MARGIN : -2 * MARGIN, 2 * MARGIN : -2 * MARGIN])
+        np.mean((cells - np.kron(parents[cut, cut], np.ones((2, 2)))) ** 2)
+        for cells in (children, height[2 * MARGIN : -2 * MARGIN, 2 * MARGIN : -2 * MARGIN])
     ]
     assert abs(10.0 * np.log10(variance[0] / variance[1])) < 1.5
 
@@ -193,8 +193,8 @@ def test_detail_continues_the_octaves_of_the_image(density):
 def divided(cells, strength, exponent, halvings, most=1e9, visible=100.0):
     """Return cells with detail, without those at the border."""
     side = 2**halvings
-    out = np.empty(tuple((each - 2 * MARGIN) * side for each in cells.shape))
-    law = np.array([deviation_of(exponent, each) for each in range(halvings)])
+    out = np.empty(tuple((size - 2 * MARGIN) * side for size in cells.shape))
+    law = np.array([deviation_of(exponent, halving) for halving in range(halvings)])
     moments = moments_of(range(halvings), [np.nan] * halvings)
     refine(out, cells, np.zeros(2, np.int64), strength, law, most, visible, textures(), *moments)
     return out
@@ -261,12 +261,12 @@ def test_match_and_fit_know_the_detail_below_the_pixel(tmp_path):
 
     height = 1500.0 * np.exp(0.6 * rough_field(512, 3.2)).reshape(256, 2, 256, 2).mean(axis=(1, 3))
     write_image(tmp_path / "image.nc", 300.0 - 6.5e-3 * gaussian_filter(height, 0.5, mode="wrap"))
-    (note,) = (each for each in read_target(tmp_path / "image.nc").notes if "below the pixel" in each)
-    exponent, dimension = (float(each) for each in re.findall(r"(?:exponent|dimension) (\d\.\d+)", note))
+    (note,) = (note for note in read_target(tmp_path / "image.nc").notes if "below the pixel" in note)
+    exponent, dimension = (float(number) for number in re.findall(r"(?:exponent|dimension) (\d\.\d+)", note))
     assert exponent == pytest.approx(2.2, abs=0.2)
     assert dimension == pytest.approx((7.0 - exponent) / 2.0, abs=0.01)
     assert "extrapolated" in note
     assert "sensor's blur" in note
     np.save(tmp_path / "grey.npy", height / height.max())
     notes = read_target(tmp_path / "grey.npy", ImageChoice(pixel_size_m=3000.0)).notes
-    assert not any("below the pixel" in each for each in notes)
+    assert not any("below the pixel" in note for note in notes)

@@ -29,7 +29,9 @@ def test_columns_keep_their_whole_at_any_height_and_pixel_size(make, pixel_m, an
     layer, window = sample_cloud_inputs().layer, (slice(-3, 61), slice(0, 64))
     thickness = provider.thickness_around_m(0.0, *window)
     fine_m = np.linspace(layer.base_m, layer.top_m, 61)
-    fine, coarse = (provider.height_shares(0.0, *window, thickness, each) for each in (fine_m, fine_m[[0, 7, 30, 60]]))
+    fine, coarse = (
+        provider.height_shares(0.0, *window, thickness, edges_m) for edges_m in (fine_m, fine_m[[0, 7, 30, 60]])
+    )
     assert np.all(fine >= 0.0)
     np.testing.assert_allclose(fine.sum(axis=0), thickness > 0.0, atol=2e-6)
     np.testing.assert_allclose(np.add.reduceat(fine, [0, 7, 30], axis=0), coarse, atol=2e-6)
@@ -56,7 +58,7 @@ def test_windows_have_the_same_bits(make, pixel_m):
 def test_seeds_have_bodies_of_their_own_and_the_same_seed_the_same(make):
     edges, window = np.linspace(500.0, 1500.0, 9), (slice(0, 40), slice(0, 40))
     same = [make(300.0, 40, seed=seed, motion=FROZEN) for seed in (1, 1, 2)]
-    fields = [each.height_shares(0.0, *window, np.full((40, 40), 200.0, np.float32), edges) for each in same]
+    fields = [provider.height_shares(0.0, *window, np.full((40, 40), 200.0, np.float32), edges) for provider in same]
     np.testing.assert_array_equal(fields[0], fields[1])
     assert not np.array_equal(fields[0], fields[2])
 

@@ -42,7 +42,7 @@ def frame(clouds, time_s=0.0):
 def of_increments(field):
     """Kurtosis of increments at 1, 2, 4 and 8 pixels, along both axes: 3 if normal."""
     both = [[(field[lag:] - field[:-lag]).ravel(), (field[:, lag:] - field[:, :-lag]).ravel()] for lag in (1, 2, 4, 8)]
-    return np.array([kurtosis(np.concatenate(each), fisher=False) for each in both])
+    return np.array([kurtosis(np.concatenate(increments), fisher=False) for increments in both])
 
 
 def test_an_image_and_its_mirror_images_are_a_fixed_point():
@@ -56,7 +56,7 @@ def test_change_is_rarer_than_with_random_phases_as_in_the_image(tmp_path):
     image = intermittent()
     clouds = [make(tmp_path, image, structure) for structure in ("bands", "spectrum")]
     wanted = of_increments(clouds[0].template.thickness_m.astype(np.float64))
-    found = [np.mean([of_increments(frame(each, t)) for t in 2e3 * np.arange(4)], axis=0) for each in clouds]
+    found = [np.mean([of_increments(frame(cloud, t)) for t in 2e3 * np.arange(4)], axis=0) for cloud in clouds]
     assert wanted.min() > 6.0
     bands, spectrum = np.log(wanted / found)
     assert np.all(bands > 0.0)
@@ -73,7 +73,7 @@ def test_imposed_amplitudes_are_those_of_the_image_in_each_octave():
         coefficients = amplitudes.impose(coefficients)
     fields = image, other, np.fft.irfft2(coefficients, s=image.shape)
     for width in (0.7, 1.4, 2.8):
-        narrow, wide = ([gaussian_filter(each, size, mode="wrap") for each in fields] for size in (width, 2 * width))
+        narrow, wide = ([gaussian_filter(field, size, mode="wrap") for field in fields] for size in (width, 2 * width))
         bands = [fine - coarse for fine, coarse in zip(narrow, wide, strict=True)]
         wanted, start, found = (kurtosis(band, axis=None) for band in bands)
         assert abs(wanted - found) < 0.5 * (wanted - start)

@@ -86,18 +86,20 @@ def test_clouds_have_the_brightness_temperature_asked_for_at_any_top(layer):
 
 def test_a_scene_with_its_own_tops_shows_the_example_and_both_fields_belong_together(make):
     altitudes = {"base_m": 500.0, "top_m": 1500.0}
-    of_layer, own = (make(inversion=Emitting(), least=0.5, layer=altitudes, tops=tops) for tops in ("layer", "example"))
+    of_layer, of_tops = (
+        make(inversion=Emitting(), least=0.5, layer=altitudes, tops=tops) for tops in ("layer", "example")
+    )
     assert of_layer.cloud_top_range_m is None
     window = 0.0, slice(0, 64), slice(0, 64)
-    low, high = own.cloud_top_range_m
-    top, thickness = own.cloud_top_m(*window).astype(float), own.thickness_m(*window).astype(float)
+    low, high = of_tops.cloud_top_range_m
+    top, thickness = of_tops.cloud_top_m(*window).astype(float), of_tops.thickness_m(*window).astype(float)
     assert low <= top.min() <= top.max() <= high
     # The layer's thickness here is clear_K less the brightness temperature.
     kelvin = Emitting.clear_K - of_layer.thickness_m(*window).astype(float)
     seen = Emitting().of(top, thickness)
     assert np.abs(seen - kelvin)[thickness > 1.0].max() < 0.5
-    part = own.cloud_top_m(0.0, slice(10, 20), slice(30, 50))
-    np.testing.assert_array_equal(part, own.cloud_top_m(*window)[10:20, 30:50])
+    part = of_tops.cloud_top_m(0.0, slice(10, 20), slice(30, 50))
+    np.testing.assert_array_equal(part, of_tops.cloud_top_m(*window)[10:20, 30:50])
 
 
 def test_tops_between_cells_are_bilinear():

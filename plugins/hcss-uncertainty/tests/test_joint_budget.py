@@ -18,7 +18,7 @@ def drawn(**attributes):
     """A band with spreads of 5 % and 3 K, of which 36 % and 64 % of the variance are due to the seed."""
     classes = ["all", "clear", "thin", "thick"]
     data = {"radiance_mean": 10.0, "radiance_standard_deviation": 0.5, "brightness_temperature_standard_deviation": 3.0}
-    data = {name: (DIMS, np.array([[each] * 3 + [np.nan]])) for name, each in data.items()}
+    data = {name: (DIMS, np.array([[value] * 3 + [np.nan]])) for name, value in data.items()}
     for name, share in (("radiance", 0.36), ("brightness_temperature", 0.64)):
         data[f"{name}_total"] = (("source", *DIMS), np.array([[[share] * 3 + [np.nan]]]))
         data[f"{name}_total_error"] = (("source", *DIMS), np.array([[[0.04] * 3 + [np.nan]]]))

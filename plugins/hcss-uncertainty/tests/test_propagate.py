@@ -63,7 +63,7 @@ def masks(cube):
     """Pixels of each class, found again from the truth of a cube of one layer, (class, time, y, x)."""
     thickness, cloudy = cube["cloud_thickness"].values, cube["cloud_mask"].values > 0
     cross = ndimage.generate_binary_structure(2, 1)
-    inner = np.stack([ndimage.binary_erosion(each, cross, border_value=1) for each in cloudy])
+    inner = np.stack([ndimage.binary_erosion(mask, cross, border_value=1) for mask in cloudy])
     thick = thickness >= np.sqrt(10.0 * (1000.0 - 33.0))  # of the type stratus
     edge = cloudy & ~inner
     return [np.ones_like(cloudy), ~cloudy, cloudy & inner & ~thick, edge, cloudy & inner & thick]
@@ -74,9 +74,9 @@ def sums(cube):
     found = {}
     for name in ("radiance", "brightness_temperature"):
         values = np.moveaxis(cube[name].values.astype(np.float64), 1, 0)
-        own = [values[:, mask] for mask in masks(cube)]
-        found[name] = np.stack([each.mean(axis=1) for each in own], axis=1)
-        found[f"{name}_spread"] = np.stack([each.std(axis=1) for each in own], axis=1)
+        by_class = [values[:, mask] for mask in masks(cube)]
+        found[name] = np.stack([pixels.mean(axis=1) for pixels in by_class], axis=1)
+        found[f"{name}_spread"] = np.stack([pixels.std(axis=1) for pixels in by_class], axis=1)
     return found
 
 
@@ -93,15 +93,15 @@ def test_each_draw_is_the_scene_that_a_run_of_its_own_makes(found):
 def test_pixels_of_all_draws_together_are_those_of_all_cubes(found):
     data = found.dataset
     cubes = [scene(values_of(data, 0, draw)) for draw in range(8)]
-    for place, name in enumerate(CLASSES):
-        own = np.concatenate(
-            [np.moveaxis(cube["radiance"].values, 1, 0)[:, masks(cube)[place]] for cube in cubes], axis=1
+    for number, name in enumerate(CLASSES):
+        pixels = np.concatenate(
+            [np.moveaxis(cube["radiance"].values, 1, 0)[:, masks(cube)[number]] for cube in cubes], axis=1
         ).astype(np.float64)
         at = data.sel({"class": name})
-        np.testing.assert_allclose(at["radiance_pixel_mean"], own.mean(axis=1), rtol=1e-5)
-        np.testing.assert_allclose(at["radiance_pixel_standard_deviation"], own.std(axis=1), rtol=1e-3, atol=1e-6)
-        expected = np.quantile(own, QUANTILES, axis=1)
-        scale = 0.02 * np.ptp(own, axis=1) + 1e-6
+        np.testing.assert_allclose(at["radiance_pixel_mean"], pixels.mean(axis=1), rtol=1e-5)
+        np.testing.assert_allclose(at["radiance_pixel_standard_deviation"], pixels.std(axis=1), rtol=1e-3, atol=1e-6)
+        expected = np.quantile(pixels, QUANTILES, axis=1)
+        scale = 0.02 * np.ptp(pixels, axis=1) + 1e-6
         distance = np.abs(at["radiance_pixel_quantile"].sel(quantile=list(QUANTILES)).values - expected)
         np.testing.assert_array_less(distance, np.broadcast_to(scale, distance.shape))
 
@@ -117,10 +117,10 @@ def test_tables_are_compiled_once_for_draws_of_clouds_and_for_each_temperature_o
 
 
 def test_coverage_that_frames_have_exactly_is_all_from_the_posterior(found):
-    own = found.dataset.sel(metric_name="coverage")
+    coverage = found.dataset.sel(metric_name="coverage")
     drawn = found.dataset["input_value"].sel(input="coverage").values
-    np.testing.assert_allclose(own["metric"].values, np.stack([drawn, drawn]), atol=0.51 / (40 * 48))
-    assert float(own["metric_first_order"].sel(source="all but the seed")) == pytest.approx(1.0, abs=1e-6)
+    np.testing.assert_allclose(coverage["metric"].values, np.stack([drawn, drawn]), atol=0.51 / (40 * 48))
+    assert float(coverage["metric_first_order"].sel(source="all but the seed")) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_what_the_file_says_is_computed_again_from_its_draws(found):
@@ -174,10 +174,10 @@ def test_pick_freeze_gives_every_input_both_shares(posterior):
     )
     data = made.dataset
     assert made.tables.scenes == 4 * 5
-    own = data["brightness_temperature_total"].sel({"class": "clear", "band": data["band"][0]})
+    shares = data["brightness_temperature_total"].sel({"class": "clear", "band": data["band"][0]})
     # Clouds do not change what is clear: shares that are exact whatever is drawn.
-    assert float(own.sel(source="posterior")) == 0.0
-    assert float(own.sel(source="seed")) == 0.0
+    assert float(shares.sel(source="posterior")) == 0.0
+    assert float(shares.sel(source="seed")) == 0.0
     named = dict(zip(data["source"].values, data["total_estimator"].values, strict=True))
     assert {name for name, how in named.items() if how == "pick-freeze"} == {"seed", "posterior", "sea.temperature"}
 
@@ -211,9 +211,9 @@ def test_each_scene_that_has_a_class_counts_once(patchy):
     # Pairs of scenes of different draws, one by one.
     draw = np.tile(np.arange(DRAWS), 2)
     for band, kind in ((0, 1), (0, 4)):
-        own, of = values[..., band, kind].ravel(), draw[known[..., band, kind].ravel()]
-        own = own[np.isfinite(own)]
-        apart = 0.5 * (own[:, None] - own) ** 2
+        pixels, of = values[..., band, kind].ravel(), draw[known[..., band, kind].ravel()]
+        pixels = pixels[np.isfinite(pixels)]
+        apart = 0.5 * (pixels[:, None] - pixels) ** 2
         expected = np.sqrt(apart[of[:, None] != of].mean())
         assert float(data["radiance_standard_deviation"][band, kind]) == pytest.approx(expected, rel=1e-9)
 
@@ -228,7 +228,7 @@ def test_moments_are_the_same_whether_or_not_more_scenes_are_computed_for_shares
 
 
 @pytest.fixture
-def here(tmp_path):
+def working_folder(tmp_path):
     """An empty folder in which commands run; no code is replaced, so that analyses of scenes are kept."""
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path)
@@ -255,13 +255,13 @@ TINY = [
 ]
 
 
-def test_the_command_writes_a_file_cubes_and_a_table(posterior, here):
+def test_the_command_writes_a_file_cubes_and_a_table(posterior, working_folder):
     words = ["stratus", *TINY, "--draws", "3", "--posterior", str(posterior), "--cube-of", "0,2"]
     result = command(*words)
     assert result.exit_code == 0, result.output
     assert "1 set for 3 draws" in result.output
     assert "shares of the variance" in result.output
-    names = {path.name for path in here.iterdir()}
+    names = {path.name for path in working_folder.iterdir()}
     assert names == {"stratus.propagation.nc", "stratus.draw-0000.nc", "stratus.draw-0002.nc"}
     with open_propagation("stratus.propagation.nc") as data, hcss_twin.open_cube("stratus.draw-0002.nc") as cube:
         mean = float(data["radiance"].sel({"class": "all"})[0, 2, 0])
@@ -328,7 +328,7 @@ def test_a_section_says_what_is_uncertain_and_is_refused_where_it_would_be_ignor
         (["--draws", "3", "--posterior", "HALF"], "only one of Lx and Ly"),
     ],
 )
-def test_what_cannot_be_propagated_is_told_and_leaves_nothing(words, told, posterior, here):
+def test_what_cannot_be_propagated_is_told_and_leaves_nothing(words, told, posterior, working_folder):
     made = {
         "POSTERIOR": lambda path: posterior,
         "UNFINISHED": unfinished,
@@ -336,14 +336,14 @@ def test_what_cannot_be_propagated_is_told_and_leaves_nothing(words, told, poste
         "CUBE": lambda path: example_cube(path),
         "HALF": lambda path: example_posterior(path, free=("H", "Lx"), fixed={}),
     }
-    folder = here / "inputs"
+    folder = working_folder / "inputs"
     folder.mkdir()
     words = [str(made[word](folder / "file.nc")) if word in made else word for word in words]
     result = command("stratus", *TINY, *words)
     text = result.output + str(result.exception)
     assert result.exit_code != 0
     assert told in text
-    assert [path.name for path in here.iterdir()] == ["inputs"]
+    assert [path.name for path in working_folder.iterdir()] == ["inputs"]
 
 
 def unfinished(path):

@@ -62,8 +62,8 @@ def cubes(found, tmp_path_factory):
 
 def test_what_the_sensor_measures_in_a_draw_is_its_sensor_cube(found, cubes):
     data = found.dataset
-    for place, (clean, sensed) in enumerate(cubes):
-        draw, mixture = divmod(place, 2)
+    for number, (clean, sensed) in enumerate(cubes):
+        draw, mixture = divmod(number, 2)
         cloudy = clean["cloud_mask"].values > 0
         at = data.isel(draw=draw, mixture=mixture, band=0)
         for name, variable in (("measured_radiance", "radiance"), ("digital_number", "digital_number")):
@@ -95,8 +95,8 @@ def test_maps_are_the_moments_of_the_stack_of_all_cubes(found, cubes):
         scale = 1e-5 * np.abs(stack).max()
         expected = np.sqrt(0.5 * np.mean(pairs, axis=0))
         np.testing.assert_allclose(data[f"{name}_map_standard_deviation"], expected, rtol=1e-5, atol=scale)
-        own = stack.reshape(DRAWS, 2, *stack.shape[1:])
-        expected = np.sqrt(0.5 * np.mean((own[:, 0] - own[:, 1]) ** 2, axis=0))
+        by_pair = stack.reshape(DRAWS, 2, *stack.shape[1:])
+        expected = np.sqrt(0.5 * np.mean((by_pair[:, 0] - by_pair[:, 1]) ** 2, axis=0))
         np.testing.assert_allclose(data[f"{name}_map_seed_standard_deviation"], expected, rtol=1e-5, atol=scale)
     for axis in "yx":
         np.testing.assert_allclose(data[axis], cubes[0][0][axis])
@@ -128,7 +128,7 @@ def test_the_page_shows_sensor_maps_and_budget(found):
     ratio = float(found.dataset["signal_to_noise_mean"].sel({"class": "clear"})[0])
     assert float(rows["clear", "signal-to-noise ratio"][3].split()[0]) == pytest.approx(ratio, rel=0.05)
     (clear,) = (row for row in page.table("error of the mean of", "uncertain inputs") if row[0] == "clear")
-    assert any("K (" in each for each in clear[3:-1]), clear  # models that state something
+    assert any("K (" in cell for cell in clear[3:-1]), clear  # models that state something
     assert "K (" in clear[-1], clear
     with open_propagation(found.path) as data:
         assert data["radiance_map_mean"].dims == ("band", "time", "y", "x")

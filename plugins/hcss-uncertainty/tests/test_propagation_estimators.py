@@ -20,7 +20,7 @@ def additive(count, seed=0, noise=0):
     mixtures[2] = two
     mixtures[3][:, 0] = two[:, 0]
     mixtures[4][:, 1] = two[:, 1]
-    return one[:, :2], np.stack([each @ ADDITIVE for each in mixtures])[..., None] + 100.0
+    return one[:, :2], np.stack([mixture @ ADDITIVE for mixture in mixtures])[..., None] + 100.0
 
 
 def within(found, expected, error, sigmas=4.0):
@@ -97,9 +97,9 @@ def test_pick_freeze_agrees_with_scipy_on_a_function_with_interactions():
 
     mixed = []
     for column in range(3):
-        each = one.copy()
-        each[:, column] = two[:, column]
-        mixed.append(ishigami(each))
+        exchanged = one.copy()
+        exchanged[:, column] = two[:, column]
+        mixed.append(ishigami(exchanged))
     values = {"f_A": ishigami(one)[None], "f_B": ishigami(two)[None], "f_AB": np.stack(mixed)[:, None]}
     expected = stats.sobol_indices(func=values, n=count)
     y = np.stack([ishigami(one), mixed[2], ishigami(two), *mixed])[..., None]

@@ -22,7 +22,7 @@ from hcss_twin.core.errors import ScenarioError
     ],
 )
 def test_the_short_form_and_the_table_are_the_same(short, table):
-    (one,), (two,) = (uncertain_keys({"sea.temperature": each}) for each in (short, table))
+    (one,), (two,) = (uncertain_keys({"sea.temperature": given}) for given in (short, table))
     assert one == two
     (nested,) = uncertain_keys({"sea": {"temperature": table}})
     assert nested == one
@@ -62,7 +62,7 @@ def drawn(tmp_path, keys, count=2000, seed=3, **options):
 
 
 def columns(sample):
-    values = [np.array(each) for each in sample.values.values()]
+    values = [np.array(value) for value in sample.values.values()]
     return np.column_stack([np.concatenate(sample.rows), *values, sample.seeds.ravel() / 2.0**63])
 
 
@@ -91,8 +91,8 @@ def test_the_first_draws_do_not_depend_on_what_else_is_uncertain(tmp_path):
 
 def test_mixtures_exchange_what_they_say(tmp_path):
     sample = drawn(tmp_path, ["sea.temperature"], count=4, pick_freeze=True)
-    first, seed, others, posterior, key = (sample.overrides(each, 2) for each in sample.mixtures)
-    differ = [{name for name in first if first[name] != each[name]} for each in (seed, others, posterior, key)]
+    first, seed, others, posterior, key = (sample.overrides(mixture, 2) for mixture in sample.mixtures)
+    differ = [{name for name in first if first[name] != values[name]} for values in (seed, others, posterior, key)]
     clouds = {"clouds.parameters.H", "clouds.parameters.L", "clouds.coverage"}
     assert differ == [{"seed"}, {"seed", "sea.temperature"} | clouds, clouds, {"sea.temperature"}]
 

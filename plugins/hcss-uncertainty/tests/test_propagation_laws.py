@@ -42,15 +42,15 @@ def test_the_spread_of_a_linear_scene_is_the_slope_times_that_of_the_input(found
 
 
 def test_all_of_it_is_the_share_of_the_only_input(found):
-    own = found.sel({"class": "clear"})
-    np.testing.assert_allclose(own["radiance_first_order"].sel(source="sea.temperature"), 1.0, atol=1e-3)
-    np.testing.assert_array_equal(own["radiance_total"].sel(source="seed"), 0.0)
+    clear = found.sel({"class": "clear"})
+    np.testing.assert_allclose(clear["radiance_first_order"].sel(source="sea.temperature"), 1.0, atol=1e-3)
+    np.testing.assert_array_equal(clear["radiance_total"].sel(source="seed"), 0.0)
 
 
 def test_classes_without_pixels_have_no_numbers(found):
-    own = found.sel({"class": "thick"})
-    assert np.all(np.isnan(own["radiance_mean"]))
-    assert np.all(own["radiance_draws"] == 0)
+    thick = found.sel({"class": "thick"})
+    assert np.all(np.isnan(thick["radiance_mean"]))
+    assert np.all(thick["radiance_draws"] == 0)
     assert np.all(np.isnan(found["metric_mean"].sel(metric_name=["entropy", "fractal_dimension"])))
     assert float(found["metric_mean"].sel(metric_name="coverage")) == 0.0
 
@@ -89,23 +89,23 @@ def per_kelvin(kelvin):
 
 
 def test_the_spread_of_digital_numbers_is_that_of_radiance_divided_by_the_step_of_the_converter(sensed):
-    own = sensed.sel({"class": "clear"})
-    spread = float(own["radiance_standard_deviation"]) / STEP
+    clear = sensed.sel({"class": "clear"})
+    spread = float(clear["radiance_standard_deviation"]) / STEP
     # the noise of a mean over 1024 pixels is .002 K, of the sea .4 K
-    assert float(own["digital_number_standard_deviation"]) == pytest.approx(spread, rel=5e-3)
-    assert float(own["digital_number_mean"]) == pytest.approx(float(own["radiance_mean"]) / STEP, rel=1e-4)
+    assert float(clear["digital_number_standard_deviation"]) == pytest.approx(spread, rel=5e-3)
+    assert float(clear["digital_number_mean"]) == pytest.approx(float(clear["radiance_mean"]) / STEP, rel=1e-4)
     # a pixel has the spread of the draws and the noise
-    pixel = np.hypot(own["radiance"].values[0].std(), NEDT * per_kelvin(AT_K)) / STEP
-    assert float(own["digital_number_pixel_standard_deviation"]) == pytest.approx(pixel, rel=5e-3)
+    pixel = np.hypot(clear["radiance"].values[0].std(), NEDT * per_kelvin(AT_K)) / STEP
+    assert float(clear["digital_number_pixel_standard_deviation"]) == pytest.approx(pixel, rel=5e-3)
 
 
 def test_noise_signal_to_noise_and_nedt_are_those_of_the_black_body(sensed):
-    own = sensed.sel({"class": "clear"})
+    clear = sensed.sel({"class": "clear"})
     noise = NEDT * per_kelvin(AT_K)
-    kelvin = float(own["brightness_temperature_mean"])
+    kelvin = float(clear["brightness_temperature_mean"])
     # 24 scenes of 1024 pixels: half a per cent is two standard errors
-    assert float(own["noise_radiance_mean"]) == pytest.approx(noise, rel=0.015)
-    assert float(own["signal_to_noise_mean"]) == pytest.approx(black_body(kelvin) / noise, rel=0.015)
-    assert float(own["nedt_mean"]) == pytest.approx(NEDT * per_kelvin(AT_K) / per_kelvin(kelvin), rel=0.015)
-    assert int(own["nedt_scenes"]) == 24
+    assert float(clear["noise_radiance_mean"]) == pytest.approx(noise, rel=0.015)
+    assert float(clear["signal_to_noise_mean"]) == pytest.approx(black_body(kelvin) / noise, rel=0.015)
+    assert float(clear["nedt_mean"]) == pytest.approx(NEDT * per_kelvin(AT_K) / per_kelvin(kelvin), rel=0.015)
+    assert int(clear["nedt_scenes"]) == 24
     assert int(sensed["nedt_scenes"].sel({"class": "thick"})) == 0

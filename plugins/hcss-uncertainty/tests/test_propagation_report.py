@@ -77,13 +77,13 @@ def moments(header, row, at, name):
     for label, statistic in (("mean", "mean"), ("standard deviation", "standard_deviation")):
         value, error = (float(at[f"{name}_{statistic}{end}"]) for end in ("", "_error"))
         expect(cells[label], value if varies or statistic == "mean" else 0.0, error if varies else None)
-    for label, place in QUANTILES.items():
-        value, error = (float(at[f"{name}_quantile{end}"][place]) for end in ("", "_error"))
+    for label, quantile in QUANTILES.items():
+        value, error = (float(at[f"{name}_quantile{end}"][quantile]) for end in ("", "_error"))
         expect(cells[label], value, error if varies else None)
 
 
 def test_spread_by_band_and_class_is_that_of_the_file(page, data):
-    found = [each for each in tables(page, "class") if each[0][1] == "scenes"]
+    found = [table for table in tables(page, "class") if table[0][1] == "scenes"]
     order = [(name, band) for name in ("brightness_temperature", "radiance") for band in data["band"].values]
     assert len(found) == len(order) == 4
     for (name, band), (header, *rows) in zip(order, found, strict=True):
@@ -95,16 +95,16 @@ def test_spread_by_band_and_class_is_that_of_the_file(page, data):
 
 
 def test_all_quantiles_are_those_of_the_file(page, data):
-    found = [each for each in tables(page, "class") if each[0][1] == "of"]
+    found = [table for table in tables(page, "class") if table[0][1] == "of"]
     order = [(name, band) for name in ("brightness_temperature", "radiance") for band in data["band"].values]
     for (name, band), (header, *rows) in zip(order, found, strict=True):
-        assert header[2:] == [f"{100 * each:g} %" for each in data["quantile"].values]
+        assert header[2:] == [f"{100 * value:g} %" for value in data["quantile"].values]
         for row in rows:
             at = data.sel({"band": band, "class": row[0]})
             kind = f"{name}_quantile" if row[1] == "mean of a class" else f"{name}_pixel_quantile"
-            for place, cell in enumerate(row[2:]):
-                error = float(at[f"{kind}_error"][place]) if row[1] != "pixel" else None
-                expect(cell, float(at[kind][place]), error)
+            for number, cell in enumerate(row[2:]):
+                error = float(at[f"{kind}_error"][number]) if row[1] != "pixel" else None
+                expect(cell, float(at[kind][number]), error)
 
 
 def test_shares_of_the_variance_are_those_of_the_file_and_none_is_missing(page, data):
@@ -112,7 +112,7 @@ def test_shares_of_the_variance_are_those_of_the_file_and_none_is_missing(page, 
     outputs = [(name, band) for name in ("radiance", "brightness_temperature") for band in (0, 1)]
     for (name, band), (header, *rows) in zip([*outputs, ("metric", None)], found, strict=True):
         one = data if band is None else data.isel(band=band)
-        columns = [each.replace("_", " ") for each in data["metric_name" if band is None else "class"].values]
+        columns = [value.replace("_", " ") for value in data["metric_name" if band is None else "class"].values]
         assert header == ["source", "share", "estimated by", *columns]
         told = set()
         for source, share, by, *cells in rows:
@@ -151,18 +151,18 @@ def test_inputs_their_correlations_and_every_draw_are_those_of_the_file(page, da
     names = data["input"].values.tolist()
     assert [row[0] for row in rows] == names == ["H", "Lx", "Ly", "coverage", "sea.temperature"]
     assert [row[1] for row in rows] == ["posterior"] * 4 + ["normal: mean 291.0, standard deviation 0.5"]
-    for row, own in zip(rows, values.T, strict=True):
+    for row, draws in zip(rows, values.T, strict=True):
         for cell, number in zip(
-            row[2:], (own.mean(), own.std(ddof=1), own.min(), np.median(own), own.max()), strict=True
+            row[2:], (draws.mean(), draws.std(ddof=1), draws.min(), np.median(draws), draws.max()), strict=True
         ):
             assert float(cell) == pytest.approx(number, rel=5.1e-5)
     matrix = np.corrcoef(values, rowvar=False)
     assert page.table("correlation") == [
-        [name, *(f"{each:.2f}" for each in row)] for name, row in zip(names, matrix, strict=True)
+        [name, *(f"{value:.2f}" for value in row)] for name, row in zip(names, matrix, strict=True)
     ]
     for draw, row in enumerate(page.table("draw", "seed")):
         assert row[:3] == [str(draw), *(str(seed) for seed in data["scene_seed"].values[:, draw])]
-        np.testing.assert_allclose([float(each) for each in row[3:]], values[draw], rtol=1e-8)
+        np.testing.assert_allclose([float(value) for value in row[3:]], values[draw], rtol=1e-8)
 
 
 def test_scenes_tables_and_provenance_are_told_and_each_band_has_its_drawings(page, data):

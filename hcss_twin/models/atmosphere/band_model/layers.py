@@ -333,7 +333,8 @@ class LayeredAir:
         for leg in legs:
             spans.setdefault((leg.lower_m, leg.upper_m), []).append(leg)
         zenith = {
-            each: row for row, each in enumerate(sorted({leg.zenith_deg for span in spans.values() for leg in span}))
+            degrees: row
+            for row, degrees in enumerate(sorted({leg.zenith_deg for span in spans.values() for leg in span}))
         }
         members = iter(spans.values())
         for amounts in self._amounts_of_spans(np.array(list(spans)), np.array(list(zenith))):
@@ -352,11 +353,11 @@ class LayeredAir:
         counts = np.where(exists, last - first + 1, 0)
         chunk = np.cumsum(counts) * zenith_deg.size // _RAY_CELLS
         for number in np.unique(chunk):
-            own = np.flatnonzero(chunk == number)
-            amounts = np.zeros((zenith_deg.size, own.size, self.columns))
-            some = own[exists[own]]
+            members = np.flatnonzero(chunk == number)
+            amounts = np.zeros((zenith_deg.size, members.size, self.columns))
+            some = members[exists[members]]
             if some.size:
-                amounts[:, exists[own]] = self._amounts_of_cells(
+                amounts[:, exists[members]] = self._amounts_of_cells(
                     lower[some], upper[some], first[some], counts[some], zenith_deg
                 )
             yield from np.moveaxis(amounts, 1, 0)

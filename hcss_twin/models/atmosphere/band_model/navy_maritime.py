@@ -133,6 +133,6 @@ def with_navy_maritime(
         for quantity, values in of_sea.items()
     }
     humidities = aerosol.ln_dryness.size
-    boundary = {(NAVY_MARITIME, name): np.tile(each[:, None], humidities) for name, each in spectra.items()}
+    boundary = {(NAVY_MARITIME, name): np.tile(spectrum[:, None], humidities) for name, spectrum in spectra.items()}
     boundary[NAVY_MARITIME, "asymmetry"] = aerosol.boundary["maritime", "asymmetry"]
     return replace(aerosol, boundary={**aerosol.boundary, **boundary}), visibility_km

@@ -76,7 +76,7 @@ class BlockCache:
         return len(self._key_of)
 
     def load(
-        self, time_s: float, windows: Iterable[NodeWindow], each: Callable[[Callable[[int, int], None], int], None]
+        self, time_s: float, windows: Iterable[NodeWindow], in_parts: Callable[[Callable[[int, int], None], int], None]
     ) -> list[NDArray[np.int32]]:
         """Generate the missing nodes of all windows and return the slots of their blocks.
 
@@ -86,7 +86,7 @@ class BlockCache:
             Time of the frame.
         windows : iterable of NodeWindow
             Windows of one tile, with at most :data:`MAX_BLOCKS` blocks or as many as fit in memory.
-        each : callable
+        in_parts : callable
             Runs a function of (start, stop) over a number of items in parts, possibly in several threads.
 
         Returns
@@ -110,7 +110,7 @@ class BlockCache:
         # Tables of earlier tiles may contain reused slots; only the current tables are valid.
         self._tables = {window: table for window, table in tables.items() if table is not None}
         if missing:
-            self._fill(missing, each)
+            self._fill(missing, in_parts)
         return [self._tables[window] for window in wanted]
 
     def _table(self, window: NodeWindow, missing: list[tuple[int, int, int]], free: Iterator[int]) -> NDArray[np.int32]:
@@ -159,7 +159,9 @@ class BlockCache:
         self._key_of += [None] * more
         self._last_use = np.concatenate((self._last_use, np.full(more, -1, dtype=np.int64)))
 
-    def _fill(self, keys: list[tuple[int, int, int]], each: Callable[[Callable[[int, int], None], int], None]) -> None:
+    def _fill(
+        self, keys: list[tuple[int, int, int]], in_parts: Callable[[Callable[[int, int], None], int], None]
+    ) -> None:
         planes = np.array([plane for plane, _, _ in keys], dtype=np.uint64)
         rows = np.array([row for _, row, _ in keys], dtype=np.int64)
         columns = np.array([column for _, _, column in keys], dtype=np.int64)
@@ -169,7 +171,7 @@ class BlockCache:
             chosen = slice(start, stop)
             _fill_blocks(planes[chosen], rows[chosen], columns[chosen], slots[chosen], self.pool)
 
-        each(part, len(keys))
+        in_parts(part, len(keys))
 
 
 @kernel()

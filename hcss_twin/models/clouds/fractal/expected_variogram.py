@@ -52,16 +52,16 @@ class KernelCorrelation:
         node i and sum_i w_i^2 = 1.
         """
         phases = (np.arange(_PER_CELL) + 0.5) / _PER_CELL
-        here = _spread(phases, np.zeros(phases.size, dtype=np.int64))
+        weights = _spread(phases, np.zeros(phases.size, dtype=np.int64))
         lags = np.arange(_REACH_CELLS * _PER_CELL + 1) / _PER_CELL
         # The limit at 0 is evaluated where both rounding and the next order are negligible.
         lags[0] = 1e-4
         curvature = np.empty(lags.size)
         for index, lag in enumerate(lags):
             cell = np.floor(phases + lag)
-            there = _spread(phases + lag - cell, cell.astype(np.int64))
+            shifted = _spread(phases + lag - cell, cell.astype(np.int64))
             # Half the squared difference is 1 - rho for weights of unit norm, without loss of digits.
-            curvature[index] = 0.5 * np.mean(np.sum((here - there) ** 2, axis=1)) / lag**2
+            curvature[index] = 0.5 * np.mean(np.sum((weights - shifted) ** 2, axis=1)) / lag**2
         return cls(curvature)
 
     def __call__(self, lag_cells: Array) -> Array:

@@ -168,7 +168,7 @@ def describe_skipped(separate: tuple[Octave, ...], merged: tuple[Octave, ...]) -
                     f"neglects correlations of -.11 to .01 in {octave.variance:.1e} of the variance",
                 )
             )
-    gone = [octave for octave in separate if octave.k not in {each.k for each in merged}]
+    gone = [octave for octave in separate if octave.k not in {octave.k for octave in merged}]
     if gone:
         first = next(octave for octave in merged if octave.k == gone[0].k - 1)
         skipped.append(

@@ -99,7 +99,7 @@ def _impossible(path: Path, image: SatelliteImage, stated: str, values: Array) -
             f"{wrong.max():.5g} K (stated unit: {stated}); allowed: brightness temperatures "
             f"of {low:g} to {high:g} K. Is the unit wrong, or are scale_factor and add_offset missing?"
         )
-    return [float(each) for each in different]
+    return [float(value) for value in different]
 
 
 def _fills(image: SatelliteImage, values: Array) -> list[float]:
@@ -113,12 +113,12 @@ def _fills(image: SatelliteImage, values: Array) -> list[float]:
         if not low < high:
             continue
         below, above = lows[:at_low], highs[len(highs) - at_high :]
-        gaps = [low - each for each in below[-1:]] + [each - high for each in above[:1]]
+        gaps = [low - value for value in below[-1:]] + [value - high for value in above[:1]]
         cut = [*below, *above]
-        if unitless and like_kelvin(low, high, values) and not any(_is_kelvin(each) for each in cut):
+        if unitless and like_kelvin(low, high, values) and not any(_is_kelvin(value) for value in cut):
             return cut
         # The second form is that of a value in single precision.
-        usual = all(_FILL.fullmatch(f"{each:.10g}") or _FILL.fullmatch(f"{each:.6g}") for each in cut)
+        usual = all(_FILL.fullmatch(f"{value:.10g}") or _FILL.fullmatch(f"{value:.6g}") for value in cut)
         if usual and (all(gap > high - low for gap in gaps) or (low >= 0.0 and not above)):
             return cut
         # Black is no fill value: it may be a calm sea.
@@ -150,7 +150,7 @@ def _ends(values: Array) -> tuple[list[float], list[float]]:
         while rest.size and len(found) <= MOST_FILLS:
             found.append(float(rest.min()))
             rest = rest[rest > found[-1]]
-        ends.append([sign * each for each in found][:: int(sign)])
+        ends.append([sign * value for value in found][:: int(sign)])
     return ends[0], ends[1]
 
 
@@ -158,7 +158,7 @@ def questions(image: SatelliteImage, bright: bool, stated: bool) -> Iterator[str
     """Yield what cannot be decided from the values of an examined image, whose cloud is ``bright``, as ``stated``."""
     values = image.values
     finite = values[np.isfinite(values)]
-    low, high = (float(each) for each in np.percentile(finite, (1.0, 99.0)))
+    low, high = (float(percentile) for percentile in np.percentile(finite, (1.0, 99.0)))
     if not stated and image.units.casefold() in _UNITLESS:
         if like_kelvin(low, high, values):
             yield (

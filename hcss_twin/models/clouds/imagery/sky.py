@@ -261,10 +261,10 @@ class Sky:
         counts = np.searchsorted(self._cumulated, drawn, side="right")
         number = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
         cell = (self._seed, layer, np.repeat(all_y, counts), np.repeat(all_x, counts), number)
-        place, kind = _random(*cell, _PLACE), _random(*cell, _SHAPE)
+        position, kind = _random(*cell, _PLACE), _random(*cell, _SHAPE)
         return Placed(
-            y=cell[2] * self._cell + _below(place, self._cell),
-            x=cell[3] * self._cell + _below(place >> np.uint64(32), self._cell),
+            y=cell[2] * self._cell + _below(position, self._cell),
+            x=cell[3] * self._cell + _below(position >> np.uint64(32), self._cell),
             shape=_below(kind, self._clouds.areas.size),
             turn=_below(kind >> np.uint64(32), self._turns),
             arrival=(layer + _unit(_random(*cell, _ARRIVAL))) * self._layer_density,

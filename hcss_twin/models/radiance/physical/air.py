@@ -103,9 +103,14 @@ class _LegRequest:
         count = len(self.lower_m)
         through = self.front_transmittance.reshape(len(self.front), count, -1)
         for column, (lower, upper) in enumerate(zip(self.lower_m, self.upper_m, strict=True)):
-            own = self.front.column(column)
+            front = self.front.column(column)
             yield replace(
-                self, key=own.key, lower_m=(lower,), upper_m=(upper,), front=own, front_transmittance=through[:, column]
+                self,
+                key=front.key,
+                lower_m=(lower,),
+                upper_m=(upper,),
+                front=front,
+                front_transmittance=through[:, column],
             )
 
 
@@ -238,7 +243,7 @@ class Air:
         """
         large = len(request.front) * self.wavenumber_cm1.size >= _LARGE
         if large and isinstance(request.front, AbsorberPaths):
-            return _beside([self._leg_of_column(own) for own in request.by_column()])
+            return _beside([self._leg_of_column(of_column) for of_column in request.by_column()])
         return self._leg_of_scenes(request)
 
     def _leg_of_scenes(self, request: _LegRequest) -> LegView:
@@ -268,14 +273,16 @@ class Air:
         distinct = tuple(sorted(set(zenith_deg)))
         # Columns with fewer layers get layers of zero thickness at the far end.
         padded = np.minimum(np.arange(count), np.array([[max(len(edge) - 2, 0)] for edge in edges]))
-        place = np.array([distinct.index(zenith) for zenith in zenith_deg])
+        zenith_index = np.array([distinct.index(zenith) for zenith in zenith_deg])
 
         def pieces_of(number: int, to_space: bool) -> CompositePaths:
-            own = edges[number]
-            result = self._pieces(own, to_space and upper_m[number] == SPACE, downward, distinct, parts)
-            if len(own) - 1 == count:
+            ends_m = edges[number]
+            result = self._pieces(ends_m, to_space and upper_m[number] == SPACE, downward, distinct, parts)
+            if len(ends_m) - 1 == count:
                 return result
-            return result.take((np.arange(len(distinct))[:, None] * max(len(own) - 1, 1) + padded[number]).reshape(-1))
+            return result.take(
+                (np.arange(len(distinct))[:, None] * max(len(ends_m) - 1, 1) + padded[number]).reshape(-1)
+            )
 
         def pieces(to_space: bool) -> CompositePaths:
             first, *others = (pieces_of(number, to_space) for number in range(len(edges)))
@@ -284,7 +291,7 @@ class Air:
         # For a path down to a target and up again to space, a power law returns the provider's own transmittance. Its
         # difference from the sum of layers would appear as emission of the highest layer, which is hot.
         layered = pieces(not self._power_law)
-        paths = front.through_each(layered, place)
+        paths = front.through_each(layered, zenith_index)
         beyond = self.transmittance(paths).reshape(len(front), count, -1)
         weights = np.concatenate((front_transmittance[:, None] - beyond[:, :1], beyond[:, :-1] - beyond[:, 1:]), axis=1)
         # Without absorption, rounding could give negative weights.
@@ -296,7 +303,7 @@ class Air:
         emission: Array = np.einsum("pns,ns->ps", weights, sources)
         whole = paths.take(np.arange(count - 1, len(paths), count))
         if self._power_law and SPACE in upper_m:
-            whole = front + pieces(True).take(place * count + count - 1)
+            whole = front + pieces(True).take(zenith_index * count + count - 1)
         # A copy: views of all layers would stay in memory with it.
         return LegView(emission, beyond[:, -1].copy(), whole)
 
@@ -340,9 +347,9 @@ class Air:
         """
         if len(edges) == 1:
             return np.zeros((1, self.wavenumber_cm1.size))
-        own = self._mean_sources(edges)
+        of_parts = self._mean_sources(edges)
         pairs = np.repeat(self._mean_sources(edges[::2]), 2, axis=0)
-        result: Array = np.maximum((4.0 * own - pairs) / 3.0, 0.5 * own)
+        result: Array = np.maximum((4.0 * of_parts - pairs) / 3.0, 0.5 * of_parts)
         return result
 
     def _mean_sources(self, edges: tuple[float, ...]) -> Array:

@@ -173,7 +173,7 @@ def _freeze(columns: SceneColumns) -> FrozenLegs:
         front.append(air.crossed([paths]))
         if gap < len(columns.slabs):
             paths = [path + Path((columns.inside(gap, number, view),)) for number, path in enumerate(paths)]
-    seen = [air.transmittance(each) for each in front]
+    seen = [air.transmittance(crossed) for crossed in front]
 
     def legs(gap: int, lower: Heights, upper: Heights, downward: bool) -> LegView:
         rows = np.zeros(len(zeniths), dtype=np.intp)

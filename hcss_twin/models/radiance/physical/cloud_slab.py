@@ -55,9 +55,9 @@ class LayerOptics:
         return self._optics.single_scattering(cloud, np.frombuffer(wavenumber_cm1, dtype=np.float64))
 
     def _new_curves(self, cloud: Microphysics, wavenumber_cm1: bytes) -> Array:
-        own = self._new_spectrum(cloud, wavenumber_cm1)
-        similarity = np.sqrt((1.0 - own.albedo) / (1.0 - own.albedo * own.moments[1]))
-        shares = np.stack((own.extinction_m1, own.albedo, 1.0 - similarity))
+        spectrum = self._new_spectrum(cloud, wavenumber_cm1)
+        similarity = np.sqrt((1.0 - spectrum.albedo) / (1.0 - spectrum.albedo * spectrum.moments[1]))
+        shares = np.stack((spectrum.extinction_m1, spectrum.albedo, 1.0 - similarity))
         result: Array = np.concatenate((np.log(np.maximum(shares, LEAST_SHARE)), similarity[None]))
         return result
 
@@ -133,6 +133,6 @@ def closed(
 ) -> tuple[Array, Array, Array, Array, Array]:
     """Normalise row sums to one; clipping negative interpolated values changes them by about 1e-7."""
     whole = emissivity + direct + np.sum(reflection, axis=1) + np.sum(transmission, axis=1)
-    emissivity, far, direct = (each / whole for each in (emissivity, far, direct))
-    reflection, transmission = (each / whole[:, None] for each in (reflection, transmission))
+    emissivity, far, direct = (share / whole for share in (emissivity, far, direct))
+    reflection, transmission = (kernel / whole[:, None] for kernel in (reflection, transmission))
     return emissivity, far, direct, reflection, transmission

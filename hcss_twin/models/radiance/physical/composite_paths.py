@@ -50,8 +50,8 @@ class CompositePaths(ABC):
     def through_each(self, legs: Self, rows: Rows) -> Self:
         """Return paths (P x N,): each path joined to each of the N legs of its row, of legs (Z x N,) and rows (P,)."""
         count = len(legs) // (int(rows.max()) + 1)
-        own = (rows[:, None] * count + np.arange(count)).reshape(-1)
-        return self.take(np.repeat(np.arange(len(self)), count)) + legs.take(own)
+        leg_rows = (rows[:, None] * count + np.arange(count)).reshape(-1)
+        return self.take(np.repeat(np.arange(len(self)), count)) + legs.take(leg_rows)
 
     @abstractmethod
     def column(self, number: int) -> Self:
@@ -82,8 +82,8 @@ class AbsorberPaths(CompositePaths):
     def through_each(self, legs: Self, rows: Rows) -> Self:
         """Return each path joined to each leg of its row, without copies of either."""
         by_row = legs.amounts.reshape(int(rows.max()) + 1, -1, *legs.amounts.shape[1:])
-        own = by_row if np.array_equal(rows, np.arange(len(by_row))) else by_row[rows]
-        return type(self)((self.amounts[:, None] + own).reshape(-1, *legs.amounts.shape[1:]))
+        leg_amounts = by_row if np.array_equal(rows, np.arange(len(by_row))) else by_row[rows]
+        return type(self)((self.amounts[:, None] + leg_amounts).reshape(-1, *legs.amounts.shape[1:]))
 
     def beside(self, others: Sequence[Self]) -> Self:
         """Append columns."""
@@ -115,7 +115,7 @@ class _LegPaths(CompositePaths):
 
     def __add__(self, other: Self) -> Self:
         count = max(len(self.paths), len(other.paths))
-        mine, others = (each * count if len(each) == 1 else each for each in (self.paths, other.paths))
+        mine, others = (paths * count if len(paths) == 1 else paths for paths in (self.paths, other.paths))
         return type(self)(
             tuple(
                 tuple(a + b for a, b in zip(row, added, strict=True)) for row, added in zip(mine, others, strict=True)

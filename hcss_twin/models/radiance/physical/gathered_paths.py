@@ -68,7 +68,7 @@ class GatheredGas:
         missing = [path for path in paths if path not in known]
         if not missing:
             return
-        held = sum(len(each) * len(spectrum) // 8 for spectrum, each in self._known.items())
+        held = sum(len(of_path) * len(spectrum) // 8 for spectrum, of_path in self._known.items())
         if held + len(missing) * wavenumber_cm1.size > MOST_VALUES:
             self._known.clear()
             missing = list(paths)

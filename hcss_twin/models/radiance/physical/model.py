@@ -185,8 +185,10 @@ class Physical:
             for order, rows in _rows_by_layers(thickness_m, slabs).items():
                 for first in range(0, len(rows), together):
                     some = rows[first : first + together]
-                    own = tuple(side_by_side([slabs[i][float(thickness_m[row, i])] for row in some]) for i in order)
-                    yield some, self._columns(scene, own, len(some))
+                    scene_slabs = tuple(
+                        side_by_side([slabs[i][float(thickness_m[row, i])] for row in some]) for i in order
+                    )
+                    yield some, self._columns(scene, scene_slabs, len(some))
 
         for some, columns in self._gathered(scene, batches()):
             for name, values in self._terms(scene, columns).items():
@@ -229,8 +231,8 @@ class Physical:
             if directions.sun is None or closed_form or most < 2:
                 return None
             along, mirror = unlit(wavenumber)
-            own = inputs.sea, wavenumber, directions
-            return sunlit_modes(along, *own), sunlit_mirror(mirror, *own, sea)
+            sea_inputs = inputs.sea, wavenumber, directions
+            return sunlit_modes(along, *sea_inputs), sunlit_mirror(mirror, *sea_inputs, sea)
 
         scattered = scattered_above(inputs, directions, wavenumber)
         return _Scene(self._air(wavenumber), directions, sea, irradiance, modes, scattered)
@@ -240,8 +242,8 @@ class Physical:
         return unlit_sea_surface(self._inputs.sea, wavenumber, directions)
 
     def _new_unlit_sea_modes(self, wavenumber: Array) -> tuple[ReflectionModes, Mirror]:
-        own, numerics = (self._inputs.sea, wavenumber, self._sunless_directions()), self._numerics
-        return unlit_sea_modes(*own, numerics.turned_modes), unlit_mirror(*own, numerics.mirror_streams)
+        sea_inputs, numerics = (self._inputs.sea, wavenumber, self._sunless_directions()), self._numerics
+        return unlit_sea_modes(*sea_inputs, numerics.turned_modes), unlit_mirror(*sea_inputs, numerics.mirror_streams)
 
     def _sunless_directions(self) -> ColumnDirections:
         return self._directions(self._inputs.view, None)
@@ -261,15 +263,15 @@ class Physical:
 
     def _solvers_toward(self, wavenumber: Array, sun: Sun | None) -> list[SlabSolver]:
         """Return the cloud solvers of the expected views that are solved with this one; none if it is solved alone."""
-        views, own = self._expected_views, self._slab_solvers(wavenumber)(sun)
-        if self._inputs.view not in views or len(self._expected) > 1 or own.solves_alone or self.closed_form:
+        views, solver = self._expected_views, self._slab_solvers(wavenumber)(sun)
+        if self._inputs.view not in views or len(self._expected) > 1 or solver.solves_alone or self.closed_form:
             return []
         most = max(self._solved_in_memory(wavenumber) // 2, 1)  # beside what else is in the memory
         first = views.index(self._inputs.view) // most * most
         every = [self._directions(view, sun) for view in views]
-        own.views_at_once = tuple((float(each.mu[VIEW]), each.relative_azimuth) for each in every)
+        solver.views_at_once = tuple((float(directions.mu[VIEW]), directions.relative_azimuth) for directions in every)
         return [
-            own if view == self._inputs.view else self._new_slab_solver(wavenumber, sun, view)
+            solver if view == self._inputs.view else self._new_slab_solver(wavenumber, sun, view)
             for view in views[first : first + most]
         ]
 
@@ -279,13 +281,13 @@ class Physical:
     def _solvers_together(self, wavenumber: Array, sun: Sun | None) -> list[SlabSolver]:
         """Return the cloud solver of a sun, followed by those that are solved with it."""
         by_sun = self._slab_solvers(wavenumber)
-        own = by_sun(sun)
-        if sun not in self._expected or own.solves_alone or self.closed_form:
-            return [own]
+        solver = by_sun(sun)
+        if sun not in self._expected or solver.solves_alone or self.closed_form:
+            return [solver]
         most = self._solved_in_memory(wavenumber)
         first = self._expected.index(sun) // most * most
         others = self._expected[first : first + most]
-        return [own, *(by_sun(other) for other in others if other != sun)]
+        return [solver, *(by_sun(other) for other in others if other != sun)]
 
     def _solved_in_memory(self, wavenumber: Array) -> int:
         numerics = self._numerics
@@ -298,13 +300,13 @@ class Physical:
 
     def _new_slab_solver(self, wavenumber: Array, sun: Sun | None, toward: View | None = None) -> SlabSolver:
         inputs = self._inputs
-        own = self._directions(inputs.view if toward is None else toward, sun)
+        directions = self._directions(inputs.view if toward is None else toward, sun)
         return SlabSolver(
             self._optics,
             self._numerics,
             wavenumber,
-            own,
-            partial(sun_share, inputs, own),  # not a method: this object keeps the solver
+            directions,
+            partial(sun_share, inputs, directions),  # not a method: this object keeps the solver
             self.closed_form,
             inputs.memory or ArrayMemory(),
         )

@@ -91,16 +91,18 @@ def levels(parameters: PhysicalParameters, sunlight_steps: int = 0) -> tuple[Num
         How many levels finer sunlight toward the sensor is than all else; not beyond the finest.
     """
     stated = parameters.streams, parameters.sun_streams, parameters.sun_moments, parameters.azimuth_modes
-    if all(each is None for each in stated):
+    if all(size is None for size in stated):
         finer = [LEVELS[min(level + sunlight_steps, len(LEVELS) - 1)] for level in range(len(LEVELS))]
         first, *others = (
-            replace(own, sun_streams=sun.sun_streams, sun_moments=sun.sun_moments, azimuth_modes=sun.azimuth_modes)
-            for own, sun in zip(LEVELS, finer, strict=True)
+            replace(numerics, sun_streams=sun.sun_streams, sun_moments=sun.sun_moments, azimuth_modes=sun.azimuth_modes)
+            for numerics, sun in zip(LEVELS, finer, strict=True)
         )
         return (first if sunlight_steps else replace(first, **COARSEST)), *others
     streams, sun_streams = parameters.streams or STREAMS, parameters.sun_streams or SUN_STREAMS
     modes = parameters.azimuth_modes or AZIMUTH_MODES
     moments = parameters.sun_moments or sun_streams
-    own = Numerics(streams, sun_streams, moments, min(modes, moments), min(modes, 2 * streams, 8), 0.015)
-    next_finer = (each for each in LEVELS if each.streams > streams and each.sun_streams > sun_streams)
-    return own, next(next_finer, replace(LEVELS[-1], streams=32, sun_streams=96, sun_moments=96, azimuth_modes=96))
+    stated_numerics = Numerics(streams, sun_streams, moments, min(modes, moments), min(modes, 2 * streams, 8), 0.015)
+    next_finer = (level for level in LEVELS if level.streams > streams and level.sun_streams > sun_streams)
+    return stated_numerics, next(
+        next_finer, replace(LEVELS[-1], streams=32, sun_streams=96, sun_moments=96, azimuth_modes=96)
+    )

@@ -96,11 +96,11 @@ class OperatorTable:
         return tuple(result)
 
 
-def _window(place: float, count: int) -> tuple[slice, Array]:
-    """Return which of ``count`` nodes interpolate at ``place``, and their weights."""
+def _window(position: float, count: int) -> tuple[slice, Array]:
+    """Return which of ``count`` nodes interpolate at ``position``, and their weights."""
     nodes = min(WINDOW, count)
-    first = min(max(math.floor(place) - nodes // 2 + 1, 0), count - nodes)
-    return slice(first, first + nodes), _lagrange(place - first, nodes)
+    first = min(max(math.floor(position) - nodes // 2 + 1, 0), count - nodes)
+    return slice(first, first + nodes), _lagrange(position - first, nodes)
 
 
 def coarse_thickness(depth: Array, per_octave: int) -> Array:
@@ -208,8 +208,8 @@ def _solved(low: float, high: float, properties: Callable[[Array], Array], toler
 
 def _error(wavenumber_cm1: Array, values: Array, first: int, last: int) -> float:
     """Return how far operators between two wavenumbers are from a straight line."""
-    x, own = wavenumber_cm1[first : last + 1], values[:, first : last + 1]
+    x, operators = wavenumber_cm1[first : last + 1], values[:, first : last + 1]
     share = (x - x[0]) / (x[-1] - x[0])
-    bent = np.max(np.abs(own - own[:, :1] * (1.0 - share) - own[:, -1:] * share))
-    change = np.max(np.ptp(own, axis=1))
+    bent = np.max(np.abs(operators - operators[:, :1] * (1.0 - share) - operators[:, -1:] * share))
+    change = np.max(np.ptp(operators, axis=1))
     return float(bent + change**2 / 8.0)

@@ -62,9 +62,9 @@ class PowerLawGas:
         amount, exponent = self._fit(wavenumber_cm1)
         result: Array = np.exp(-((self._airmass.of(paths) @ amount) ** exponent))
         for row, path in enumerate(paths):
-            own = self._own(wavenumber_cm1, path)
-            if own is not None:
-                result[row] = own
+            transmittance = self._own(wavenumber_cm1, path)
+            if transmittance is not None:
+                result[row] = transmittance
         return result
 
     def _add_airmass(self, legs: Iterable[Leg], known: dict[Leg, Array]) -> None:
@@ -88,10 +88,10 @@ class PowerLawGas:
     def _ask(self, wavenumbers: bytes, legs: tuple[Leg, ...]) -> Array | None:
         wavenumber = np.frombuffer(wavenumbers, dtype=np.float64)
         try:
-            own: Array = self._provider.transmittance(wavenumber, [Path(legs)])[0]
+            transmittance: Array = self._provider.transmittance(wavenumber, [Path(legs)])[0]
         except ProviderError:
             return self._beyond(wavenumber, legs)
-        return own
+        return transmittance
 
     def _beyond(self, wavenumber_cm1: Array, legs: tuple[Leg, ...]) -> Array | None:
         """Extrapolate the transmittance of the longest path to a larger air mass by the power law; return (V,).
@@ -139,7 +139,7 @@ class PowerLawGas:
 def joined(path: Path) -> tuple[Leg, ...]:
     """Return the legs of a path, with consecutive legs in the same direction merged."""
     legs: list[Leg] = []
-    for leg in sorted(path.legs, key=lambda each: (each.zenith_deg, each.lower_m)):
+    for leg in sorted(path.legs, key=lambda leg: (leg.zenith_deg, leg.lower_m)):
         if legs and legs[-1].zenith_deg == leg.zenith_deg and legs[-1].upper_m == leg.lower_m:
             legs[-1] = Leg(legs[-1].lower_m, leg.upper_m, leg.zenith_deg)
         elif leg.lower_m < leg.upper_m:

@@ -65,22 +65,24 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDi
     ProviderError
         If the emissivity and integrated BRDF of a provider do not sum to one within 0.1.
     """
-    own = getattr(sea, "reflection_weights", None)
+    reflection_weights = getattr(sea, "reflection_weights", None)
     wind = _wind(sea, directions)
     # Only the view has an azimuth relative to the wind; streams are azimuth means.
     others = slice(VIEW + 1, None) if wind else slice(None)
     weights = np.empty((directions.mu.size, directions.count, wavenumber_cm1.size))
-    if own is not None:
+    if reflection_weights is not None:
         # Called before the emissivity, which some providers then have in memory.
-        weights[others] = own(wavenumber_cm1, directions.mu[others], directions.streams.mu)
+        weights[others] = reflection_weights(wavenumber_cm1, directions.mu[others], directions.streams.mu)
         if wind:
-            weights[VIEW] = own(wavenumber_cm1, directions.mu[VIEW : VIEW + 1], directions.streams.mu, **wind)[0]
+            weights[VIEW] = reflection_weights(
+                wavenumber_cm1, directions.mu[VIEW : VIEW + 1], directions.streams.mu, **wind
+            )[0]
     emissivity = np.empty((directions.mu.size, wavenumber_cm1.size))
     emissivity[others] = sea.emissivity(wavenumber_cm1, directions.mu[others])
     if wind:
         emissivity[VIEW] = sea.emissivity(wavenumber_cm1, directions.mu[VIEW : VIEW + 1], **wind)[0]
     left = np.maximum(1.0 - emissivity, 0.0)
-    if own is None:
+    if reflection_weights is None:
         weights = _integrated(sea, wavenumber_cm1, directions)
         defect = float(np.max(np.abs(emissivity[0] + weights[0].sum(axis=0) - 1.0)))
         if defect > MAX_DEFECT:
@@ -108,7 +110,7 @@ def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirectio
     onto = hats(mu_in, directions.streams.mu)
     result = np.empty((directions.mu.size, directions.count, wavenumber_cm1.size))
     for row, mu in enumerate(directions.mu):
-        into, turn = (each.ravel() for each in np.meshgrid(mu_in, azimuth, indexing="ij"))
+        into, turn = (angles.ravel() for angles in np.meshgrid(mu_in, azimuth, indexing="ij"))
         brdf = sea.brdf(wavenumber_cm1, np.full(into.size, mu), into, turn)
         mean = brdf.reshape(_COSINES, _AZIMUTHS, -1).mean(axis=1)
         result[row] = onto.T @ (2.0 * np.pi * (mu_in * d_mu)[:, None] * mean)
@@ -118,12 +120,12 @@ def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirectio
 def hats(mu: Array, nodes: Array) -> Array:
     """Return linear interpolation weights (M, N) of ``mu`` between ascending or descending ``nodes``."""
     order = np.argsort(nodes)
-    place = np.interp(mu, nodes[order], np.arange(nodes.size, dtype=np.float64))
-    low = np.minimum(place.astype(np.int64), nodes.size - 2)
+    position = np.interp(mu, nodes[order], np.arange(nodes.size, dtype=np.float64))
+    low = np.minimum(position.astype(np.int64), nodes.size - 2)
     weights = np.zeros((mu.size, nodes.size))
     rows = np.arange(mu.size)
-    weights[rows, order[low]] = 1.0 - (place - low)
-    weights[rows, order[low + 1]] += place - low
+    weights[rows, order[low]] = 1.0 - (position - low)
+    weights[rows, order[low + 1]] += position - low
     return weights
 
 
@@ -178,7 +180,7 @@ class ReflectionModes:
         """Return the modes of the sea repeated for C columns, (..., C x V)."""
         if columns == 1:
             return self
-        return ReflectionModes(*(np.tile(each, columns) for each in (self.view, self.sun, self.between)))
+        return ReflectionModes(*(np.tile(modes, columns) for modes in (self.view, self.sun, self.between)))
 
     def rows(self) -> Iterator[Array]:
         """Yield ``between`` for one stream after the other, (M, N, V)."""
@@ -189,7 +191,7 @@ def unlit_sea_modes(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDire
     """Return the modes of a sea model's BRDF from 1 to ``modes`` - 1; those of the sun are 0."""
     streams = directions.streams.mu
     count = streams.size
-    first, second = (each.ravel() for each in np.meshgrid(streams, streams, indexing="ij"))
+    first, second = (cosines.ravel() for cosines in np.meshgrid(streams, streams, indexing="ij"))
     between = expanded(sea, wavenumber_cm1, first, second, modes)[1:]
     view = expanded(sea, wavenumber_cm1, np.full(count, directions.mu[VIEW]), streams, modes)[1:]
     return ReflectionModes(view, np.zeros_like(view), between.reshape(modes - 1, count, count, -1))

@@ -79,12 +79,14 @@ class SlabOperators:
     @cached_property
     def views(self) -> list[float]:
         """Cosines of the views: of one if they differ in the sun."""
-        return [float(each.mu[VIEW]) for each in (self.directions[:1] if self._one_view else self.directions)]
+        return [
+            float(directions.mu[VIEW]) for directions in (self.directions[:1] if self._one_view else self.directions)
+        ]
 
     @cached_property
     def suns(self) -> list[float]:
         """Cosines of the suns: of one if the views differ."""
-        return [each.mu_sun for each in (self.directions if self._one_view else self.directions[:1])]
+        return [directions.mu_sun for directions in (self.directions if self._one_view else self.directions[:1])]
 
     def of(self, depth: Array, albedo: Array, moments: Array) -> list[tuple[Array, ...]]:
         """Return the operators for each of the directions, in the order of :class:`CloudSlab`.
@@ -112,9 +114,9 @@ class SlabOperators:
         def diffuse(view: int) -> tuple[Array, ...]:
             rows = [view, *streams]
             # (T, V, D, N) -> (T, D, N, V)
-            kernels = (each[:, :, rows, extras:] * factor for each in (solved.reflection, solved.transmission))
-            shares = (each[:, :, rows] for each in (solved.emissivity, solved.far_share, solved.direct))
-            return tuple(np.ascontiguousarray(np.moveaxis(each, 1, -1)) for each in (*shares, *kernels))
+            kernels = (kernel[:, :, rows, extras:] * factor for kernel in (solved.reflection, solved.transmission))
+            shares = (share[:, :, rows] for share in (solved.emissivity, solved.far_share, solved.direct))
+            return tuple(np.ascontiguousarray(np.moveaxis(operator, 1, -1)) for operator in (*shares, *kernels))
 
         for number, where in enumerate(self.directions):
             view, sun = number % len(self.views), len(self.views) + number % len(self.suns)
@@ -133,8 +135,8 @@ class SlabOperators:
         between = np.zeros((depth.shape[0], modes, 2, count * (count + 1) // 2, albedo.size), dtype=np.float32)
         bright = ~np.all(self.faint, axis=0)
         if modes and np.any(bright):
-            own = depth[:, bright], albedo[bright], moments[:, bright]
-            solved = solve_covered_layers(*own, np.array([*views, *suns]), count, modes)
+            layer = depth[:, bright], albedo[bright], moments[:, bright]
+            solved = solve_covered_layers(*layer, np.array([*views, *suns]), count, modes)
             beams[..., bright] = solved.beams.transpose(1, 0, 4, 3, 2)
             between[..., bright] = solved.streams.transpose(2, 0, 1, 4, 3)
         for number in range(len(self.directions)):
@@ -158,11 +160,11 @@ class SlabOperators:
             solved = self._layers(depth, albedo, moments, extras)
         else:
             solved = self._lit(depth, albedo, moments, extras, bright, kernels, turned)
-        for direction, own, kernel in zip(self.directions, self.faint, kernels, strict=True):
-            if np.any(own):
+        for direction, faint, kernel in zip(self.directions, self.faint, kernels, strict=True):
+            if np.any(faint):
                 toward = direction.mu[VIEW : VIEW + 1], direction.mu_sun, np.array([direction.relative_azimuth])
-                layer = depth[:, own], albedo[own], moments[:, own]
-                kernel[:, :, own] = np.stack(solve_sun_two_stream(*layer, *toward, streams=where.count))[..., 0]
+                layer = depth[:, faint], albedo[faint], moments[:, faint]
+                kernel[:, :, faint] = np.stack(solve_sun_two_stream(*layer, *toward, streams=where.count))[..., 0]
         return solved, kernels, turned
 
     def _lit(
@@ -177,11 +179,11 @@ class SlabOperators:
     ) -> LayerOperators:
         """Return diffuse operators, and write kernels and modes where the sun is ``bright``, as for :meth:`_solved`."""
         where, numerics, faint = self.where, self.numerics, ~bright
-        own = depth[:, bright], albedo[bright], moments[:, bright]
+        layer = depth[:, bright], albedo[bright], moments[:, bright]
         if solves_alone(numerics, where):
             modes, turned_modes = numerics.azimuth_modes, numerics.turned_modes
             lit = solve_sunlit_layers(
-                *own, extras[0], where.mu_sun, where.relative_azimuth, where.count, modes, turned_modes
+                *layer, extras[0], where.mu_sun, where.relative_azimuth, where.count, modes, turned_modes
             )
             kernels[0, 0][:, bright], kernels[0, 1][:, bright] = lit.brdf, lit.btdf
             beams, solved = lit.beams, lit.layers
@@ -189,8 +191,8 @@ class SlabOperators:
                 solved = joined(solved, self._layers(depth[:, faint], albedo[faint], moments[:, faint], extras), bright)
         else:
             solved = self._layers(depth, albedo, moments, extras)
-            kernels[..., bright] = self._toward_views(*own)
-            beams = transmit_beams(*own, np.array(extras), where.count, numerics.turned_modes)
+            kernels[..., bright] = self._toward_views(*layer)
+            beams = transmit_beams(*layer, np.array(extras), where.count, numerics.turned_modes)
         turned[..., bright] = beams.transpose(1, 0, 4, 3, 2)
         return solved
 
@@ -205,8 +207,8 @@ class SlabOperators:
         azimuths = [direction.relative_azimuth for direction in self.directions]
         one_view = len(suns) > 1 or not self.views_at_once
         source = views[0] if one_view else suns[0]
-        own = list(zip(suns if one_view else views, azimuths, strict=True))
-        every = own if one_view else self.views_at_once
+        wanted = list(zip(suns if one_view else views, azimuths, strict=True))
+        every = wanted if one_view else self.views_at_once
         sizes = self.numerics.sun_streams, self.numerics.sun_moments, self.numerics.azimuth_modes
         digest = hashlib.sha256(repr((sizes, tuple(every), source)).encode())
         for array in (depth, albedo, moments):
@@ -216,7 +218,7 @@ class SlabOperators:
             cosines, turned = zip(*every, strict=True)
             return (self._sunlight_between(depth, albedo, moments, cosines, source, turned),)
 
-        return self.memory.get_or_compute(digest.digest(), compute)[0][[every.index(each) for each in own]]
+        return self.memory.get_or_compute(digest.digest(), compute)[0][[every.index(direction) for direction in wanted]]
 
     def _sunlight_between(
         self,

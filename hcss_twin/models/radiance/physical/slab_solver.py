@@ -115,8 +115,8 @@ class SlabSolver:
             once, and the memory keeps what solvers of the same views will ask for.
         """
         tops = layer.cloud_top_m(thickness_m)
-        own = self._optics.single_scattering(layer.microphysics, self._wavenumber)
-        moments = extended_moments(own.moments, KEPT_MOMENTS if self._directions.sun is not None else 0)
+        scattering = self._optics.single_scattering(layer.microphysics, self._wavenumber)
+        moments = extended_moments(scattering.moments, KEPT_MOMENTS if self._directions.sun is not None else 0)
         slabs = []
         for t, operators in enumerate(self._operators(layer, thickness_m.tolist(), together, toward)):
             thickness = float(thickness_m[t])
@@ -140,8 +140,8 @@ class SlabSolver:
                     beam_transmission=turned,
                     beam_reflection=turned_back,
                     between_streams=between,
-                    optical_thickness=thickness * own.extinction_m1,
-                    albedo=own.albedo,
+                    optical_thickness=thickness * scattering.extinction_m1,
+                    albedo=scattering.albedo,
                     moments=moments,
                 )
             )
@@ -155,7 +155,7 @@ class SlabSolver:
         many = len({*known, *thickness_m}) > FEW_THICKNESSES or len(self.views_at_once) > MANY_VIEWS
         if layer not in self._tables and many:
             grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m, self._numerics.per_octave)
-            solvers = [each for each in together if layer not in each._tables]
+            solvers = [solver for solver in together if layer not in solver._tables]
             steps, solved = self._solve(layer, grid, solvers, toward)
             for solver, operators in zip(solvers, solved, strict=True):
                 solver._tables[layer] = steps, OperatorTable(grid, operators, self._numerics.per_octave)
@@ -164,12 +164,12 @@ class SlabSolver:
         beyond = [h for h in thickness_m if not within[0] <= h <= within[1]]
         new = [h for h in beyond if (layer, h) not in self._single]
         for some in (new[first : first + WINDOW] for first in range(0, len(new), WINDOW)):  # more would be a grid
-            solvers = [each for each in together if any((layer, h) not in each._single for h in some)]
-            own, every = self._solve(layer, np.array(some), solvers, toward)
-            for solver, each in zip(solvers, every, strict=True):
-                every_h = (tuple(array[n] for array in each) for n in range(len(some)))
+            solvers = [solver for solver in together if any((layer, h) not in solver._single for h in some)]
+            steps, every = self._solve(layer, np.array(some), solvers, toward)
+            for solver, operators in zip(solvers, every, strict=True):
+                every_h = (tuple(array[n] for array in operators) for n in range(len(some)))
                 solver._single |= {
-                    (layer, h): solver._spread(own, layer, h, of_h) for h, of_h in zip(some, every_h, strict=True)
+                    (layer, h): solver._spread(steps, layer, h, of_h) for h, of_h in zip(some, every_h, strict=True)
                 }
         for h in thickness_m:
             if known_table is None or h in beyond:
@@ -192,10 +192,12 @@ class SlabSolver:
 
     def _scattered_once(self, layer: CloudLayer, wavenumber_cm1: Array) -> tuple[Array, Array]:
         """Return the kernel (V,) of sunlight scattered once toward the view, and scaled extinction (V,), m-1."""
-        own, where = self._optics.single_scattering(layer.microphysics, wavenumber_cm1), self._directions
-        scaled = delta_m(own.extinction_m1[None], own.albedo, own.moments, self._numerics.sun_moments)
+        scattering, where = self._optics.single_scattering(layer.microphysics, wavenumber_cm1), self._directions
+        scaled = delta_m(
+            scattering.extinction_m1[None], scattering.albedo, scattering.moments, self._numerics.sun_moments
+        )
         toward = where.mu[VIEW : VIEW + 1], where.mu_sun, np.array([where.relative_azimuth])
-        return once_back_kernel(scaled, own.albedo, own.moments, *toward)[:, 0], scaled.thickness[0]
+        return once_back_kernel(scaled, scattering.albedo, scattering.moments, *toward)[:, 0], scaled.thickness[0]
 
     def _reflected_once(self, kernel: Array, extinction_m1: Array, thickness_m: Array) -> Array:
         """Return the reflectance (T, V) of sunlight scattered once toward the view, sr-1."""
@@ -224,25 +226,25 @@ class SlabSolver:
         every = toward or solvers
         steps = self._steps(layer, every)
         scattering = self._optics.single_scattering(layer.microphysics, steps.wavenumber_cm1)
-        own = thickness_m[:, None] * scattering.extinction_m1, scattering.albedo, scattering.moments
+        layers = thickness_m[:, None] * scattering.extinction_m1, scattering.albedo, scattering.moments
         digest = hashlib.sha256(repr((self._numerics, self._closed_form, steps.below is None)).encode())
-        faint = [each._is_faint(steps.wavenumber_cm1) for each in every]
-        for each, own_faint in zip(every, faint, strict=True):
-            where = each._directions
+        faint = [solver._is_faint(steps.wavenumber_cm1) for solver in every]
+        for solver, own_faint in zip(every, faint, strict=True):
+            where = solver._directions
             digest.update(repr((where.sun, where.relative_azimuth)).encode())
             for array in (where.mu, own_faint):
                 digest.update(array.tobytes())
-        for array in own:
+        for array in layers:
             digest.update(np.ascontiguousarray(array).tobytes())
 
         def compute() -> list[tuple[Array, ...]]:
-            where = [each._directions for each in every]
+            where = [solver._directions for solver in every]
             solution = SlabOperators(self._numerics, self._closed_form, self._memory, where, faint, self.views_at_once)
-            result = solution.of(*own)
+            result = solution.of(*layers)
             if steps.below is not None and self._directions.sun is not None:
-                for each, arrays in zip(every, result, strict=True):
-                    once = each._scattered_once(layer, steps.wavenumber_cm1)
-                    arrays[SUN_REFLECTION][:, 0] -= each._reflected_once(*once, thickness_m)
+                for solver, arrays in zip(every, result, strict=True):
+                    once = solver._scattered_once(layer, steps.wavenumber_cm1)
+                    arrays[SUN_REFLECTION][:, 0] -= solver._reflected_once(*once, thickness_m)
             return result
 
         wanted = [every.index(solver) for solver in solvers]

@@ -62,7 +62,7 @@ def sunlight_between(columns: SceneColumns, sea: ReflectionModes, mirror: Mirror
             down, up = _reflected(columns, light, direct, sea.repeated(columns.count), columns.sea_level_m)
             seen = columns.air.transmittance(_glint_path(columns))[0]
             if mirror is not None:
-                beams = np.sum([each.beams for each in light], axis=0)
+                beams = np.sum([transmitted.beams for transmitted in light], axis=0)
                 more = mirrored(columns.slabs, columns.directions, mirror, sea, beams, direct) * seen
                 down, up = down + more[0], up + more[1]
             cloud += down
@@ -100,13 +100,13 @@ def _below(columns: SceneColumns, slab: CloudSlab, above: list[_Transmitted], di
     """Return the light below a cloud, given that above it; ``direct`` (2, S) transmission of view and sun above it."""
     streams, weight = slab.direct[1:], _weight(columns)[:, None]
     mean = np.stack((slab.transmission[VIEW] / weight, slab.sun_transmission[1:]))
-    own = np.concatenate((mean[None], slab.beam_transmission)) * direct[:, None]
+    beams = np.concatenate((mean[None], slab.beam_transmission)) * direct[:, None]
     if above:
-        onto = np.sum([each.beams for each in above], axis=0) * weight
+        onto = np.sum([transmitted.beams for transmitted in above], axis=0) * weight
         rows = _rows(slab.between_streams[:, 1])
-        own = own + np.stack([np.einsum("mjv,mbjv->mbv", row, onto) for row in rows], axis=2)
-    passed = [replace(each, beams=each.beams * streams) for each in above]
-    return [*passed, _Transmitted(slab.base_m, slab.top_m, own)]
+        beams = beams + np.stack([np.einsum("mjv,mbjv->mbv", row, onto) for row in rows], axis=2)
+    passed = [replace(transmitted, beams=transmitted.beams * streams) for transmitted in above]
+    return [*passed, _Transmitted(slab.base_m, slab.top_m, beams)]
 
 
 def _modes_of(slab: CloudSlab) -> ReflectionModes:
@@ -153,8 +153,8 @@ def _reflected(
     to_surface = columns.crossed(lambda number: to_space(lower_m[number], sun.zenith_deg))
     down = up = np.zeros_like(columns.received)
     seen_down, seen_up = [], []
-    for each in light:
-        base, top = each.base_m, each.top_m
+    for transmitted in light:
+        base, top = transmitted.base_m, transmitted.top_m
         below = air.crossed([[Path((Leg(lower_m[n], base[n], z),)) for n in numbers] for z in stream_deg])
         to_base = columns.crossed(lambda number, base=base: to_space(base[number], sun.zenith_deg))  # type: ignore[misc]
         through = air.crossed(
@@ -168,14 +168,19 @@ def _reflected(
         )
         seen_down.append(air.transmittance(below + from_surface + to_base))
         seen_up.append(air.transmittance(through + to_surface))
-        down = down + np.einsum("m,j,mjv,mjv,jv->v", turn, weight, modes.view, each.beams[first:, 1], seen_down[-1])
-        up = up + np.einsum("m,j,mjv,mjv,jv->v", turn, weight, each.beams[first:, 0], modes.sun, seen_up[-1])
+        down = down + np.einsum(
+            "m,j,mjv,mjv,jv->v", turn, weight, modes.view, transmitted.beams[first:, 1], seen_down[-1]
+        )
+        up = up + np.einsum("m,j,mjv,mjv,jv->v", turn, weight, transmitted.beams[first:, 0], modes.sun, seen_up[-1])
     # Light scattered both ways sees the air as if the lowest cloud scattered it, times the ratio for one way.
     from_view, from_sun = (
-        sum(each.beams[first:, beam] * _ratio(own, seen[-1]) for each, own in zip(light, seen, strict=True))
+        sum(
+            transmitted.beams[first:, beam] * _ratio(transmittance, seen[-1])
+            for transmitted, transmittance in zip(light, seen, strict=True)
+        )
         for beam, seen in enumerate((seen_up, seen_down))
     )
-    upward, downward = (each.ravel() for each in np.indices((weight.size, weight.size)))
+    upward, downward = (index.ravel() for index in np.indices((weight.size, weight.size)))
     seen = air.transmittance(through.take(upward) + below.take(downward) + to_base)
     left = from_view * weight[:, None] * turn[:, None, None]
     right = from_sun * weight[:, None]

@@ -65,8 +65,8 @@ def scattered_once(
     relative_azimuth : float
         Radians, as :func:`hcss_twin.physics.geometry.relative_azimuth_rad`.
     """
-    own, top_m = getattr(transmittance, "solar_path_radiance", None), float(profile.altitude_m[-1])
-    if own is None or sun is None:
+    solar_path_radiance, top_m = getattr(transmittance, "solar_path_radiance", None), float(profile.altitude_m[-1])
+    if solar_path_radiance is None or sun is None:
         return lambda altitude_m: np.zeros_like(wavenumber_cm1)
     highest = sun_zenith_along(view_zenith_deg, sun.zenith_deg, relative_azimuth, top_m, _MIN_EARTH_RADIUS_M)
     if max(sun.zenith_deg, highest) > MAX_SUN_ZENITH_DEG:
@@ -75,7 +75,7 @@ def scattered_once(
     @cache
     def above(altitude_m: float) -> Array:
         paths, azimuth_deg = [to_space(altitude_m, view_zenith_deg)], float(np.degrees(relative_azimuth))
-        radiance: Array = own(wavenumber_cm1, paths, sun.zenith_deg, azimuth_deg)[0]
+        radiance: Array = solar_path_radiance(wavenumber_cm1, paths, sun.zenith_deg, azimuth_deg)[0]
         return radiance
 
     return above

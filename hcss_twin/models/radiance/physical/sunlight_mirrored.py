@@ -84,21 +84,23 @@ class Mirror:
 def unlit_mirror(sea: SeaModel, wavenumber_cm1: Array, where: ColumnDirections, streams: int) -> Mirror:
     """Return the mirror of a sea with as many ``streams``, without a sun: its light is 0."""
     places = _spaced(wavenumber_cm1)
-    own, fine = wavenumber_cm1[places], gauss_streams(streams).mu
+    spaced_cm1, fine = wavenumber_cm1[places], gauss_streams(streams).mu
     first, second = np.triu_indices(streams)
-    pairs = expanded(sea, own, fine[first], fine[second], 2 * streams)
-    between = np.empty((2 * streams, streams, streams, own.size))
+    pairs = expanded(sea, spaced_cm1, fine[first], fine[second], 2 * streams)
+    between = np.empty((2 * streams, streams, streams, spaced_cm1.size))
     between[:, first, second] = between[:, second, first] = pairs
-    view = expanded(sea, own, np.full(streams, where.mu[VIEW]), fine, 2 * streams)
-    weights = np.stack([np.interp(wavenumber_cm1, own, row) for row in np.eye(own.size)])
-    mean, exact = (_folded(sea, own, where, count) for count in (streams, DENSE))
-    return Mirror(places, weights, ReflectionModes(view, np.zeros_like(view), between), mean, exact, np.zeros(own.size))
+    view = expanded(sea, spaced_cm1, np.full(streams, where.mu[VIEW]), fine, 2 * streams)
+    weights = np.stack([np.interp(wavenumber_cm1, spaced_cm1, row) for row in np.eye(spaced_cm1.size)])
+    mean, exact = (_folded(sea, spaced_cm1, where, count) for count in (streams, DENSE))
+    return Mirror(
+        places, weights, ReflectionModes(view, np.zeros_like(view), between), mean, exact, np.zeros(spaced_cm1.size)
+    )
 
 
 def _folded(sea: SeaModel, wavenumber_cm1: Array, where: ColumnDirections, count: int) -> ReflectionModes:
     """Return mode 0 along the streams of ``where``, folded onto the second ones from more streams, without a sun."""
     many, few = gauss_streams(count), where.streams.mu
-    out, into = (each.ravel() for each in np.meshgrid((where.mu[VIEW], *few), many.mu, indexing="ij"))
+    out, into = (cosines.ravel() for cosines in np.meshgrid((where.mu[VIEW], *few), many.mu, indexing="ij"))
     mean = expanded(sea, wavenumber_cm1, out, into, 1, 2 * count).reshape(1 + few.size, count, -1)
     onto = (_weight(many)[:, None] * _polynomials(many.mu, few)) / _weight(where.streams)
     folded = np.einsum("jfv,fn->jnv", mean, onto)
@@ -112,10 +114,10 @@ def sunlit_mirror(
 
     That is diffuse light that facets reflect twice, which is not in the BRDF: it is smooth, and has mode 0 only.
     """
-    own, fine, few = wavenumber_cm1[unlit.places], unlit.streams.mu, where.streams.mu
-    sun = expanded(sea, own, fine, np.full(fine.size, where.mu_sun), 2 * fine.size)
-    mean = expanded(sea, own, few, np.full(few.size, where.mu_sun), 1)
-    toward = (np.array([each]) for each in (where.mu[VIEW], where.mu_sun, where.relative_azimuth))
+    spaced_cm1, fine, few = wavenumber_cm1[unlit.places], unlit.streams.mu, where.streams.mu
+    sun = expanded(sea, spaced_cm1, fine, np.full(fine.size, where.mu_sun), 2 * fine.size)
+    mean = expanded(sea, spaced_cm1, few, np.full(few.size, where.mu_sun), 1)
+    toward = (np.array([value]) for value in (where.mu[VIEW], where.mu_sun, where.relative_azimuth))
     twice = surface.reflection[..., unlit.places] / _weight(where.streams)[:, None]
     twice -= np.concatenate((unlit.exact.view, unlit.exact.between[0]))
     onto, view, between = hats(fine, few), unlit.fine.view.copy(), unlit.fine.between.copy()
@@ -127,18 +129,18 @@ def sunlit_mirror(
         ReflectionModes(view, sun, between),
         ReflectionModes(unlit.mean.view + twice[VIEW], mean, unlit.mean.between + twice[VIEW + 1 :]),
         unlit.exact,
-        sea.brdf(own, *toward)[0],
+        sea.brdf(spaced_cm1, *toward)[0],
     )
 
 
 def _spaced(wavenumber_cm1: Array) -> NDArray[np.intp]:
     """Return places of wavenumbers (V,) at some distance from each other, with both ends of each gap."""
     chosen = [0]
-    for place in range(1, wavenumber_cm1.size):
-        after = wavenumber_cm1[min(place + 1, wavenumber_cm1.size - 1)]
-        last = place == wavenumber_cm1.size - 1
+    for number in range(1, wavenumber_cm1.size):
+        after = wavenumber_cm1[min(number + 1, wavenumber_cm1.size - 1)]
+        last = number == wavenumber_cm1.size - 1
         if last or after - wavenumber_cm1[chosen[-1]] > SPACING_CM1:
-            chosen.append(place)
+            chosen.append(number)
     return np.array(chosen, dtype=np.intp)
 
 
@@ -181,8 +183,8 @@ def mirrored(
     beams, direct = at_places(beams), at_places(direct)
     modes = ReflectionModes(
         *(
-            np.concatenate((mean, own[..., some]))
-            for mean, own in (
+            np.concatenate((mean, surface[..., some]))
+            for mean, surface in (
                 (mirror.mean.view, sea.view),
                 (mirror.mean.sun, sea.sun),
                 (mirror.mean.between, sea.between),
@@ -195,8 +197,8 @@ def mirrored(
     if not np.any(bright) or not np.any(lit):
         return result.reshape(2, -1)
     layers = [
-        _Layer(*(at_places(each)[..., bright, :] for each in own))
-        for own in ((x.optical_thickness, x.albedo, x.moments, x.between_streams[:, 0]) for x in slabs)
+        _Layer(*(at_places(values)[..., bright, :] for values in properties))
+        for properties in ((x.optical_thickness, x.albedo, x.moments, x.between_streams[:, 0]) for x in slabs)
     ]
     beams, direct = beams[..., bright, :], direct[:, bright]
     fine, more = mirror.streams, np.empty((mirror.fine.view.shape[0], 2, mirror.streams.mu.size, *direct.shape[1:]))
@@ -205,7 +207,7 @@ def mirrored(
         within[beam], more[:, beam] = _transmitted(layers, mu, fine, where.streams, beams[:, beam])
     after, *risen = _reflected_once(fine, mirror.fine, where, within, more, mirror.direct)
     after[0] += _again(layers, where, fine, *risen, all_orders=False)
-    after[0] += _again(layers, where, where.streams, *(each[:, :, bright] for each in few), all_orders=True)
+    after[0] += _again(layers, where, where.streams, *(light[:, :, bright] for light in few), all_orders=True)
     result[:, bright] = (after - before[:, bright]) @ mirror.weights
     added: Array = result.reshape(2, -1) * lit
     return added
@@ -288,9 +290,9 @@ def _reflected_once(
     turns = _turns(where, modes)[:, None, None, None]
     between = np.moveaxis(sea.between[:modes], -1, 1)  # (M, U, N, N)
 
-    def from_sea(beam: int, own: Array) -> tuple[Array, Array]:
+    def from_sea(beam: int, surface_modes: Array) -> tuple[Array, Array]:
         onto = np.moveaxis(beams[:modes, beam] * weight, -1, 1)  # (M, U, N, C)
-        return direct[beam] * own[:modes, :, None], np.moveaxis(between @ onto, 1, -1)
+        return direct[beam] * surface_modes[:modes, :, None], np.moveaxis(between @ onto, 1, -1)
 
     of_direct, of_scattered = from_sea(1, sea.sun)
     left = turns * weight * beams[:modes, 0]
@@ -319,7 +321,7 @@ def _transmitted(layers: Sequence[_Layer], mu: float, fine: Streams, few: Stream
     series[:kept] += _once(layers, mu, at, kept)
     result = _summed(series, fine.mu, mu, many)
     scattered_more = beams - _summed(_once(layers, mu, few.mu[:, None, None], kept), few.mu, mu, beams.shape[0])
-    sines = [np.sqrt(1.0 - each.mu**2) for each in (fine, few)]
+    sines = [np.sqrt(1.0 - streams.mu**2) for streams in (fine, few)]
     even = _polynomials(fine.mu, few.mu)
     # Odd modes are a polynomial times the sine.
     for parity, weights in enumerate((even, even * sines[0][:, None] / sines[1])):
@@ -329,7 +331,7 @@ def _transmitted(layers: Sequence[_Layer], mu: float, fine: Streams, few: Stream
 
 def _once(layers: Sequence[_Layer], mu: float, at: Array, kept: int) -> Array:
     """Return moments (L, P, C, U) of light that one of the clouds scatters once by its truncated phase function."""
-    depths = [each.scaled(kept) for each in layers]
+    depths = [layer.scaled(kept) for layer in layers]
     result = np.zeros((kept, at.shape[0], *depths[0].shape))
     for number, layer in enumerate(layers):
         peak = layer.moments[kept]
@@ -379,10 +381,10 @@ def _again(
     for mode in range(1, modes):
         back = np.zeros(())
         for layer, through, once in crossed:
-            own = layer.backward(streams.mu, mode)[:, :, None] * once
+            kernel = layer.backward(streams.mu, mode)[:, :, None] * once
             if all_orders:
-                own = layer.between(mode, streams.mu.size) - own
-            back = back + own * through
+                kernel = layer.between(mode, streams.mu.size) - kernel
+            back = back + kernel * through
         falling = np.sum(back * (weight * sun[mode]), axis=1)
         result += turns[mode] * np.sum(weight * view[mode] * falling, axis=0)
     return result

@@ -37,7 +37,7 @@ def _shown(value: Any) -> str:
     if value is None or isinstance(value, int | float | str | slice):
         return f"= {value!r}"
     if isinstance(value, Mapping):
-        return f"with {', '.join(f'{name} {_shown(each)}' for name, each in value.items())}"
+        return f"with {', '.join(f'{name} {_shown(item)}' for name, item in value.items())}"
     if isinstance(value, Sequence):
         return f"of length {len(value)}"
     return f"a {type(value).__name__}"

@@ -94,12 +94,12 @@ class GuardedSensor(Guard):
         if not isinstance(value, api.Points):
             raise self._refuse("points_after()", "Points", type(value).__name__)
         count = np.shape(value.row)
-        each = {
+        positions = {
             name: self._array(f"points_after().{name}", getattr(value, name), count)
             for name in ("row", "column", "row_rate", "column_rate")
         }
         light = self._array("points_after().radiance", value.radiance, (self._shape[0], *count))
-        return api.Points(**each, radiance=light)
+        return api.Points(**positions, radiance=light)
 
     def _measured(self, name: str, *arguments: Any) -> api.Measured:
         value = self._call(name, *arguments)
@@ -116,7 +116,10 @@ class GuardedSensor(Guard):
         checks = {name: real if name == "photon_rate" else (MEASURED_LIMITS[name], *_COUNTED[name]) for name in given}
         return api.Measured(
             self._array(f"{what}.radiance", value.radiance, self._shape, *real),
-            **{name: self._array(f"{what}.{name}", each, self._shape, *checks[name]) for name, each in given.items()},
+            **{
+                name: self._array(f"{what}.{name}", values, self._shape, *checks[name])
+                for name, values in given.items()
+            },
         )
 
 
@@ -131,11 +134,13 @@ class GuardedElements(Guard):
         self, time_s: float, rows: slice, columns: slice, scene: api.ElementScene
     ) -> tuple[api.ElementPixels | api.ElementPoint, ...]:
         value, kinds = self._call("pixels", time_s, rows, columns, scene), (api.ElementPixels, api.ElementPoint)
-        if not isinstance(value, Sequence) or not all(isinstance(each, kinds) for each in value):
+        if not isinstance(value, Sequence) or not all(isinstance(element, kinds) for element in value):
             raise self._refuse("pixels()", "a sequence of ElementPixels and ElementPoint", type(value).__name__)
         return tuple(
-            self._checked_point(each) if isinstance(each, api.ElementPoint) else self._checked(each, rows, columns)
-            for each in value
+            self._checked_point(element)
+            if isinstance(element, api.ElementPoint)
+            else self._checked(element, rows, columns)
+            for element in value
         )
 
     def _checked_point(self, given: api.ElementPoint) -> api.ElementPoint:
@@ -157,7 +162,9 @@ class GuardedElements(Guard):
             if (value := getattr(given, name)) is not None
         }
         checked["velocity_m_s"] = tuple(self._array("pixels().velocity_m_s", given.velocity_m_s, (3,)).tolist())
-        truth = {name: float(self._array(f"pixels().truth['{name}']", each, ())) for name, each in given.truth.items()}
+        truth = {
+            name: float(self._array(f"pixels().truth['{name}']", values, ())) for name, values in given.truth.items()
+        }
         return replace(given, **checked | self._strength(given, (self._bands,)), truth=truth)
 
     def _check_kind(self, given: api.ElementPixels | api.ElementPoint) -> None:
@@ -194,7 +201,7 @@ class GuardedElements(Guard):
             float(self._array(f"{what}.altitude_m", given.altitude_m, (), POSITIVE)),
             **self._strength(given, shape),
             temperature_K=kelvin,
-            truth={name: self._array(f"{what}.truth['{name}']", each, count) for name, each in given.truth.items()},
+            truth={name: self._array(f"{what}.truth['{name}']", values, count) for name, values in given.truth.items()},
         )
 
 

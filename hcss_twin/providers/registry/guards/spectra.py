@@ -149,10 +149,12 @@ class GuardedSurfaces(Guard):
     @functools.cached_property
     def classes(self) -> tuple[api.SurfaceClass, ...]:
         return tuple(
-            each
-            if each.boundary is None
-            else replace(each, boundary=GuardedSea(each.boundary, f"{self._label}, class '{each.name}'", self._speaker))
-            for each in self._read("classes")
+            class_
+            if class_.boundary is None
+            else replace(
+                class_, boundary=GuardedSea(class_.boundary, f"{self._label}, class '{class_.name}'", self._speaker)
+            )
+            for class_ in self._read("classes")
         )
 
     def surface(self, time_s: float, rows: slice, columns: slice) -> api.SurfaceMap:
@@ -168,10 +170,10 @@ class GuardedSurfaces(Guard):
         kelvin = np.asarray(value.temperature_K)
         if kelvin.shape != shape or kelvin.dtype.kind != "f":
             raise self._refuse(f"{what}.temperature_K", f"real numbers of shape {shape}", f"shape {kelvin.shape}")
-        for n, each in fields.items():
-            here = kelvin[number == n]
-            low, high = each.temperature_K  # type: ignore[misc]
+        for n, class_ in fields.items():
+            class_kelvin = kelvin[number == n]
+            low, high = class_.temperature_K  # type: ignore[misc]
             limits = low - KELVIN_TOLERANCE, high + KELVIN_TOLERANCE
-            self._array(f"{what}.temperature_K of class '{each.name}'", here, here.shape, limits)
+            self._array(f"{what}.temperature_K of class '{class_.name}'", class_kelvin, class_kelvin.shape, limits)
             kelvin = np.where(number == n, np.clip(kelvin, low, high), kelvin)
         return api.SurfaceMap(number, kelvin.astype(np.float64, copy=False))

@@ -44,7 +44,7 @@ def random_columns(plan: Plan, count: int) -> Array:
     random = np.random.default_rng(_SEED)
     samples, time_s = plan.samples_per_pixel, float(plan.frame_times_s[0])
     size = plan.grid.rows * samples, plan.grid.columns * samples
-    rows, across = (random.integers(0, each, count).tolist() for each in size)
+    rows, across = (random.integers(0, side, count).tolist() for side in size)
     columns = np.zeros((count, len(plan.layers)))
     for index, (layer, generator) in enumerate(zip(plan.layers, plan.assembly.generators, strict=True)):
         whole = None
@@ -187,7 +187,7 @@ class BenchResult:
         return {
             **vars(self),
             "accuracies": [vars(accuracy) for accuracy in self.accuracies],
-            "brute_force": [vars(each) for each in self.brute_force],
+            "brute_force": [vars(run) for run in self.brute_force],
         }
 
 
@@ -242,9 +242,14 @@ def bench(
         reference = reference_of(scenario, columns, reference_level, lambda text: say(f"reference, {text}"))
         return {
             model: measured(
-                each, asked, rounds, reference, Path(name), partial(_say_of, say, f"{model}: " if every_model else "")
+                assembly,
+                asked,
+                rounds,
+                reference,
+                Path(name),
+                partial(_say_of, say, f"{model}: " if every_model else ""),
             )
-            for model, each in models.items()
+            for model, assembly in models.items()
         }
 
 
@@ -377,7 +382,7 @@ def measured(
 def _accuracy(
     times: Rounds, accuracy: float | str, is_own: bool, check: Certificate, by_band: dict[str, float], scale: float
 ) -> AccuracyResult:
-    own, every = _name(accuracy), _BRUTE.format(1, False)
+    prefix, every = _name(accuracy), _BRUTE.format(1, False)
     return AccuracyResult(
         asked=_text(accuracy),
         own=is_own,
@@ -388,9 +393,9 @@ def _accuracy(
         by_band=by_band,
         checked=check.checked,
         exceeding=check.exceeding,
-        seconds={stage: times.seconds(own + stage) for stage in (*STAGES, CERTIFICATE, *RUNS, RAW)},
-        over_raw={run: times.ratio(own + run, RAW) for run in RUNS},
-        over_brute_force={run: scale * times.ratio(every, own + run) for run in RUNS},
+        seconds={stage: times.seconds(prefix + stage) for stage in (*STAGES, CERTIFICATE, *RUNS, RAW)},
+        over_raw={run: times.ratio(prefix + run, RAW) for run in RUNS},
+        over_brute_force={run: scale * times.ratio(every, prefix + run) for run in RUNS},
     )
 
 

@@ -98,7 +98,7 @@ def bench(
 
     announce(bench_text_before(loaded, accuracies or None, rounds, pixels, every_model))
     found = measure(loaded, accuracies or None, rounds, pixels, folder, announce, every_model, reference_level)
-    text = json.dumps({model: each.as_dict() for model, each in found.items()}, indent=1)
+    text = json.dumps({model: result.as_dict() for model, result in found.items()}, indent=1)
     click.echo(text if printed else "\n\n".join(map(bench_text, found.values())))
     if json_file is not None and not printed:
         write_json(json_file, text)

@@ -45,8 +45,8 @@ PHYSICAL: Mapping[str, Any] = {"radiance.model": "physical", "radiance.parameter
 
 def with_streams(streams: int, **others: Any) -> dict[str, Any]:
     """Return the overrides that select the model ``physical`` with so many streams for all light, and 2 N moments."""
-    own = {"streams": streams, "sun_streams": streams, "azimuth_modes": 2 * streams}
-    return {"radiance.model": "physical", "radiance.parameters": own | others}
+    parameters = {"streams": streams, "sun_streams": streams, "azimuth_modes": 2 * streams}
+    return {"radiance.model": "physical", "radiance.parameters": parameters | others}
 
 
 MODELS: dict[str, dict[str, Any]] = {
@@ -125,9 +125,9 @@ def reference_of(
     radiance = np.sum(known, axis=1) @ grid.weights_cm1.T
     nodes = choose_nodes(grid, known, NODES_TOLERANCE)
     changes = []
-    for each in (level, max(level - 1, 0)):
-        say(f"numerical level {each}")
-        changes.append(np.sum(level_change(assembly, each, grid, nodes, known, columns, sun)[1], axis=1))
+    for numerical_level in (level, max(level - 1, 0)):
+        say(f"numerical level {numerical_level}")
+        changes.append(np.sum(level_change(assembly, numerical_level, grid, nodes, known, columns, sun)[1], axis=1))
     radiance += changes[0]
     text = (
         f"physical at numerical level {level} of {last} ({nodes.wavenumber_cm1.size} of {grid.wavenumber_cm1.size} "
@@ -158,6 +158,6 @@ def table_radiance(plan: Plan, tables: RadianceTables, columns: Array) -> Array 
         return None
     dense = TableReader(tables).at(float(plan.frame_times_s[0]))
     radiance = np.empty((dense.clear.size, 1, columns.shape[0]), dtype=np.float32)
-    thickness = [np.ascontiguousarray(each[np.newaxis], dtype=np.float32) for each in columns.T]
+    thickness = [np.ascontiguousarray(column[np.newaxis], dtype=np.float32) for column in columns.T]
     LookUp(dense).fill(radiance, thickness)
     return radiance[: len(plan.bands), 0].T.astype(np.float64)

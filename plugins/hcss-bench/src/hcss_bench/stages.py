@@ -184,7 +184,7 @@ def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, c
     if compiled:
         instead = rounds.last(prefix + COMPILE) - rounds.last(prefix + KEPT)
         rounds.add(prefix + NEW_RUN, rounds.last(prefix + KEPT_RUN) + instead)
-    planes = np.concatenate([np.ravel(each).view(np.uint8) for each in frame.values()])
+    planes = np.concatenate([np.ravel(array).view(np.uint8) for array in frame.values()])
     rounds.time(prefix + RAW, lambda: write_raw(folder / "raw.bin", planes, plan.frame_times_s.size))
 
 
@@ -208,8 +208,8 @@ def _time_frames(rounds: Rounds, prefix: str, plan: Plan, tables: RadianceTables
     """Compute all frames and return the last one; time not spent on clouds counts as look-up."""
     clock, frame = Clock(), Frame()
     start = time.perf_counter()
-    for each in stream(with_timed_clouds(plan, clock), tables):
-        frame = each
+    for computed in stream(with_timed_clouds(plan, clock), tables):
+        frame = computed
     whole = time.perf_counter() - start
     rounds.add(prefix + CLOUDS, clock.seconds)
     rounds.add(prefix + LOOK_UP, whole - clock.seconds)

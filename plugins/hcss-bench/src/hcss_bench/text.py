@@ -37,11 +37,11 @@ def _lines(result: BenchResult) -> Iterator[str]:
     )
     yield ""
     yield from aligned(list(_rows(results)), indent="")
-    if any(each.own for each in results):
+    if any(result.own for result in results):
         yield f"{_OWN} the scenario's own accuracy"
-    if any(each.exceeding for each in results):
+    if any(result.exceeding for result in results):
         yield f"{_MISSED} pixels that exceed the requested accuracy"
-    checked = " to ".join(str(count) for count in sorted({each.checked for each in results}))
+    checked = " to ".join(str(count) for count in sorted({result.checked for result in results}))
     yield f"error of the tables: of {checked} random pixels, relative to the same radiance model without tables"
     yield f"error of the result: of {result.timed_points} random pixels, relative to the reference of all models:"
     yield f"  {result.reference}"
@@ -62,15 +62,19 @@ def _rows(results: Sequence[AccuracyResult]) -> Iterator[list[str]]:
     def row(name: str, cell: Callable[[AccuracyResult], str]) -> list[str]:
         return [name, *(cell(result) for result in results)]
 
-    yield row("requested accuracy", lambda each: _requested(each) + (_OWN if each.own else ""))
+    yield row("requested accuracy", lambda result: _requested(result) + (_OWN if result.own else ""))
     if any(_is_kelvin(result) for result in results):
-        yield row("relative to the radiance", lambda each: f"{each.accuracy:.1e}")
-        yield row("error of the tables, K", lambda each: _error(each, each.achieved_K) if _is_kelvin(each) else "-")
-    yield row("error of the tables, any band", lambda each: _error(each, each.achieved))
-    yield row("error estimate of the tables", lambda each: f"{each.estimated:.1e}")
-    yield row("error of the result, any band", lambda each: "unknown" if each.error is None else f"{each.error:.1e}")
+        yield row("relative to the radiance", lambda result: f"{result.accuracy:.1e}")
+        yield row(
+            "error of the tables, K", lambda result: _error(result, result.achieved_K) if _is_kelvin(result) else "-"
+        )
+    yield row("error of the tables, any band", lambda result: _error(result, result.achieved))
+    yield row("error estimate of the tables", lambda result: f"{result.estimated:.1e}")
+    yield row(
+        "error of the result, any band", lambda result: "unknown" if result.error is None else f"{result.error:.1e}"
+    )
     for band in results[0].by_band:
-        yield row(f"  {band}", lambda each, band=band: f"{each.by_band[band]:.1e}")  # type: ignore[misc]
+        yield row(f"  {band}", lambda result, band=band: f"{result.by_band[band]:.1e}")  # type: ignore[misc]
     yield ["seconds"]
     for stage in (*STAGES, CERTIFICATE, *RUNS, RAW):
         yield [f"  {stage}", *(_short(result.seconds[stage]) for result in results)]
@@ -145,14 +149,14 @@ def draw_bench(found: Mapping[str, BenchResult], path: Path) -> None:
     curves = []
     for family, (model, result) in enumerate(found.items()):
         results = [accuracy for accuracy in result.accuracies if accuracy.error is not None]
-        error, notes = [each.error or 0.0 for each in results], [_requested(each) for each in results]
+        error, notes = [accuracy.error or 0.0 for accuracy in results], [_requested(accuracy) for accuracy in results]
         for run, style in ((KEPT_RUN, "--"), (NEW_RUN, "-")):
-            cost = [each.over_raw[run] for each in results]
+            cost = [accuracy.over_raw[run] for accuracy in results]
             curves.append(Curve(f"{model}, {run}", cost, error, family, style, notes if style == "-" else ()))
-        own = [each for each in result.brute_force if each.together == 1 or each.every > 1]
+        runs = [run for run in result.brute_force if run.together == 1 or run.every > 1]
         label = f"{model}, every pixel integrated; labels: wavenumbers"
-        cost, error = [each.over_raw for each in own], [each.error for each in own]
-        curves.append(Curve(label, cost, error, family, "", [str(each.wavenumbers) for each in own], True))
+        cost, error = [run.over_raw for run in runs], [run.error for run in runs]
+        curves.append(Curve(label, cost, error, family, "", [str(run.wavenumbers) for run in runs], True))
     figure = new_figure(9.0, 6.6)
     axes = figure.add_subplot()
     fill_axes(axes, curves)

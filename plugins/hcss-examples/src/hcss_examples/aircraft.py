@@ -48,12 +48,12 @@ class Aircraft:
         of, angle = self._of, math.radians(self._of.heading)
         velocity = of.speed * math.sin(angle), of.speed * math.cos(angle), of.climb
         x, y, altitude = (
-            start + time_s * each for start, each in zip((of.x, of.y, of.altitude), velocity, strict=True)
+            start + time_s * speed for start, speed in zip((of.x, of.y, of.altitude), velocity, strict=True)
         )
         if altitude < 0.0:
             return []
-        here = ElementPoint(x, y, altitude, velocity_m_s=velocity, truth={"altitude": altitude, "skin": of.skin})
-        parts = [replace(here, radiance=self._skin, area_m2=of.area, temperature_K=of.skin)]
+        point = ElementPoint(x, y, altitude, velocity_m_s=velocity, truth={"altitude": altitude, "skin": of.skin})
+        parts = [replace(point, radiance=self._skin, area_m2=of.area, temperature_K=of.skin)]
         if np.any(self._plume):
-            parts.append(replace(here, intensity=self._plume))
+            parts.append(replace(point, intensity=self._plume))
         return parts

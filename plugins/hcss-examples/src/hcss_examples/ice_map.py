@@ -39,10 +39,12 @@ class IceMap:
     def surface(self, time_s: float, rows: slice, columns: slice) -> SurfaceMap:
         """Return class and temperature at the points of a window."""
         places: Array = np.stack(self._ground(time_s, rows, columns), axis=-1)
-        for name, axis, own in zip(("latitude", "longitude"), self._axes, np.moveaxis(places, -1, 0), strict=True):
-            if own.min() < axis[0] or own.max() > axis[-1]:
+        for name, axis, coordinates in zip(
+            ("latitude", "longitude"), self._axes, np.moveaxis(places, -1, 0), strict=True
+        ):
+            if coordinates.min() < axis[0] or coordinates.max() > axis[-1]:
                 raise ProviderError(
-                    f"ice-map: the image reaches {name} {own.min():.2f} to {own.max():.2f}; "
+                    f"ice-map: the image reaches {name} {coordinates.min():.2f} to {coordinates.max():.2f}; "
                     f"allowed: that of {self._of.file}, {axis[0]:.2f} to {axis[-1]:.2f}"
                 )
         return SurfaceMap((self._share(places) >= self._of.least).astype(np.uint8), self._kelvin(places))

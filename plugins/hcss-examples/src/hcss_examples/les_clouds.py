@@ -66,7 +66,7 @@ class LesClouds:
             np.floor((np.arange(span.start, span.stop) + 0.5 - 0.5 * size + speed * time_s) * cells)
             for (span, size), speed, cells in zip(spans, self._pixels_per_s, self._cells_per_pixel, strict=True)
         )
-        at = np.ix_(*(each.astype(int) % size for each, size in zip((y, x), before.shape, strict=True)))
+        at = np.ix_(*(coordinate.astype(int) % size for coordinate, size in zip((y, x), before.shape, strict=True)))
         thickness = before[at] + (number % 1.0) * (after[at] - before[at])
         return np.where(thickness < self._layer.thickness_min_m, 0.0, thickness).astype(np.float32)
 

@@ -32,8 +32,8 @@ class RollingShutter:
         rows, columns = radiance.shape[1:]
         late, measured = self._late(np.arange(rows)), np.empty(radiance.shape)
         for delay in np.unique(late):
-            own = np.flatnonzero(late == delay)
-            window = slice(int(own[0]), int(own[-1]) + 1), slice(0, columns)
+            rows_of_delay = np.flatnonzero(late == delay)
+            window = slice(int(rows_of_delay[0]), int(rows_of_delay[-1]) + 1), slice(0, columns)
             measured[:, window[0]] = self._inputs.scene_at(time_s + float(delay), *window)
         return Measured(measured)
 

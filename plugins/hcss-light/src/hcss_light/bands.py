@@ -85,19 +85,19 @@ def groups_of_bands(
     glint, mirrored = np.zeros_like(below), mirrored_clouds(inputs, heights, gas)
     sunlight = np.zeros_like(emitted)
     if sun is not None and sun.zenith_deg <= LOWEST_SUN_DEG:
-        both = [each + to_space(float(height), sun.zenith_deg) for each, height in zip(up, heights, strict=True)]
+        both = [path + to_space(float(height), sun.zenith_deg) for path, height in zip(up, heights, strict=True)]
         irradiance = inputs.solar_irradiance(wavenumber) / sun.distance_au**2
         sunlight = inputs.transmittance.transmittance(wavenumber, both) * irradiance
         glint = inputs.sea_sun(sun)
     signal = (black * gas + SUN_SHARE * sunlight)[HEIGHTS // 2]
     result = []
     for band, weights in enumerate(inputs.weights_cm1):
-        own = np.flatnonzero(weights > 0.0)
+        used = np.flatnonzero(weights > 0.0)
         groups = []
         parts = (
-            _grouped(own, (weights * signal)[own], cloud.albedo[own])
+            _grouped(used, (weights * signal)[used], cloud.albedo[used])
             if divided is None
-            else [each.places for each in divided[band]]
+            else [group.places for group in divided[band]]
         )
         for some in parts:
             share, extinction = (weights * signal)[some], cloud.extinction_m1[some]
@@ -140,7 +140,7 @@ def mirrored_clouds(inputs: LightInputs, altitude_m: Array, gas: Array) -> Array
     kelvin = inputs.profile.temperature_at(altitude_m)
     if inputs.layer.temperature_K is not None:
         kelvin = np.full_like(altitude_m, inputs.layer.temperature_K)
-    low, high = (sky_radiance(inputs, wavenumber, float(each), zenith) for each in altitude_m[[0, -1]])
+    low, high = (sky_radiance(inputs, wavenumber, float(end_m), zenith) for end_m in altitude_m[[0, -1]])
     part = ((altitude_m - altitude_m[0]) / (altitude_m[-1] - altitude_m[0]))[:, None]
     # Down to the sea as much gas as the same line of sight has there upward.
     down = whole / np.maximum(gas, np.maximum(whole, 1e-30))
@@ -157,7 +157,7 @@ def sky_radiance(inputs: LightInputs, wavenumber: Array, altitude_m: float, zeni
         return np.asarray(seen)
     higher = inputs.profile.altitude_m[inputs.profile.altitude_m > altitude_m]
     levels = np.concatenate(([altitude_m], higher))
-    paths = [Path(), *(Path((Leg(altitude_m, float(each), zenith_deg),)) for each in higher)]
+    paths = [Path(), *(Path((Leg(altitude_m, float(level_m), zenith_deg),)) for level_m in higher)]
     transmittance = inputs.transmittance.transmittance(wavenumber, paths)
     kelvin = inputs.profile.temperature_at(levels)
     source = planck(wavenumber[None], 0.5 * (kelvin[1:] + kelvin[:-1])[:, None])
@@ -178,7 +178,7 @@ def sunlight_of_air(inputs: LightInputs, sun: Sun | None) -> Array:
     turned = relative_azimuth_rad(view.azimuth_deg, sun.azimuth_deg)
     of_air = inputs.transmittance, inputs.profile
     above = scattered_once(*of_air, view.zenith_deg, sun, turned, wavenumber)
-    share = above(max(each.layer.top_m for each in inputs.stack))
+    share = above(max(cloud.layer.top_m for cloud in inputs.stack))
     result: Array = share * inputs.solar_irradiance(wavenumber) / sun.distance_au**2
     return result
 
@@ -194,4 +194,4 @@ def _grouped(places: NDArray[np.intp], signal: Array, albedo: Array) -> list[NDA
     order = np.argsort(albedo, kind="stable")
     middle = (np.cumsum(signal[order]) - 0.5 * signal[order]) / total
     number = np.minimum((middle * count).astype(np.intp), count - 1)
-    return [places[np.sort(order[number == each])] for each in range(count) if np.any(number == each)]
+    return [places[np.sort(order[number == group])] for group in range(count) if np.any(number == group)]

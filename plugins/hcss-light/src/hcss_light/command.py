@@ -66,8 +66,8 @@ def reference(
 def _line(band: dict[str, Any]) -> str:
     parts = [f"{band['name']}: Monte Carlo {np.mean(band['monte_carlo']):.5g} W m-2 sr-1"]
     for name in ("cube", "columns"):
-        own = band["errors"][name]
-        kelvin = "" if own["bias_K"] is None else f" ({own['bias_K']:+.2f}, {own['rms_K']:.2f} K)"
-        bias = f"{100.0 * own['bias']:+.2f} +- {100.0 * band['noise']:.2f} %"
-        parts.append(f"{name} {bias}, rms {100.0 * own['rms']:.2f} %{kelvin}")
+        error = band["errors"][name]
+        kelvin = "" if error["bias_K"] is None else f" ({error['bias_K']:+.2f}, {error['rms_K']:.2f} K)"
+        bias = f"{100.0 * error['bias']:+.2f} +- {100.0 * band['noise']:.2f} %"
+        parts.append(f"{name} {bias}, rms {100.0 * error['rms']:.2f} %{kelvin}")
     return "; ".join(parts)

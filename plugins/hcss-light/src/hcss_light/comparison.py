@@ -77,9 +77,9 @@ def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
     if plan.light is None or _not_comparable(plan):
         return {}
     draw, squares = np.random.default_rng([plan.scenario.seed, 23]), []
-    for own in plan.extent:
-        first = own.start + LARGEST_SQUARE * int(draw.integers(-(-(own.stop - own.start) // LARGEST_SQUARE)))
-        squares.append((first, min(first + LARGEST_SQUARE, own.stop)))
+    for side in plan.extent:
+        first = side.start + LARGEST_SQUARE * int(draw.integers(-(-(side.stop - side.start) // LARGEST_SQUARE)))
+        squares.append((first, min(first + LARGEST_SQUARE, side.stop)))
     pixels = min(CHECKED_PIXELS, plan.scenario.output.certificate)
     places = [(int(draw.integers(*squares[0])), int(draw.integers(*squares[1]))) for _ in range(pixels)]
     makers = {"cube": PartMaker(plan, tables)}
@@ -96,17 +96,20 @@ def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
 def summary(result: dict[str, Any]) -> dict[str, Any]:
     """Return numbers of pixels and photons, and bias, rms and noise of the mean by band, relative to the mean."""
     bands = {
-        band["name"]: {**{each: band["errors"]["cube"][each] for each in ("bias", "rms")}, "noise": band["noise"]}
+        band["name"]: {
+            **{statistic: band["errors"]["cube"][statistic] for statistic in ("bias", "rms")},
+            "noise": band["noise"],
+        }
         for band in result["bands"]
     }
-    return {each: result[each] for each in ("frame", "photons")} | {"pixels": len(result["pixels"]), "bands": bands}
+    return {key: result[key] for key in ("frame", "photons")} | {"pixels": len(result["pixels"]), "bands": bands}
 
 
 def _not_comparable(plan: Plan) -> str:
     """Return why Monte Carlo cannot compute a plan; empty if it can."""
     if not plan.assembly.has_cloud or not plan.needs_radiance:
         return "scenario: Monte Carlo needs radiance and cloud; allowed: clouds.layers with cloud"
-    if not all(hasattr(plan.assembly.generators[each], "thickness_around_m") for each in cloudy_layers(plan)):
+    if not all(hasattr(plan.assembly.generators[layer], "thickness_around_m") for layer in cloudy_layers(plan)):
         return "clouds.generator: its clouds end with the image; allowed: one that continues them"
     if TOTAL not in {spec.name for spec in plan.variables}:
         return f"output.variables: without '{TOTAL}'; allowed: with it"
@@ -131,7 +134,7 @@ def _compared(
             inputs, sun = light_inputs(toward, tables.spectrum.nodes), toward.sun_at(time_s)
             sampled = SampledClouds(plan, inputs)
         found = sampled.radiance((row, column), time_s, clouds, sun, photons, seed + 7919 * number)
-        mean[number], error[number] = (each[0] for each in found)
+        mean[number], error[number] = (of_point[0] for of_point in found)
         for name, maker in makers.items():
             part, alone = maker.part(frame, (slice(row, row + 1), slice(column, column + 1)))
             values["columns"][number] = alone[0, :, 0, 0]
@@ -140,13 +143,13 @@ def _compared(
     result = []
     for index, band in enumerate(plan.bands):
         noise2 = float(np.mean(error[:, index] ** 2))
-        errors = {name: _errors(own, mean, index, noise2, temperature) for name, own in values.items()}
+        errors = {name: _errors(radiance, mean, index, noise2, temperature) for name, radiance in values.items()}
         result.append(
             {
                 "name": band.name,
                 "monte_carlo": mean[:, index].tolist(),
                 "standard_error": error[:, index].tolist(),
-                **{name: own[:, index].tolist() for name, own in values.items()},
+                **{name: radiance[:, index].tolist() for name, radiance in values.items()},
                 "noise": float(np.sqrt(noise2 / len(places)) / np.mean(mean[:, index])),
                 "errors": errors,
             }
@@ -166,8 +169,8 @@ def write_to_cube(path: Path, scenario: Scenario, result: dict[str, Any]) -> Non
     """
     checked = summary(result) | {"light": result["light"]}
     with NetcdfFile(path, "a") as cube:
-        own = getattr(cube, "hcss_scenario", None)
-        if own is None or json.loads(own) != json.loads(scenario.to_json()):
+        cube_scenario = getattr(cube, "hcss_scenario", None)
+        if cube_scenario is None or json.loads(cube_scenario) != json.loads(scenario.to_json()):
             raise LightError(f"--cube: {path} has another scenario; allowed: a cube of the scenario that is compared")
         cube.hcss_monte_carlo = json.dumps(checked)
 
@@ -206,11 +209,11 @@ class SampledClouds:
             slice(at - before, at + 1 + after) for at, (before, after) in zip(pixel, self._reach, strict=True)
         )
         thickness, layers = clouds.thickness_m((rows, columns)), []
-        for own, slices in zip(self._inputs.stack, self._slices, strict=True):
-            cloud = thickness[own.number]
-            shares = shares_of(self._plan, own.number, time_s, (rows, columns), cloud, slices.edges_m)
-            layers.append((slices, slices.density(cloud, own.shape, shares)))
-        inside = np.array([[each[0] for each in self._reach]])
+        for layer_inputs, slices in zip(self._inputs.stack, self._slices, strict=True):
+            cloud = thickness[layer_inputs.number]
+            shares = shares_of(self._plan, layer_inputs.number, time_s, (rows, columns), cloud, slices.edges_m)
+            layers.append((slices, slices.density(cloud, layer_inputs.shape, shares)))
+        inside = np.array([[margin[0] for margin in self._reach]])
         return radiance_of_layers(self._inputs, layers, inside, sun, photons, seed)
 
 

@@ -60,10 +60,10 @@ class KeptSource:
 
     def at(self, density: Field, moved: Sequence[float]) -> Iterator[Field]:
         """Yield the source (Z, y, x) of each group in clouds that have moved by so many rows and columns, 0 or more."""
-        place = np.floor(moved).astype(np.int64)
-        part = np.asarray(moved, dtype=np.float64) - place
+        whole = np.floor(moved).astype(np.int64)
+        part = np.asarray(moved, dtype=np.float64) - whole
         result = np.empty((self.values.shape[0], *density.shape), dtype=np.float32)
-        _unpack(density, self.low, self.start, self.values, self.means, place, part, result)
+        _unpack(density, self.low, self.start, self.values, self.means, whole, part, result)
         yield from result
 
 
@@ -78,7 +78,7 @@ def _pack(source: Any, mean: Any, low: Any, start: Any, values: Any) -> None:
 
 
 @kernel()
-def _unpack(density: Any, low: Any, start: Any, values: Any, means: Any, place: Any, part: Any, result: Any) -> None:
+def _unpack(density: Any, low: Any, start: Any, values: Any, means: Any, whole: Any, part: Any, result: Any) -> None:
     count, rows, columns = density.shape
     first, size, bottom = np.empty(4, dtype=np.int64), np.empty(4, dtype=np.int64), np.empty(4, dtype=np.int64)
     weight = np.empty(4, dtype=np.float32)
@@ -89,12 +89,12 @@ def _unpack(density: Any, low: Any, start: Any, values: Any, means: Any, place: 
             for corner in range(4):
                 down, right = corner // 2, corner % 2
                 share = (part[0] if down else 1.0 - part[0]) * (part[1] if right else 1.0 - part[1])
-                i = min(max(y - place[0] - down, 0), low.shape[0] - 1)
-                j = min(max(x - place[1] - right, 0), low.shape[1] - 1)
-                own = start[i * low.shape[1] + j]
-                length = start[i * low.shape[1] + j + 1] - own
+                i = min(max(y - whole[0] - down, 0), low.shape[0] - 1)
+                j = min(max(x - whole[1] - right, 0), low.shape[1] - 1)
+                start_of_column = start[i * low.shape[1] + j]
+                length = start[i * low.shape[1] + j + 1] - start_of_column
                 if share > 0.0 and length > 0:
-                    first[near], size[near], weight[near], bottom[near] = own, length, share, low[i, j]
+                    first[near], size[near], weight[near], bottom[near] = start_of_column, length, share, low[i, j]
                     near += 1
             for s in range(count):
                 if density[s, y, x] <= 0.0:

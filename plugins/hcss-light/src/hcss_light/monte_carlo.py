@@ -163,12 +163,12 @@ def _cross(
         elif along[2] < 0.0:
             to_z = (edges[k] - at[2]) / along[2]
         step = max(min(to_x, to_y, to_z), 0.0)
-        own = extinction[i % count_x, j % count_y, k] * per[k]
-        total = own + gas[k]
+        cloud_extinction = extinction[i % count_x, j % count_y, k] * per[k]
+        total = cloud_extinction + gas[k]
         if passed + total * step >= depth:
             for axis in range(3):
                 at[axis] += along[axis] * (depth - passed) / total
-            return _COLLISION, k, own, depth
+            return _COLLISION, k, cloud_extinction, depth
         passed += total * step
         for axis in range(3):
             at[axis] += along[axis] * step
@@ -176,7 +176,7 @@ def _cross(
             k += 1 if along[2] > 0.0 else -1
             if k < 0 or k >= levels:
                 at[2] = edges[0] if k < 0 else edges[levels]
-                return (_SURFACE if k < 0 else _TOP), k, own, passed
+                return (_SURFACE if k < 0 else _TOP), k, cloud_extinction, passed
             at[2] = edges[k] if along[2] > 0.0 else edges[k + 1]
             left = k - 1 if along[2] > 0.0 else k + 1
             if moved[k, 0] != moved[left, 0] or moved[k, 1] != moved[left, 1]:
@@ -217,8 +217,8 @@ def _draw_cosine(cosine: Any, phase: Any, cumulative: Any, draw: Any) -> float:
     width, low, high = cosine[n + 1] - cosine[n], phase[n], phase[n + 1]
     part = (share - cumulative[n]) / (cumulative[n + 1] - cumulative[n])
     # Root of low s + (high - low) s^2 / 2 = part (low + high) / 2.
-    place = part * (low + high) / (low + np.sqrt(low * low + part * (high * high - low * low)))
-    drawn: float = min(max(cosine[n] + width * place, -1.0), 1.0)
+    root = part * (low + high) / (low + np.sqrt(low * low + part * (high * high - low * low)))
+    drawn: float = min(max(cosine[n] + width * root, -1.0), 1.0)
     return drawn
 
 
@@ -244,7 +244,7 @@ def _trace_all(
                 along[:] = -toward
             while True:
                 depth = -np.log(1.0 - draw.random())
-                event, k, own, _ = _cross(at, along, depth, *air)
+                event, k, cloud_extinction, _ = _cross(at, along, depth, *air)
                 if event == _TOP:
                     seen += weight * sky_source
                     break
@@ -265,7 +265,7 @@ def _trace_all(
                     weight *= surface_albedo
                     strength = to_sun[2] / np.pi
                 else:
-                    scattered = albedo[k] * own / (own + gas[k])
+                    scattered = albedo[k] * cloud_extinction / (cloud_extinction + gas[k])
                     seen += weight * (1.0 - scattered) * source[k]
                     weight *= scattered
                     # Backward: the angle between the photon's way to the sensor and the sun's rays.

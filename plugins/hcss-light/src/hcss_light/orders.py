@@ -70,7 +70,10 @@ def coupling(matrix: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     harmonics = basis.reshape(DIRECTIONS, DIRECTIONS)
     mixed = (harmonics @ matrix @ np.linalg.inv(harmonics)).reshape(4, RINGS, 4, RINGS)
     # Back from harmonics to directions: means for the sums, twice these for cosine and sine.
-    result = np.array([mixed[each, :, each] for each in range(4)]) * np.array([0.25, 0.25, 0.5, 0.5])[:, None, None]
+    result = (
+        np.array([mixed[harmonic, :, harmonic] for harmonic in range(4)])
+        * np.array([0.25, 0.25, 0.5, 0.5])[:, None, None]
+    )
     return result.astype(np.float32), turn.astype(np.float32)
 
 
@@ -103,11 +106,11 @@ def block_means(density: Any, sunlight: Any, high: int, wide: int) -> Any:
     for s in range(count):
         for y in range(rows):
             for x in range(columns):
-                own = density[s, y, x]
-                if own > 0.0:
-                    means[s // high, y // wide, x // wide] += own
+                voxel_density = density[s, y, x]
+                if voxel_density > 0.0:
+                    means[s // high, y // wide, x // wide] += voxel_density
                     if lit:
-                        light[s // high, y // wide, x // wide] += own * sunlight[s, y, x]
+                        light[s // high, y // wide, x // wide] += voxel_density * sunlight[s, y, x]
     for s in range(shape[0]):
         for y in range(shape[1]):
             for x in range(shape[2]):
@@ -176,7 +179,7 @@ def successive_orders(
         first_of_row[s, rows] = cloudy
         first_of_kind[kind[s] + 1 :] = cloudy
     number = np.empty((count, rows, columns), dtype=np.int32)
-    place, fixed = np.empty(cloudy, dtype=np.int32), np.empty(cloudy, dtype=np.float32)
+    column_of, fixed = np.empty(cloudy, dtype=np.int32), np.empty(cloudy, dtype=np.float32)
     kept, inside = np.empty((2, cloudy), dtype=np.float32), np.empty((2, cloudy), dtype=np.float32)
     source = np.empty((DIRECTIONS, cloudy), dtype=np.float32)
     mean = np.empty((DIRECTIONS, cloudy), dtype=np.float32)
@@ -185,12 +188,12 @@ def successive_orders(
         own_sun = of_sun[kind[s]]
         for y in range(rows):
             for x in range(columns):
-                own = density[s, y, x]
-                if own <= 0.0:
+                voxel_density = density[s, y, x]
+                if voxel_density <= 0.0:
                     continue
-                place[voxel] = x
+                column_of[voxel] = x
                 for ring in range(2):
-                    depth = own * depths[ring * AZIMUTHS]
+                    depth = voxel_density * depths[ring * AZIMUTHS]
                     weakened = np.exp(-depth)
                     kept[ring, voxel] = weakened
                     inside[ring, voxel] = 1.0 - 0.5 * depth if depth < 1e-3 else (1.0 - weakened) / depth
@@ -221,7 +224,7 @@ def successive_orders(
                     low, end = first_of_row[s, y], first_of_row[s, y + 1]
                     if low == end:
                         continue
-                    at_x = place[low:end]
+                    at_x = column_of[low:end]
                     for d in range(half):
                         along = ray[d, (y - displaced[order, first + d, s, 0]) % rows]
                         back, ring = displaced[order, first + d, s, 1], d // AZIMUTHS
@@ -247,7 +250,7 @@ def successive_orders(
         for y in range(rows):
             for voxel in range(first_of_row[s, y], first_of_row[s, y + 1]):
                 for d in range(DIRECTIONS):
-                    result[s, y, place[voxel]] += shares[d] * mean[d, voxel]
+                    result[s, y, column_of[voxel]] += shares[d] * mean[d, voxel]
     return result, source, number
 
 
@@ -275,12 +278,12 @@ def mix(light: Any, coupled: Any, turn: Any, first_of_all: int, end: int, scatte
                 harmonics[0, ring, n], harmonics[1, ring, n] = even + odd, even - odd
                 harmonics[2, ring, n], harmonics[3, ring, n] = x * cosine - y * sine, x * sine + y * cosine
         for ring in range(RINGS):
-            for each in range(4):
-                a, b, c, d = coupled[each, ring]
+            for harmonic in range(4):
+                a, b, c, d = coupled[harmonic, ring]
                 for n in range(size):
-                    mixed[each, n] = (
-                        a * harmonics[each, 0, n] + b * harmonics[each, 1, n]
-                        + c * harmonics[each, 2, n] + d * harmonics[each, 3, n]
+                    mixed[harmonic, n] = (
+                        a * harmonics[harmonic, 0, n] + b * harmonics[harmonic, 1, n]
+                        + c * harmonics[harmonic, 2, n] + d * harmonics[harmonic, 3, n]
                     )  # fmt: skip
             first, second = scattered[4 * ring, start : start + size], scattered[4 * ring + 1, start : start + size]
             third, fourth = scattered[4 * ring + 2, start : start + size], scattered[4 * ring + 3, start : start + size]

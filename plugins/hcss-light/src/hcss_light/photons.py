@@ -86,7 +86,7 @@ class PhotonLight(ScatteredLight):
 
     def _noise_of_one_photon(self) -> Array:
         """Return the standard deviation (B,) of photons over their mean, among clouds of all thicknesses."""
-        draw, most = np.random.default_rng(22), [each.layer.thickness_max_m for each in self._inputs.stack]
+        draw, most = np.random.default_rng(22), [cloud.layer.thickness_max_m for cloud in self._inputs.stack]
         shape = len(most), 8, 8
         thickness = draw.uniform(0.0, np.reshape(most, (-1, 1, 1)), shape) * (draw.random(shape) < 0.5)
         points, sun = np.argwhere(np.ones((4, 4))).astype(np.float64), highest_sun(self._inputs)
@@ -99,7 +99,7 @@ class PhotonLight(ScatteredLight):
 
     def expected_errors(self) -> list[float]:
         """Return the noise (B,), rms over pixels relative to the mean radiance."""
-        return [float(each) for each in self._noise]
+        return [float(noise) for noise in self._noise]
 
     @staticmethod
     def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:

@@ -122,17 +122,17 @@ def radiance_of_layers(
     seed: int = 0,
 ) -> tuple[Array, Array]:
     """Return the same among the clouds of one layer or more: levels, and densities (Z, y, x) on them, of each."""
-    edges_m = _edges([each for each, _ in layers])
+    edges_m = _edges([slices for slices, _ in layers])
     density, parts = np.zeros((*layers[0][1].shape[1:], edges_m.size - 1)), []
-    for slices, own in layers:
+    for slices, layer_density in layers:
         first = int(np.searchsorted(edges_m, slices.base_m))
         parts.append(slice(first, first + slices.count))
-        density[:, :, parts[-1]] = np.moveaxis(own, 0, 2)
+        density[:, :, parts[-1]] = np.moveaxis(layer_density, 0, 2)
     bands = inputs.weights_cm1.shape[0]
     result = np.zeros((2, len(points), bands))
     for band in range(bands):
         airs = list(_airs(inputs, edges_m, sun, band))
-        total = sum(each.signal for each in airs)
+        total = sum(air.signal for air in airs)
         for number, air in enumerate(airs):
             photons_of = max(round(photons * air.signal / total), LEAST_PHOTONS)
             draws = seed + 1000 * band + number
@@ -167,7 +167,7 @@ def scattering_table(particles: Particles) -> ScatteringTable:
 def _airs(inputs: LightInputs, edges: Array, sun: Sun | None, band: int) -> Iterator[Air]:
     used = np.flatnonzero(inputs.weights_cm1[band] > 0.0)
     wavenumber, view, top_m = inputs.wavenumber_cm1[used], inputs.view, float(edges[-1])
-    clouds = [each.optics.single_scattering(each.layer.microphysics, wavenumber) for each in inputs.stack]
+    clouds = [cloud.optics.single_scattering(cloud.layer.microphysics, wavenumber) for cloud in inputs.stack]
     height_m, middle_m = np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])
     up = [to_space(float(edge), view.zenith_deg) for edge in edges]
     gas = np.maximum(inputs.transmittance.transmittance(wavenumber, up), 1e-30)
@@ -179,13 +179,13 @@ def _airs(inputs: LightInputs, edges: Array, sun: Sun | None, band: int) -> Iter
     through = gas[-1]
     depth = absorption * height_m / across
     passed = np.cumsum(depth[::-1], axis=0)[::-1] - depth
-    own = np.sum(black * -np.expm1(-depth) * np.exp(-passed), axis=0)
+    emission = np.sum(black * -np.expm1(-depth) * np.exp(-passed), axis=0)
     open_share = np.exp(-np.sum(depth, axis=0))
     clear = inputs.clear(sun)[used]
     above = above + sunlight_of_air(inputs, sun)[used]
     seen = through * open_share > OPAQUE
     below = np.where(
-        seen, ((clear - above) / np.where(seen, through, 1.0) - own) / np.where(seen, open_share, 1.0), black[0]
+        seen, ((clear - above) / np.where(seen, through, 1.0) - emission) / np.where(seen, open_share, 1.0), black[0]
     )
     sky = sky_radiance(inputs, wavenumber, top_m)
     sunlight = np.zeros_like(wavenumber)
@@ -195,36 +195,36 @@ def _airs(inputs: LightInputs, edges: Array, sun: Sun | None, band: int) -> Iter
     glint = np.zeros_like(wavenumber) if sun is None else inputs.sea_sun(sun)[used] / np.where(seen, through, 1.0)
     glint = np.where(seen, glint / np.where(seen, open_share, 1.0), 0.0)
     emitted = black.copy()
-    for layer in (each.layer for each in inputs.stack):
+    for layer in (cloud.layer for cloud in inputs.stack):
         if layer.temperature_K is not None:
             emitted[(middle_m > layer.base_m) & (middle_m < layer.top_m)] = planck(wavenumber, layer.temperature_K)
     upright = 1.0 - inputs.sea.emissivity(wavenumber, np.ones(1))[0]
     slopes = float(getattr(inputs.sea, "mean_square_slope", MEAN_SQUARE_SLOPE))
-    for place, node in enumerate(used.tolist()):
-        sea = RoughSea(slopes, float(index_of(upright[place])))
-        light = float(below[place]) - float(glint[place])
+    for index, node in enumerate(used.tolist()):
+        sea = RoughSea(slopes, float(index_of(upright[index])))
+        light = float(below[index]) - float(glint[index])
         mirrored, shares = facets(sea, across)
-        vertical = absorption[:, place] * height_m[:, 0]
-        light -= float(shares @ _downward(mirrored, vertical, black[:, place], float(sky[place])))
-        if sun is not None and glint[place] > 0.0:
+        vertical = absorption[:, index] * height_m[:, 0]
+        light -= float(shares @ _downward(mirrored, vertical, black[:, index], float(sky[index])))
+        if sun is not None and glint[index] > 0.0:
             to_sun = Direction(sun.zenith_deg, sun.azimuth_deg).vector
-            own = glint_of(Direction(view.zenith_deg, view.azimuth_deg).vector, to_sun, 0.5 * slopes, sea.index)
-            own *= float(sunlight[place]) * math.exp(-float(np.sum(vertical)) / float(to_sun[2]))
-            sea = replace(sea, strength=min(float(glint[place]) / max(own, 1e-300), MOST_STRENGTH))
+            emission = glint_of(Direction(view.zenith_deg, view.azimuth_deg).vector, to_sun, 0.5 * slopes, sea.index)
+            emission *= float(sunlight[index]) * math.exp(-float(np.sum(vertical)) / float(to_sun[2]))
+            sea = replace(sea, strength=min(float(glint[index]) / max(emission, 1e-300), MOST_STRENGTH))
         yield Air(
             float(inputs.weights_cm1[band, node]),
             tuple(
-                Particles(float(cloud.extinction_m1[place]), float(cloud.albedo[place]), cloud.moments[:, place])
+                Particles(float(cloud.extinction_m1[index]), float(cloud.albedo[index]), cloud.moments[:, index])
                 for cloud in clouds
             ),
-            absorption[:, place],
-            emitted[:, place],
-            float(sky[place]),
+            absorption[:, index],
+            emitted[:, index],
+            float(sky[index]),
             max(light / (1.0 - float(np.sum(shares))), 0.0),
-            float(sunlight[place]),
+            float(sunlight[index]),
             sea,
-            float(through[place]),
-            float(above[place]),
+            float(through[index]),
+            float(above[index]),
         )
 
 
@@ -232,9 +232,9 @@ def _downward(cosine: Array, depth: Array, black: Array, sky: float) -> Array:
     """Return the radiance (N,) of the clear sky at the sea for the vertical optical thickness of levels (Z,)."""
     slanted = depth / cosine[:, None]
     below = np.cumsum(slanted, axis=1) - slanted
-    own: Array = np.sum(-np.expm1(-slanted) * black * np.exp(-below), axis=1)
-    own += sky * np.exp(-np.sum(slanted, axis=1))
-    return own
+    radiance: Array = np.sum(-np.expm1(-slanted) * black * np.exp(-below), axis=1)
+    radiance += sky * np.exp(-np.sum(slanted, axis=1))
+    return radiance
 
 
 def _of_wavenumber(
@@ -246,10 +246,10 @@ def _of_wavenumber(
     slope = up[:2] / up[2]
     per, albedo = np.zeros((2, count))
     kind, moved = np.zeros(count, dtype=np.int64), np.zeros((count, 2))
-    for number, (own, particles, part) in enumerate(zip(inputs.stack, air.particles, parts, strict=True)):
+    for number, (cloud, particles, part) in enumerate(zip(inputs.stack, air.particles, parts, strict=True)):
         per[part], albedo[part], kind[part] = particles.extinction_m1, particles.albedo, number
         # Lines of sight meet the columns of each layer at its own altitude; those of the lowest stand where they are.
-        moved[part.start :] = (own.reference_m - inputs.reference_m) * slope
+        moved[part.start :] = (cloud.reference_m - inputs.reference_m) * slope
     voxels = Voxels(
         density,
         edges_m,

@@ -72,20 +72,20 @@ class ReliefClouds(FractalClouds):
         given = {name: value for name, value in flat.items() if name in parameters.model_fields_set}
         super().__init__(inputs, FractalParameters(**given))
         of_columns = (AXIS_Z[0], "it shapes clouds in height with radiance.light; independent columns have no shape")
-        self.skipped = tuple(of_columns if each == AXIS_Z else each for each in self.skipped)
+        self.skipped = tuple(of_columns if key == AXIS_Z else key for key in self.skipped)
         self._relief, self._roughness, self._seed = parameters.base_relief, parameters.roughness, inputs.seed
-        own, thickest = self.parameters, inputs.layer.thickness_max_m
-        assert own.gamma is not None
-        assert own.L is not None
-        assert own.k is not None
-        octaves = separate_octaves(own, inputs.grid, inputs.motion, False)
-        scale = 16_000.0 / math.sqrt(own.L[0] * own.L[1])
-        body = [octave for octave in octaves if scale / own.gamma**octave.k >= thickest / SMOOTHEST] or [octaves[0]]
-        variance = math.fsum(each.variance for each in body)
-        body = [replace(each, variance=each.variance / variance) for each in body]
+        shape, thickest = self.parameters, inputs.layer.thickness_max_m
+        assert shape.gamma is not None
+        assert shape.L is not None
+        assert shape.k is not None
+        octaves = separate_octaves(shape, inputs.grid, inputs.motion, False)
+        scale = 16_000.0 / math.sqrt(shape.L[0] * shape.L[1])
+        body = [octave for octave in octaves if scale / shape.gamma**octave.k >= thickest / SMOOTHEST] or [octaves[0]]
+        variance = math.fsum(octave.variance for octave in body)
+        body = [replace(octave, variance=octave.variance / variance) for octave in body]
         self._body = FractalField(inputs.seed, tuple(body))
         # Lumps: from half the greatest thickness, or the first cell, on.
-        widest = min(0.5 * thickest, scale / own.gamma ** own.k[0])
+        widest = min(0.5 * thickest, scale / shape.gamma ** shape.k[0])
         finest = FINEST_PIXELS * inputs.grid.pixel_size_m
         self._octaves = []
         for number in range(OCTAVES):
@@ -93,7 +93,7 @@ class ReliefClouds(FractalClouds):
             if number and cell_m < finest:
                 break
             cells = scale / cell_m
-            lumps = own.model_copy(update={"L": (own.L[0] * cells, own.L[1] * cells), "k": (0, 0)})
+            lumps = shape.model_copy(update={"L": (shape.L[0] * cells, shape.L[1] * cells), "k": (0, 0)})
             self._octaves.append((cell_m, separate_octaves(lumps, inputs.grid, inputs.motion, False)))
         self._soft_m = max(SOFT * self._octaves[-1][0], inputs.grid.pixel_size_m)
         # The value of V' at the outline, and how fast that of eqs 5 and 7 grows with thickness, between its quartiles.
@@ -130,7 +130,10 @@ class ReliefClouds(FractalClouds):
         (thickness,) = field_thickness(field.astype(np.float32)[None], layer, exponent, in_place=True)
         coarse, thickness = coarse[thickness > 0.0], thickness[thickness > 0.0]
         # Differences over two pixels, as of windows.
-        steps, share = np.array([[each.y.step, each.x.step] for each in body]), [each.variance for each in body]
+        steps, share = (
+            np.array([[octave.y.step, octave.x.step] for octave in body]),
+            [octave.variance for octave in body],
+        )
         spread = np.sqrt(2.0 * np.array(share) @ (1.0 - KernelCorrelation.tabulate()(2.0 * steps)))
         steep = np.hypot(*(spread[:, None] * draw.standard_normal((2, coarse.size)))) / (2.0 * self._grid.pixel_size_m)
         height = np.linspace(0.0, layer.thickness_max_m, LEVELS)
@@ -161,17 +164,17 @@ class ReliefClouds(FractalClouds):
         """Return the same from the fields of planes, by octave and number."""
         result: Any = np.float32(0.0)
         for octave, (cell_m, _) in enumerate(self._octaves):
-            place = altitude_m / cell_m + 0.37 * octave
-            levels: list[Any] = [np.float32(0.0)] * place.size
-            for plane in range(math.floor(place[0]), math.floor(place[-1]) + 2):
-                away = np.abs(place - plane)
+            position = altitude_m / cell_m + 0.37 * octave
+            levels: list[Any] = [np.float32(0.0)] * position.size
+            for plane in range(math.floor(position[0]), math.floor(position[-1]) + 2):
+                away = np.abs(position - plane)
                 field: Any = field_of(octave, plane) if np.any(away < 1.0) else None
                 for level in np.flatnonzero(away < 1.0).tolist():
                     levels[level] = levels[level] + np.float32(math.cos(0.5 * math.pi * away[level])) * field
-            own = np.stack(levels)
+            displacement = np.stack(levels)
             # The coarsest octave bends the body, the others give it lumps.
             result = result + np.float32(self._roughness * cell_m) * (
-                own if octave == 0 else np.abs(own) - np.float32(0.8)
+                displacement if octave == 0 else np.abs(displacement) - np.float32(0.8)
             )
         lumps: NDArray[np.float32] = result
         return lumps
@@ -181,7 +184,7 @@ class ReliefClouds(FractalClouds):
     ) -> NDArray[np.float32]:
         """Return the shares (Z, y, x) of each column between altitudes (Z + 1,)."""
         layer, edges = self._layer, np.asarray(edges_m, dtype=np.float64)
-        wide = [slice(each.start - 1, each.stop + 1) for each in (rows, columns)]
+        wide = [slice(span.start - 1, span.stop + 1) for span in (rows, columns)]
         x = self._pixels("columns", wide[1], self._grid.columns, self._speed_x, time_s)
         y = self._pixels("rows", wide[0], self._grid.rows, self._speed_y, time_s)
         body = self._body.window(time_s, y, x).astype(np.float32)

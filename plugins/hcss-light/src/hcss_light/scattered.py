@@ -49,14 +49,14 @@ class ScatteredLight:
         self._inputs = inputs
         shone = inputs.sun_zenith_deg <= LOWEST_SUN_DEG
         zenith, azimuth = inputs.sun_zenith_deg[shone].tolist(), inputs.sun_azimuth_deg[shone].tolist()
-        self._suns = [Direction(*each) for each in zip(zenith, azimuth, strict=True)]
+        self._suns = [Direction(*angles) for angles in zip(zenith, azimuth, strict=True)]
         self._steepest_deg = max([inputs.view.zenith_deg, *zenith])
-        self._heights = [each.layer.thickness_max_m / inputs.point_m for each in inputs.stack]
+        self._heights = [cloud.layer.thickness_max_m / inputs.point_m for cloud in inputs.stack]
         self._optical = []
-        for each in inputs.stack:
-            cloud = each.optics.single_scattering(each.layer.microphysics, each.wavenumber_cm1)
+        for layer_cloud in inputs.stack:
+            cloud = layer_cloud.optics.single_scattering(layer_cloud.layer.microphysics, layer_cloud.wavenumber_cm1)
             thickest = np.max(cloud.extinction_m1 * (1.0 - cloud.albedo * cloud.moments[1] ** 2))
-            self._optical.append(float(thickest) * each.layer.thickness_max_m)
+            self._optical.append(float(thickest) * layer_cloud.layer.thickness_max_m)
 
     @property
     def _spread(self) -> int:
@@ -73,8 +73,8 @@ class ScatteredLight:
     def expected_errors(self) -> list[float]:
         """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
         columns, *others = self._differences
-        own = 0.0 if self.tier == "source" else others[0]
-        return stated_errors(self._inputs, columns, others[0] if others else None, own)
+        of_tier = 0.0 if self.tier == "source" else others[0]
+        return stated_errors(self._inputs, columns, others[0] if others else None, of_tier)
 
     def errors_of_columns(self) -> list[float]:
         """Return the same of independent columns."""

@@ -116,8 +116,8 @@ def _away(slices: Slices, height_m: float, toward: Direction) -> Array:
 
 def between(columns: int, points: int) -> Array:
     """Return weights (points, columns) for linear interpolation between every second point."""
-    place = np.minimum(np.arange(points) / STEP, columns - 1.0)
-    weights: Array = np.maximum(1.0 - np.abs(place[:, None] - np.arange(columns)), 0.0)
+    position = np.minimum(np.arange(points) / STEP, columns - 1.0)
+    weights: Array = np.maximum(1.0 - np.abs(position[:, None] - np.arange(columns)), 0.0)
     return weights
 
 

@@ -61,12 +61,12 @@ def facets(sea: RoughSea, cosine: float) -> tuple[Array, Array]:
     """
     nodes, weights = np.polynomial.hermite_e.hermegauss(RULE)
     sigma = math.sqrt(0.5 * sea.mean_square_slope)
-    along, across = (each.ravel() for each in np.meshgrid(sigma * nodes, sigma * nodes))
+    along, across = (slope.ravel() for slope in np.meshgrid(sigma * nodes, sigma * nodes))
     share = np.outer(weights, weights).ravel()
     upright = 1.0 / np.sqrt(1.0 + along**2 + across**2)
     incidence = np.maximum((cosine - along * math.sqrt(1.0 - cosine**2)) * upright, 0.0)
     share = share * incidence / upright
-    share *= np.array([fresnel(float(each), sea.index) for each in incidence]) / np.sum(share)
+    share *= np.array([fresnel(float(angle), sea.index) for angle in incidence]) / np.sum(share)
     up = 2.0 * incidence * upright - cosine
     return up[up > 0.0], share[up > 0.0]
 

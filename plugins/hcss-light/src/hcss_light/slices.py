@@ -136,15 +136,15 @@ def _densities(thickness: Any, slice_m: float, hanging: bool, power: float, resu
     for s in range(count):
         for y in range(rows):
             for x in range(columns):
-                own = float(thickness[y, x])
-                if own <= 0.0:
+                cloud_m = float(thickness[y, x])
+                if cloud_m <= 0.0:
                     result[s, y, x] = 0.0
                     continue
-                base = count * slice_m - own if hanging else 0.0
-                low = min(max((s * slice_m - base) / own, 0.0), 1.0)
-                high = min(max(((s + 1) * slice_m - base) / own, 0.0), 1.0)
+                base = count * slice_m - cloud_m if hanging else 0.0
+                low = min(max((s * slice_m - base) / cloud_m, 0.0), 1.0)
+                high = min(max(((s + 1) * slice_m - base) / cloud_m, 0.0), 1.0)
                 share = high - low if power == 1.0 else high**power - low**power
-                result[s, y, x] = share * own / slice_m
+                result[s, y, x] = share * cloud_m / slice_m
 
 
 @kernel()
@@ -157,9 +157,9 @@ def paths(density: Any, slice_m: float, shifts: Any, amount: Any) -> None:
         for ray in range(VIEW_RAYS):
             row, back = crossed(shifts, s, ray, rows, columns)
             for y in range(rows):
-                own, cloud = amount[y], density[s, (y + row) % rows]
-                add(own[: columns - back], cloud[back:], part)
-                add(own[columns - back :], cloud[:back], part)
+                amount_row, cloud = amount[y], density[s, (y + row) % rows]
+                add(amount_row[: columns - back], cloud[back:], part)
+                add(amount_row[columns - back :], cloud[:back], part)
 
 
 @inner()
@@ -263,10 +263,10 @@ def march(
             for y in range(rows):
                 if not cloudy[(y + row) % rows]:
                     continue
-                seen, own = open_sky[ray, y], radiance[y]
+                seen, radiance_row = open_sky[ray, y], radiance[y]
                 kept, light = through[(y + row) % rows], glow[(y + row) % rows]
-                pass_on(seen[: columns - back], own[: columns - back], kept[back:], light[back:])
-                pass_on(seen[columns - back :], own[columns - back :], kept[:back], light[:back])
+                pass_on(seen[: columns - back], radiance_row[: columns - back], kept[back:], light[back:])
+                pass_on(seen[columns - back :], radiance_row[columns - back :], kept[:back], light[:back])
     for ray in range(VIEW_RAYS):
         for y in range(rows):
             cloudy[y] = False

@@ -200,7 +200,7 @@ def scattered_source(
     for high, wide, count in sizes:
         coarse, lit = (density, sunlight) if (high, wide) == (1, 1) else block_means(density, sunlight, high, wide)
         height_m = high * slices.height_m
-        opaque, gas_m1 = (means(each, high) for each in (around.emitted, around.gas_m1))
+        opaque, gas_m1 = (means(profile, high) for profile in (around.emitted, around.gas_m1))
         step = height_m / (np.abs(flight[:, 2]) * slices.point_m * wide)
         coupled, turn = particles.exchanged
         result, start, number = successive_orders(
@@ -259,13 +259,13 @@ def fine_source(
     for s in range(count):
         for y in range(rows):
             for x in range(columns):
-                own = density[s, y, x]
-                if own <= 0.0:
+                voxel_density = density[s, y, x]
+                if voxel_density <= 0.0:
                     source[s, y, x] = 0.0
                     continue
                 total = emission[s] + scattered[s // high, y // wide, x // wide]
                 if once > 0.0:
-                    seen, lit, together = to_view * own, to_sun * own, 1.0
+                    seen, lit, together = to_view * voxel_density, to_sun * voxel_density, 1.0
                     if seen + lit > 1e-3:
                         together = seen * lit / (seen + lit) * np.expm1(-seen - lit)
                         together /= -np.expm1(-seen) * np.expm1(-lit)

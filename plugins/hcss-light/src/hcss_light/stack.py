@@ -55,10 +55,10 @@ class Stack:
     def edges_m(self) -> Array:
         """Altitudes (Z + 1,) between all slices."""
         edges = [self.layers[0].edges_m]
-        for below, own in pairwise(self.layers):
-            if own.base_m > below.top_m:
-                edges.append(np.linspace(below.top_m, own.base_m, CLEAR_SLICES + 1)[1:])
-            edges.append(own.edges_m[1:])
+        for below, above in pairwise(self.layers):
+            if above.base_m > below.top_m:
+                edges.append(np.linspace(below.top_m, above.base_m, CLEAR_SLICES + 1)[1:])
+            edges.append(above.edges_m[1:])
         return np.concatenate(edges)
 
     @property
@@ -118,12 +118,12 @@ def stack_of(inputs: LightInputs, steepest_deg: float, optical: Sequence[float])
         If the rays are so slanted that too many slices are needed.
     """
     layers = []
-    for each, thickness in zip(inputs.stack, optical, strict=True):
-        layer = each.layer
-        own = slices_of(layer.base_m, layer.top_m, layer.anchor, each.point_m, steepest_deg, thickness)
-        layers.append(replace(own, count=own.count + own.count % 2))
+    for cloud, thickness in zip(inputs.stack, optical, strict=True):
+        layer = cloud.layer
+        slices = slices_of(layer.base_m, layer.top_m, layer.anchor, cloud.point_m, steepest_deg, thickness)
+        layers.append(replace(slices, count=slices.count + slices.count % 2))
     view = Direction(inputs.view.zenith_deg, inputs.view.azimuth_deg)
-    return Stack(tuple(layers), tuple(each.reference_m for each in inputs.stack), view)
+    return Stack(tuple(layers), tuple(cloud.reference_m for cloud in inputs.stack), view)
 
 
 def _slope(along: Array) -> Array:

@@ -50,7 +50,7 @@ class StackedSource(ScatteredLight):
             across += [moved - moved[end] for part in stack.parts for end in (part.start, part.stop - 1)]
         self.reach_of_light = reach_of(within, self._spread + 2)
         """Points around others that send light to them; and with the shadows of higher layers and those on the sea."""
-        far = reach_of([np.clip(each, -MOST_SHADED, MOST_SHADED) for each in across], 1)
+        far = reach_of([np.clip(shift, -MOST_SHADED, MOST_SHADED) for shift in across], 1)
         shadows = [(a + c, b + d) for (a, b), (c, d) in zip(self.reach_of_light, far, strict=True)]
         seas = [StackedSea(stack, sun).reach for sun in (None, *self._suns)]
         self.reach: tuple[tuple[int, int], ...] = tuple(map(tuple, np.max([shadows, *seas], axis=0).tolist()))
@@ -67,7 +67,9 @@ class StackedSource(ScatteredLight):
 
     def _clouds(self, rows: slice, columns: slice) -> tuple[Field, list[Field | None]]:
         """Return the thickness (L, y, x) of all layers in the first frame, and their shares of heights."""
-        clouds = [own.clouds(rows, columns, edges) for own, edges in zip(self._inputs.stack, self.edges_m, strict=True)]
+        clouds = [
+            cloud.clouds(rows, columns, edges) for cloud, edges in zip(self._inputs.stack, self.edges_m, strict=True)
+        ]
         return np.stack([thickness for thickness, _ in clouds]), [shares for _, shares in clouds]
 
     @classmethod
@@ -93,15 +95,15 @@ class StackedLight:
         self._air = inputs.weights_cm1 @ sunlight_of_air(inputs, sun)
         self._sun = None if sun is None else Direction(sun.zenith_deg, sun.azimuth_deg)
         self._sea = StackedSea(stack, self._sun)
-        self._most_m = [each.layer.thickness_max_m for each in inputs.stack]
+        self._most_m = [cloud.layer.thickness_max_m for cloud in inputs.stack]
         self._nodes_m = [
-            _nodes(each.layer.thickness_min_m, slices.height_m, slices.count)
-            for each, slices in zip(inputs.stack, stack.layers, strict=True)
+            _nodes(cloud.layer.thickness_min_m, slices.height_m, slices.count)
+            for cloud, slices in zip(inputs.stack, stack.layers, strict=True)
         ]
         self._uniform = self._of_uniform(groups, self._sun)
         self._dark = self._uniform
         if self._sun is not None:
-            night = [[_at_night(each) for each in group] for group in groups]
+            night = [[_at_night(member) for member in group] for group in groups]
             self._dark = self._of_uniform(night, None)
 
     def _of_uniform(self, groups: Sequence[Sequence[StackedGroup]], sun: Direction | None) -> Array:
@@ -111,7 +113,7 @@ class StackedLight:
         flat = thickness.reshape(*thickness.shape[:2], -1)
         densities, sea = self._densities(flat, [None] * len(flat)), StackedSea(apart, sun, 1)
         given: Any = apart, sea, sun, densities, densities, flat, sea.paths(densities, True), WHOLE, 1
-        result: Array = np.array([sum(_seen(each, *given) for each in group) for group in groups])
+        result: Array = np.array([sum(_seen(member, *given) for member in group) for group in groups])
         return result.reshape(len(groups), *thickness.shape[1:])
 
     def _densities(self, thickness_m: Array | Field, shares: Sequence[Field | None]) -> list[Field]:
@@ -126,9 +128,9 @@ class StackedLight:
 
     def _between(self, values: Array, amount_m: Array | Field) -> Array:
         places = []
-        for nodes, own in zip(self._nodes_m, amount_m, strict=True):
-            low = np.clip(np.searchsorted(nodes, own, side="right") - 1, 0, nodes.size - 2)
-            places.append((low, (own - nodes[low]) / (nodes[low + 1] - nodes[low])))
+        for nodes, layer_amount in zip(self._nodes_m, amount_m, strict=True):
+            low = np.clip(np.searchsorted(nodes, layer_amount, side="right") - 1, 0, nodes.size - 2)
+            places.append((low, (layer_amount - nodes[low]) / (nodes[low + 1] - nodes[low])))
         result = np.zeros((values.shape[0], *amount_m.shape[1:]))
         for corner in product((0, 1), repeat=len(places)):
             weight, at = np.ones(amount_m.shape[1:]), []
@@ -153,16 +155,20 @@ class StackedLight:
             Rows and columns among which light is scattered; the clouds around them only cast shadows.
         """
         stack, densities = self._stack, self._densities(thickness_m, shares or [None] * len(thickness_m))
-        near = [np.ascontiguousarray(each[:, *inner]) for each in densities]
+        near = [np.ascontiguousarray(density[:, *inner]) for density in densities]
         amount = np.empty((len(near), *near[0].shape[1:]))
         moved = stack.shifts(stack.view)
-        for own, density, part, slices, most in zip(amount, near, stack.parts, stack.layers, self._most_m, strict=True):
+        for layer_amount, density, part, slices, most in zip(
+            amount, near, stack.parts, stack.layers, self._most_m, strict=True
+        ):
             path = np.empty(density.shape[1:], dtype=np.float32)
             paths(density, slices.height_m, moved[part], path)
-            np.minimum(path, most, out=own)
-        glints = any(each.around.glint > FAINT_GLINT * each.around.below for group in self._groups for each in group)
+            np.minimum(path, most, out=layer_amount)
+        glints = any(
+            member.around.glint > FAINT_GLINT * member.around.below for group in self._groups for member in group
+        )
         given: Any = stack, self._sea, self._sun, densities, near, amount, self._sea.paths(densities, glints), inner
-        total = np.array([sum(_seen(each, *given) for each in group) for group in self._groups])
+        total = np.array([sum(_seen(member, *given) for member in group) for group in self._groups])
         uniform, dark = self._between(self._uniform, amount), self._between(self._dark, amount)
         return amount, *share_and_change(total, uniform, dark, self._air)
 

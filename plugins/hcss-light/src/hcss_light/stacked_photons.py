@@ -49,7 +49,10 @@ class StackedPhotons:
     ) -> tuple[Array, Array]:
         """Return the radiance (N, B) of points among clouds (L, y, x), and its standard error."""
         given = zip(self._layers, thickness_m, shares or [None] * len(thickness_m), strict=True)
-        layers = [(slices, slices.density(own, self._inputs.shape, share)) for slices, own, share in given]
+        layers = [
+            (slices, slices.density(layer_thickness, self._inputs.shape, share))
+            for slices, layer_thickness, share in given
+        ]
         return radiance_of_layers(self._inputs, layers, points, self._sun, self._photons, seed)
 
     def correct(

@@ -54,7 +54,7 @@ class StackedSea:
                     add_paths(density, moves, path)
                     path *= np.float32(slices.height_m)
         step = self._step
-        return StackedPaths(to_sun, tuple(np.ascontiguousarray(each[:, ::step, ::step]) for each in densities))
+        return StackedPaths(to_sun, tuple(np.ascontiguousarray(density[:, ::step, ::step]) for density in densities))
 
     def change(self, paths: StackedPaths, group: StackedGroup, shape: Sequence[int]) -> Array:
         """Return what clouds change (y, x) in the radiance of the sea of a group of wavenumbers."""

@@ -52,12 +52,12 @@ class StackedGroup:
 def stacked_groups(inputs: LightInputs, stack: Stack, sun: Sun | None) -> list[list[StackedGroup]]:
     """Return the groups of each band; the layer whose clouds vary most within the bands divides them."""
     layers = [
-        groups_of_bands(own, slices.middle_m, sun) for own, slices in zip(inputs.stack, stack.layers, strict=True)
+        groups_of_bands(cloud, slices.middle_m, sun) for cloud, slices in zip(inputs.stack, stack.layers, strict=True)
     ]
     divided = max(layers, key=lambda bands: sum(map(len, bands)))
     layers = [
-        groups_of_bands(own, slices.middle_m, sun, divided)
-        for own, slices in zip(inputs.stack, stack.layers, strict=True)
+        groups_of_bands(cloud, slices.middle_m, sun, divided)
+        for cloud, slices in zip(inputs.stack, stack.layers, strict=True)
     ]
     clear = np.ones(stack.count, dtype=bool)
     for part in stack.parts:
@@ -74,7 +74,7 @@ def stacked_groups(inputs: LightInputs, stack: Stack, sun: Sun | None) -> list[l
         groups = []
         for number in range(len(divided[band])):
             own_of = [(part, layer[band][number].around) for part, layer in zip(stack.parts, layers, strict=True)]
-            every = [*own_of, *((part, each[band][number].around) for part, each in between)]
+            every = [*own_of, *((part, groups_of_air[band][number].around) for part, groups_of_air in between)]
             joined = {}
             for name in ("emitted", "sunlight", "gas_m1", "mirrored"):
                 joined[name] = np.zeros(stack.count)
@@ -120,8 +120,8 @@ def stacked_source(
         toward[number] = henyey_greenstein_at(flight @ view.vector, asymmetry)
         toward[number] *= albedo / np.sum(toward[number])
         if lit and sun is not None:
-            each = henyey_greenstein_at(flight @ -sun.vector, asymmetry)
-            of_sun[number] = each * albedo / (4.0 * math.pi) * DIRECTIONS / np.sum(each)
+            phase = henyey_greenstein_at(flight @ -sun.vector, asymmetry)
+            of_sun[number] = phase * albedo / (4.0 * math.pi) * DIRECTIONS / np.sum(phase)
             angle = float(np.clip(-sun.vector @ view.vector, -1.0, 1.0))
             once[number] = (
                 particle.albedo * particle.phase(angle) / (4.0 * math.pi) * particle.extinction_m1 / extinction
@@ -135,12 +135,12 @@ def stacked_source(
     for high, broad, count in _sizes(stack, scaled, wide):
         coarse, shone = (depth, light) if (high, broad) == (1, 1) else block_means(depth, light, high, broad)
         heights = stack.edges_m[high::high] - stack.edges_m[:-high:high]
-        moves = np.stack([stack.entries(each, high) for each in flight]) / broad
+        moves = np.stack([stack.entries(direction, high) for direction in flight]) / broad
         begin = (0.5 + np.arange(count * DIRECTIONS).reshape(count, DIRECTIONS, 1, 1) * EVEN) % 1.0
         first = moves[:, :1].copy()
         first[: DIRECTIONS // 2] = moves[: DIRECTIONS // 2, -1:]
         displaced = np.floor(moves - first + begin).astype(np.int64) % np.array(coarse.shape[1:])
-        opaque, gas_m1 = (means(each, high) for each in (around.emitted, around.gas_m1))
+        opaque, gas_m1 = (means(profile, high) for profile in (around.emitted, around.gas_m1))
         result, start, number_of = successive_orders(
             coarse,
             stack.kind[::high].copy(),
@@ -187,7 +187,7 @@ def stacked_radiance(stack: Stack, depth: Field, source: Field, below: float) ->
 
 def _sizes(stack: Stack, scaled: Sequence[tuple[float, float, float]], wide: int) -> list[tuple[int, int, int]]:
     """Return slices and points along the sides of the blocks on which light is computed in turn, and the orders."""
-    thickest = max(own[0] * layer.height_m for own, layer in zip(scaled, stack.layers, strict=True))
-    albedo = max(own[1] for own in scaled)
+    thickest = max(properties[0] * layer.height_m for properties, layer in zip(scaled, stack.layers, strict=True))
+    albedo = max(properties[1] for properties in scaled)
     blocks = 2 if 2.0 * thickest <= BLOCK_OPTICAL_THICKNESS else 1, wide, orders_of(albedo)
     return [blocks] if albedo < LOW_ALBEDO else [blocks, (1, 1, FINE_ORDERS)]

@@ -30,29 +30,31 @@ class StackedStage(LightStage):
         assert self._instant is not None
         plan, samples, side = self._plan, self._plan.samples_per_pixel, self._pixels
         transport: Any = self._transport
-        near = [tuple(-(-each // samples) for each in both) for both in transport.reach_of_light]
+        near = [tuple(-(-points // samples) for points in both) for both in transport.reach_of_light]
         # Squares end with the image.
-        own = [
+        extent = [
             slice(start, min(start + side, size))
             for start, size in zip(first, (plan.grid.rows, plan.grid.columns), strict=True)
         ]
         wide = tuple(
-            slice(each.start - low, each.stop + high) for each, (low, high) in zip(own, self._reach, strict=True)
+            slice(span.start - low, span.stop + high) for span, (low, high) in zip(extent, self._reach, strict=True)
         )
         window = wide[0], wide[1]
         layers = clouds.thickness_m(window)
         thickness = [layers[number] for number in self._numbers]
         shares = [
-            shares_of(plan, number, self._instant[0], window, each, edges)
-            for number, each, edges in zip(self._numbers, thickness, transport.edges_m, strict=True)
+            shares_of(plan, number, self._instant[0], window, layer_thickness, edges)
+            for number, layer_thickness, edges in zip(self._numbers, thickness, transport.edges_m, strict=True)
         ]
         inner = [
-            slice((far - low) * samples, (far + length(each) + high) * samples)
-            for each, (far, _), (low, high) in zip(own, self._reach, near, strict=True)
+            slice((far - low) * samples, (far + length(span) + high) * samples)
+            for span, (far, _), (low, high) in zip(extent, self._reach, near, strict=True)
         ]
         light: Any = self._instant[2]
         amount, share, change = light.correct(np.stack(thickness), shares, inner)
-        cut = [slice(low * samples, (low + length(each)) * samples) for each, (low, _) in zip(own, near, strict=True)]
+        cut = [
+            slice(low * samples, (low + length(span)) * samples) for span, (low, _) in zip(extent, near, strict=True)
+        ]
         return amount[:, *cut].copy(), share[:, *cut].copy(), change[:, *cut].copy()
 
     def _looked_up(self, look_up: Any, amount_m: Array, channels: int) -> Array:
@@ -62,12 +64,14 @@ class StackedStage(LightStage):
         for cloudy in product((False, True), repeat=len(self._numbers)):
             weight = np.ones(amount_m.shape[1:])
             layers = [np.zeros(amount_m.shape[1:], dtype=np.float32)] * len(self._plan.layers)
-            for number, own, present in zip(self._numbers, amount_m, cloudy, strict=True):
+            for number, layer_amount, present in zip(self._numbers, amount_m, cloudy, strict=True):
                 layer = self._plan.layers[number]
-                part = np.minimum(own / layer.thickness_min_m, 1.0)
+                part = np.minimum(layer_amount / layer.thickness_min_m, 1.0)
                 weight *= part if present else 1.0 - part
                 if present:
-                    layers[number] = np.clip(own, layer.thickness_min_m, layer.thickness_max_m).astype(np.float32)
+                    layers[number] = np.clip(layer_amount, layer.thickness_min_m, layer.thickness_max_m).astype(
+                        np.float32
+                    )
             look_up.fill(values, layers)
             result += weight * values
         return result

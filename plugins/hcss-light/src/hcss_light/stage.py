@@ -60,7 +60,7 @@ def shares_of(
 ) -> Field | None:
     """Return how the cloud of points of a layer is spread over heights, if its generator says so."""
     shares = getattr(plan.assembly.generators[number], "height_shares", None)
-    rows, columns = (points_of(each, plan.samples_per_pixel) for each in window)
+    rows, columns = (points_of(span, plan.samples_per_pixel) for span in window)
     result: Field | None = None if shares is None else shares(time_s, rows, columns, thickness_m, edges_m)
     return result
 
@@ -100,10 +100,12 @@ class DriftingStage(LightStage):
             self._of_tiles: OrderedDict[tuple[int, int], _Lit] = OrderedDict()
         samples, pixels = plan.samples_per_pixel, self._pixels
         # One pixel more: clouds lie between the pixels of the instant whose light is kept.
-        seen = [tuple(-(-each // samples) + 1 for each in both) for both in transport.seen] if keeps else self._reach
+        seen = (
+            [tuple(-(-points // samples) + 1 for points in both) for both in transport.seen] if keeps else self._reach
+        )
         # Squares of two instants, with those of clouds that enter the image.
         self._most_kept = 2 * (-(-plan.grid.rows // pixels) + 1) * (-(-plan.grid.columns // pixels) + 1)
-        columns = self._most_kept * math.prod((pixels + sum(each)) * samples for each in seen)
+        columns = self._most_kept * math.prod((pixels + sum(margin)) * samples for margin in seen)
         # The layer without cloud of a scene of two may have another wind.
         winds = {(layer.wind_speed, layer.wind_from) for layer in plan.scenario.clouds.layers}
         self._keeps = keeps and columns <= MOST_KEPT and len(winds) == 1
@@ -114,10 +116,10 @@ class DriftingStage(LightStage):
         motion, section = plan.assembly.motion, plan.scenario.clouds.layers[0]
         east, north = motion.cloud_velocity_m_s
         if section.wind_speed is not None or section.wind_from is not None:
-            own, base = section, plan.scenario.motion
+            layer, base = section, plan.scenario.motion
             east, north = wind_velocity_m_s(
-                base.wind_speed if own.wind_speed is None else own.wind_speed,
-                base.wind_from if own.wind_from is None else own.wind_from,
+                base.wind_speed if layer.wind_speed is None else layer.wind_speed,
+                base.wind_from if layer.wind_from is None else layer.wind_from,
             )
         self._speed = np.array([north, east - motion.platform_speed_m_s]) / plan.grid.pixel_size_m
         self._drifts = np.ceil(np.abs(self._speed) * KEPT_S).astype(int) + 1
@@ -129,38 +131,38 @@ class DriftingStage(LightStage):
         self._previous = self._of_frame
 
     def fill(
-        self, radiance: NDArray[np.float32], window: Window, place: Window, time_s: float, clouds: Any, look_up: Any
+        self, radiance: NDArray[np.float32], window: Window, region: Window, time_s: float, clouds: Any, look_up: Any
     ) -> None:
         """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
         if self._time_s != time_s:
             self._time_s, self._previous, self._of_frame = time_s, self._of_frame, OrderedDict()
         for number, (own_s, part) in enumerate(self._instants(time_s)):
             moved = self._speed * (time_s - own_s)
-            self._add(radiance, window, place, number, (own_s, part, moved), clouds, look_up)
+            self._add(radiance, window, region, number, (own_s, part, moved), clouds, look_up)
 
     def _add(
-        self, radiance: NDArray[np.float32], window: Window, place: Window, number: int,
+        self, radiance: NDArray[np.float32], window: Window, region: Window, number: int,
         instant: tuple[float, float, Array], clouds: Any, look_up: Any,
     ) -> None:  # fmt: skip
         own_s, part, moved = instant
         side, by = self._pixels, np.floor(moved).astype(int).tolist()
         spans = [
-            ((each.start - far) // side, -(-(each.stop - far) // side)) for each, far in zip(window, by, strict=True)
+            ((span.start - far) // side, -(-(span.stop - far) // side)) for span, far in zip(window, by, strict=True)
         ]
         for row, column in product(*(range(*span) for span in spans)):
             place_of, key = (row * side, column * side), (number, row, column)
             # Squares end with the image.
-            own = [
+            extent = [
                 slice(max(start + far, 0), min(start + far + side, size))
                 for start, far, size in zip(place_of, by, (self._plan.grid.rows, self._plan.grid.columns), strict=True)
             ]
             if key not in self._of_frame:
-                self._of_frame[key] = self._of_lattice(key, own, own_s, moved, clouds)
+                self._of_frame[key] = self._of_lattice(key, extent, own_s, moved, clouds)
                 if len(self._of_frame) > SQUARES_OF_FRAME:
                     self._of_frame.popitem(last=False)
             *_, amount, share, change = self._of_frame[key]
-            square, first = (amount, share, change), (own[0].start, own[1].start)
-            where, means = self._within(first, square, window, place, look_up, radiance.shape[0])
+            square, first = (amount, share, change), (extent[0].start, extent[1].start)
+            where, means = self._within(first, square, window, region, look_up, radiance.shape[0])
             for band, mean in zip(radiance, means, strict=True):
                 band[*where] = mean if part == 1.0 else part * mean + (band[*where] if number else 0.0)
 
@@ -178,7 +180,7 @@ class DriftingStage(LightStage):
         """Return light, the same without sun or with the same one, and FrameClouds of an instant."""
         if time_s not in self._lights:
             sun = self._plan.sun_at(time_s)
-            known = [light for own, light, _ in self._lights.values() if own == sun]
+            known = [light for light_sun, light, _ in self._lights.values() if light_sun == sun]
             self._lights[time_s] = sun, known[0] if known else self._transport.at(sun), FrameClouds(self._plan, time_s)
             if len(self._lights) > 2:
                 self._lights.popitem(last=False)
@@ -192,30 +194,30 @@ class DriftingStage(LightStage):
             for both in zip(transport.sea_reach, seen, strict=True)
         ]
 
-    def _lit(self, place: tuple[int, int], time_s: float) -> _Lit:
+    def _lit(self, square: tuple[int, int], time_s: float) -> _Lit:
         """Return the light of a square at an instant."""
         if self._tiles is None:
             return _Lit(*self._light(time_s), self._seen, self._over_sea, self._edges_m)
         assert self._plan.light is not None
-        toward = self._plan.toward(self._tiles.view_of(*place))
-        sun, known = toward.sun_at(time_s), self._of_tiles.pop(place, None)
+        toward = self._plan.toward(self._tiles.view_of(*square))
+        sun, known = toward.sun_at(time_s), self._of_tiles.pop(square, None)
         if known is None or known.sun != sun:
             transport: Any = self._plan.light.transport(light_inputs(toward, self._nodes))
             samples = self._plan.samples_per_pixel
-            seen = [tuple(-(-each // samples) for each in both) for both in transport.reach]
+            seen = [tuple(-(-points // samples) for points in both) for both in transport.reach]
             light = transport.at(sun)
             known = _Lit(light, None, seen, self._margins(transport, seen), transport.edges_m, sun)
-        self._of_tiles[place] = known
+        self._of_tiles[square] = known
         if len(self._of_tiles) > SQUARES_OF_FRAME:
             self._of_tiles.popitem(last=False)
         return known
 
     def _of_lattice(
-        self, key: tuple[int, int, int], own: Sequence[slice], own_s: float, moved: Array, clouds: Any
+        self, key: tuple[int, int, int], extent: Sequence[slice], own_s: float, moved: Array, clouds: Any
     ) -> _Square:
         samples, lit = self._plan.samples_per_pixel, self._lit(key[1:], own_s)
         light = lit.light
-        wide = _around(own, lit.over_sea)
+        wide = _around(extent, lit.over_sea)
         thickness = clouds.thickness_m(wide)[self._number]
         before = self._previous.pop(key, None)
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
@@ -223,20 +225,20 @@ class DriftingStage(LightStage):
             return before
         shares = self._shares(self._time_s, wide, thickness, lit.edges_m)
         inner = [
-            slice((far - near) * samples, (far + each.stop - each.start + high) * samples)
-            for each, (far, _), (near, high) in zip(own, lit.over_sea, lit.seen, strict=True)
+            slice((far - near) * samples, (far + span.stop - span.start + high) * samples)
+            for span, (far, _), (near, high) in zip(extent, lit.over_sea, lit.seen, strict=True)
         ]
-        over_sea = [each[*inner] for each in light.over_sea(thickness, **shares)]
-        shares = {name: np.ascontiguousarray(each[:, *inner]) for name, each in shares.items()}
+        over_sea = [light_of_sea[*inner] for light_of_sea in light.over_sea(thickness, **shares)]
+        shares = {name: np.ascontiguousarray(values[:, *inner]) for name, values in shares.items()}
         kept: tuple[Any, ...] = ()
         if self._keeps:
             source, first = self._kept_of(own_s, key[1:], light, lit.clouds)
-            kept = source, (moved + first - [each.start for each in own]) * samples
+            kept = source, (moved + first - [span.start for span in extent]) * samples
         near = np.ascontiguousarray(thickness[*inner])
         amount, share, change = light.correct(near, *kept, **shares, over_sea=over_sea)
         cut = [
-            slice(before * samples, (before + each.stop - each.start) * samples)
-            for each, (before, _) in zip(own, lit.seen, strict=True)
+            slice(before * samples, (before + span.stop - span.start) * samples)
+            for span, (before, _) in zip(extent, lit.seen, strict=True)
         ]
         return light, thickness.copy(), moved, amount[*cut].copy(), share[:, *cut].copy(), change[:, *cut].copy()
 
@@ -245,35 +247,35 @@ class DriftingStage(LightStage):
         shares = shares_of(self._plan, self._number, time_s, window, thickness_m, edges_m)
         return {} if shares is None else {"shares": shares}
 
-    def _kept_of(self, time_s: float, place: tuple[int, int], light: Any, clouds: Any) -> Any:
+    def _kept_of(self, time_s: float, square: tuple[int, int], light: Any, clouds: Any) -> Any:
         """Return the light in the clouds of a square of the lattice at an instant, and its first row and column.
 
         Of squares at the edge, only clouds that can enter the image while their light is kept.
         """
-        key, samples, side = (time_s, *place), self._plan.samples_per_pixel, self._pixels
+        key, samples, side = (time_s, *square), self._plan.samples_per_pixel, self._pixels
         if key not in self._kept:
-            own = [
+            extent = [
                 slice(max(number * side, -far), min((number + 1) * side, size + far))
                 for number, far, size in zip(
-                    place, self._drifts, (self._plan.grid.rows, self._plan.grid.columns), strict=True
+                    square, self._drifts, (self._plan.grid.rows, self._plan.grid.columns), strict=True
                 )
             ]
-            wide = _around(own, self._reach)
+            wide = _around(extent, self._reach)
             thickness = clouds.thickness_m(wide)[self._number]
             inner = [
-                slice((far - near) * samples, (far + each.stop - each.start + high) * samples)
-                for each, (far, _), (near, high) in zip(own, self._reach, self._seen, strict=True)
+                slice((far - near) * samples, (far + span.stop - span.start + high) * samples)
+                for span, (far, _), (near, high) in zip(extent, self._reach, self._seen, strict=True)
             ]
             shares = self._shares(time_s, wide, thickness, self._edges_m)
             source = light.keep(np.ascontiguousarray(thickness), inner, **shares)
-            self._kept[key] = source, np.array([each.start for each in own])
+            self._kept[key] = source, np.array([span.start for span in extent])
             if len(self._kept) > self._most_kept:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(key)
         return self._kept[key]
 
 
-def _around(own: Sequence[slice], reach: Any) -> Window:
+def _around(extent: Sequence[slice], reach: Any) -> Window:
     """Return the window of a part of the image and of the pixels around it."""
-    rows, columns = (slice(each.start - low, each.stop + high) for each, (low, high) in zip(own, reach, strict=True))
+    rows, columns = (slice(span.start - low, span.stop + high) for span, (low, high) in zip(extent, reach, strict=True))
     return rows, columns

@@ -67,20 +67,20 @@ def differences(
         Returns the thickness of clouds in rows and columns, and their shares of heights.
     """
     sun, parts = lowest_sun(inputs), list[list[Array]]()
-    instants = [each.at(sun) for each in lights]
+    instants = [light.at(sun) for light in lights]
     for window in windows_of(inputs.image):
-        wide = [slice(own.start - low, own.stop + high) for own, (low, high) in zip(window, reach, strict=True)]
-        inner = [slice(low, low + own.stop - own.start) for own, (low, _) in zip(window, reach, strict=True)]
+        wide = [slice(span.start - low, span.stop + high) for span, (low, high) in zip(window, reach, strict=True)]
+        inner = [slice(low, low + span.stop - span.start) for span, (low, _) in zip(window, reach, strict=True)]
         thickness, shares = clouds(wide[0], wide[1])
         # Tables are not known yet: uniform cloud is that of the tier source.
         found = [instants[0].uniform(thickness)]
         for light in instants:
             amount, share, change = light.correct(thickness, shares=shares)
             found.append(instants[0].uniform(amount) * share + change)
-        parts.append([each[:, *inner].reshape(each.shape[0], -1) for each in found])
-    columns, exact, *others = (np.concatenate(each, axis=1) for each in zip(*parts, strict=True))
+        parts.append([radiance[:, *inner].reshape(radiance.shape[0], -1) for radiance in found])
+    columns, exact, *others = (np.concatenate(radiances, axis=1) for radiances in zip(*parts, strict=True))
     mean = np.maximum(np.mean(exact, axis=1), np.finfo(float).tiny)
-    return [np.sqrt(np.mean((each - exact) ** 2, axis=1)) / mean for each in (columns, *others)]
+    return [np.sqrt(np.mean((radiance - exact) ** 2, axis=1)) / mean for radiance in (columns, *others)]
 
 
 def error_of_source(inputs: LightInputs, of_columns: Array, of_slant: Array | None) -> Array:
@@ -94,7 +94,7 @@ def error_of_source(inputs: LightInputs, of_columns: Array, of_slant: Array | No
         angle_deg = math.degrees(math.acos(min(max(across, -1.0), 1.0)))
     slant = [None] * of_columns.size if of_slant is None else of_slant.tolist()
     given = zip(wavelength_um.tolist(), of_columns.tolist(), slant, strict=True)
-    return np.array([expected_error(*each, angle_deg, inputs.point_m) for each in given])
+    return np.array([expected_error(*differences, angle_deg, inputs.point_m) for differences in given])
 
 
 def expected_error(
@@ -118,9 +118,9 @@ def stated_errors(
 
     It is a bound for the rms over pixels, relative to the mean radiance, not its mean over scenes.
     """
-    own = FACTOR_OF_SOURCE * error_of_source(inputs, of_columns, of_slant)
+    of_source = FACTOR_OF_SOURCE * error_of_source(inputs, of_columns, of_slant)
     factor = FACTOR_OF_LAYERS if of_slant is None else FACTOR
-    return [float(each) for each in np.hypot(factor * np.asarray(of_tier), own)]
+    return [float(error) for error in np.hypot(factor * np.asarray(of_tier), of_source)]
 
 
 def lowest_sun(inputs: LightInputs) -> Sun | None:

@@ -32,9 +32,9 @@ def sun_integrals(
     direct_sunlight(density, extinction, slices.height_m, float(sun.vector[2]), shifts, True, depth)
     result = np.empty((RATES.size, *density.shape[1:]), dtype=np.float32)
     shifts, none = slices.shifts(view.zenith_deg, view.azimuth_deg, reference_m), np.zeros(slices.count)
-    for rate, each in zip(RATES.tolist(), result, strict=True):
+    for rate, integral in zip(RATES.tolist(), result, strict=True):
         reached = np.exp(-rate * depth) * sunlight.astype(np.float32)[:, None, None]
-        march(density, reached, none, rate * extinction, slices.height_m, float(view.vector[2]), shifts, 0.0, each)
+        march(density, reached, none, rate * extinction, slices.height_m, float(view.vector[2]), shifts, 0.0, integral)
     return result.astype(np.float64)
 
 

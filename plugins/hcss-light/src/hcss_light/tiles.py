@@ -86,11 +86,11 @@ class Tiles:
         """Return the largest difference of tangents between a corner and the middle of squares all over the image."""
         count = [-(-size // self.side) for size in self._size]
         largest = 0.0
-        for row, column in product(*(sorted({0, each // 2, each - 1}) for each in count)):
+        for row, column in product(*(sorted({0, number // 2, number - 1}) for number in count)):
             y, x = self._middle(row, column)
             half = [min(0.5 * self.side, 0.5 * size) for size in self._size]
             corners = [(y + up * half[0], x + right * half[1]) for up, right in product((-1.0, 1.0), repeat=2)]
-            tangents = np.array([_tangent(each) for each in self._at([(y, x), *corners])])
+            tangents = np.array([_tangent(direction) for direction in self._at([(y, x), *corners])])
             largest = max(largest, float(np.max(np.hypot(*(tangents[1:] - tangents[0]).T))))
         return largest
 

@@ -45,24 +45,24 @@ class SourceLight(ScatteredLight):
         self.slices = slices_of(*given, self._steepest_deg, self._optical[0])
         spread = self._spread if self.tier == "source" else 0
         seen = self.slices.shifts(view.zenith_deg, view.azimuth_deg, inputs.reference_m)
-        zenith, azimuth = np.radians([(each.zenith_deg, each.azimuth_deg) for each in self._suns]).reshape(-1, 2).T
+        zenith, azimuth = np.radians([(sun.zenith_deg, sun.azimuth_deg) for sun in self._suns]).reshape(-1, 2).T
         lit = self._heights[0] * np.tan(zenith) * np.stack((np.cos(azimuth), np.sin(azimuth)))
         before, after = (
             [
-                math.ceil(max(sign * float(limit(own)), 0.0) + max(float(np.max(sign * sun, initial=0.0)), 0.0))
-                for own, sun in zip(seen.T, lit, strict=True)
+                math.ceil(max(sign * float(limit(shift)), 0.0) + max(float(np.max(sign * sun, initial=0.0)), 0.0))
+                for shift, sun in zip(seen.T, lit, strict=True)
             ]
             for sign, limit in ((-1.0, np.min), (1.0, np.max))
         )
         # One point for each of two interpolations.
         self.reach = tuple((low + spread + 2, high + spread + 2) for low, high in zip(before, after, strict=True))
         toward = Direction(view.zenith_deg, view.azimuth_deg)
-        seas = [Sea(self.slices, toward, each, inputs.reference_m).reach for each in (None, *self._suns)]
+        seas = [Sea(self.slices, toward, sun, inputs.reference_m).reach for sun in (None, *self._suns)]
         self.sea_reach: tuple[tuple[int, int], ...] = tuple(map(tuple, np.max([self.reach, *seas], axis=0).tolist()))
         if self.tier == "source":
             self.seen = tuple(
-                (math.ceil(max(-float(np.min(own)), 0.0)) + 2, math.ceil(max(float(np.max(own)), 0.0)) + 2)
-                for own in seen.T
+                (math.ceil(max(-float(np.min(shift)), 0.0)) + 2, math.ceil(max(float(np.max(shift)), 0.0)) + 2)
+                for shift in seen.T
             )
 
     @property
@@ -80,8 +80,8 @@ class SourceLight(ScatteredLight):
         """
         from hcss_light.tiles import Tiles  # not for parallel views
 
-        tiles, own = Tiles(plan), self._inputs
-        errors = [type(self)(replace(own, view=each)).expected_errors() for each in (own.view, *tiles.corners)]
+        tiles, inputs = Tiles(plan), self._inputs
+        errors = [type(self)(replace(inputs, view=view)).expected_errors() for view in (inputs.view, *tiles.corners)]
         text = (
             f"directions of the view are constant in squares of {tiles.side} pixels: lines of sight are displaced by "
         )
@@ -129,7 +129,9 @@ class InstantLight:
         view = Direction(inputs.view.zenith_deg, inputs.view.azimuth_deg)
         to_sun = None if sun is None else Direction(sun.zenith_deg, sun.azimuth_deg)
         self._sea = Sea(slices, view, to_sun, inputs.reference_m)
-        self._glints = any(each.around.glint > FAINT_GLINT * each.around.below for group in groups for each in group)
+        self._glints = any(
+            member.around.glint > FAINT_GLINT * member.around.below for group in groups for member in group
+        )
         self._slices, self._shape = slices, inputs.shape
         self._least_m, self._most_m = layer.thickness_min_m, layer.thickness_max_m
         nodes = np.linspace(0.0, self._most_m, NODES_PER_SLICE * slices.count + 1)
@@ -137,19 +139,21 @@ class InstantLight:
         self._nodes_m = np.concatenate(([0.0, self._least_m], nodes[nodes > self._least_m]))
         columns = [slices.density(np.full((1, 1), node_m, dtype=np.float32)) for node_m in self._nodes_m]
         lights = [
-            [GroupLight(tier, slices, each, view, to_sun, inputs.reference_m) for each in group] for group in groups
+            [GroupLight(tier, slices, member, view, to_sun, inputs.reference_m) for member in group] for group in groups
         ]
         self._lights = lights
         self._uniform = self._of_uniform(lights, columns)
         self._dark = self._uniform
         if to_sun is not None:
-            self._dark = self._of_uniform([[each.at_night() for each in light] for light in lights], columns)
+            self._dark = self._of_uniform(
+                [[group_light.at_night() for group_light in light] for light in lights], columns
+            )
 
     def _of_uniform(self, lights: list[list[GroupLight]], columns: Sequence[Field]) -> Array:
         """Return the radiance (B, N) of uniform clouds."""
         paths = [self._sea.paths(column, self._glints) for column in columns]
         result: Array = np.array(
-            [sum(each.of_uniform(columns, self._sea, paths) for each in light) for light in lights]
+            [sum(group_light.of_uniform(columns, self._sea, paths) for group_light in light) for light in lights]
         )
         return result
 
@@ -157,17 +161,19 @@ class InstantLight:
         """Return what clouds (y, x) change in the radiance of the sea (y, x) below the lines of sight, by group."""
         density = self._slices.density(thickness_m, self._shape, shares)
         paths = self._sea.paths(density, self._glints)
-        return [each.over_sea(self._sea, paths, thickness_m.shape) for light in self._lights for each in light]
+        return [
+            group_light.over_sea(self._sea, paths, thickness_m.shape) for light in self._lights for group_light in light
+        ]
 
     def uniform(self, amount_m: Array | Field) -> Array:
         """Return the radiance (B, y, x) of uniform cloud by this tier, and of the air."""
-        own = [np.interp(amount_m, self._nodes_m, each) for each in self._uniform]
-        return np.array([each + air for each, air in zip(own, self._air, strict=True)])
+        of_clouds = [np.interp(amount_m, self._nodes_m, of_band) for of_band in self._uniform]
+        return np.array([of_band + air for of_band, air in zip(of_clouds, self._air, strict=True)])
 
     def keep(self, thickness_m: Field, inner: Sequence[slice], shares: Field | None = None) -> KeptSource:
         """Return the source functions of clouds (y, x) within some rows and columns."""
         density = self._slices.density(thickness_m, self._shape, shares)
-        sources = [each.source(density)[:, *inner] for light in self._lights for each in light]
+        sources = [group_light.source(density)[:, *inner] for light in self._lights for group_light in light]
         return KeptSource.of(density[:, *inner], sources)
 
     def correct(
@@ -195,12 +201,13 @@ class InstantLight:
         total = np.zeros((len(self._lights), *thickness_m.shape))
         amount = np.zeros(thickness_m.shape)
         for band, light in zip(total, self._lights, strict=True):
-            for each in light:
-                amount, radiance = each.radiance(density, next(sources, None))
-                band += radiance + each.unveiled(amount) * next(seas)
+            for group_light in light:
+                amount, radiance = group_light.radiance(density, next(sources, None))
+                band += radiance + group_light.unveiled(amount) * next(seas)
         np.minimum(amount, self._most_m, out=amount)
         uniform, dark = (
-            np.array([np.interp(amount, self._nodes_m, band) for band in each]) for each in (self._uniform, self._dark)
+            np.array([np.interp(amount, self._nodes_m, band) for band in curves])
+            for curves in (self._uniform, self._dark)
         )
         return amount, *share_and_change(total, uniform, dark, self._air)
 
@@ -236,9 +243,9 @@ class GroupLight:
         """Return the radiance (N,) of uniform clouds, to which the sums for sunlight are fitted in the tier slant."""
         if self._tier == "slant" and self._sun is not None:
             dark = replace(self._group.around, emitted=np.zeros(self._slices.count), sky=0.0, below=0.0, glint=0.0)
-            integrals = np.array([self._integrals(each)[:, 0, 0] for each in columns]).T
+            integrals = np.array([self._integrals(column)[:, 0, 0] for column in columns]).T
             self._weights = fitted_weights(
-                integrals, np.array([self._sourced(each, dark)[1].item() for each in columns])
+                integrals, np.array([self._sourced(column, dark)[1].item() for column in columns])
             )
         result = []
         for column, path in zip(columns, paths, strict=True):
@@ -263,8 +270,8 @@ class GroupLight:
         particles, view = self._group.particles, self._view
         amount, radiance = absorbed_radiance(self._slices, density, particles, around, view, self._reference_m)
         if self._weights is not None:
-            for weight, each in zip(self._weights, self._integrals(density), strict=True):
-                radiance += weight * each
+            for weight, integral in zip(self._weights, self._integrals(density), strict=True):
+                radiance += weight * integral
         return amount, radiance
 
     def _sourced(self, density: Field, around: Surroundings, source: Field | None = None) -> tuple[Array, Array]:

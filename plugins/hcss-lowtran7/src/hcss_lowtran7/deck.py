@@ -84,9 +84,9 @@ def deck(
     """
     if iemsct in (SOLAR_RADIANCE, SOLAR_IRRADIANCE) and sun is None:
         raise ValueError(f"iemsct {iemsct}: needs sun")
-    own = air.levels is not None
+    has_levels = air.levels is not None
     cards = [
-        _integers(air.model, ray.itype, iemsct, 0, 0, 0, 0, 0, 0, 0, 0, int(own), int(not listing))
+        _integers(air.model, ray.itype, iemsct, 0, 0, 0, 0, 0, 0, 0, 0, int(has_levels), int(not listing))
         + f"{0.0:8.3f}{0.0:7.2f}",
         _integers(air.haze.ihaze, air.haze.iseasn, 0, 0, 0, 0) + _reals(air.haze.visibility_km, 0, 0, 0, 0),
     ]

@@ -72,7 +72,7 @@ def agrees(profile: Profile, other: Profile) -> bool:
     pairs = [(profile.pressure_at(where), other.pressure_Pa[low])]
     for gas in GASES:
         if gas in profile.mixing_ratio and gas in other.mixing_ratio:
-            own = np.interp(where, profile.altitude_m, profile.mixing_ratio[gas])
-            pairs.append((own, other.mixing_ratio[gas][low]))
+            ratio = np.interp(where, profile.altitude_m, profile.mixing_ratio[gas])
+            pairs.append((ratio, other.mixing_ratio[gas][low]))
     same = [np.allclose(one, another, rtol=_RELATIVE_TOLERANCE, atol=0.0) for one, another in pairs]
     return bool(np.all(warmer <= _TEMPERATURE_TOLERANCE_K)) and all(same)

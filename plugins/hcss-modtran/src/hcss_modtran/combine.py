@@ -120,13 +120,13 @@ def combine(paths: Sequence[SpectralPath], profile: Profile, resolution_cm1: flo
         _Placed(path, *surface_zenith_deg(path, profile), path.geometry is not None and path.geometry.kind == "down")
         for path in paths
     ]
-    heights = _nodes([each.target_m for each in placed], HEIGHT_TOLERANCE_M, 1)
-    angles = _nodes([each.zenith_deg for each in placed], ZENITH_TOLERANCE_DEG, 3)
-    spread = max(float(np.min(np.abs(angles - each.zenith_deg))) for each in placed)
+    heights = _nodes([path.target_m for path in placed], HEIGHT_TOLERANCE_M, 1)
+    angles = _nodes([path.zenith_deg for path in placed], ZENITH_TOLERANCE_DEG, 3)
+    spread = max(float(np.min(np.abs(angles - path.zenith_deg))) for path in placed)
     cells: dict[tuple[int, int], list[_Placed]] = {}
-    for each in placed:
-        key = (int(np.argmin(np.abs(heights - each.target_m))), int(np.argmin(np.abs(angles - each.zenith_deg))))
-        cells.setdefault(key, []).append(each)
+    for path in placed:
+        key = (int(np.argmin(np.abs(heights - path.target_m))), int(np.argmin(np.abs(angles - path.zenith_deg))))
+        cells.setdefault(key, []).append(path)
     _require_rectangle(cells, heights, angles)
     shape = (heights.size, angles.size, wavenumber.size)
     transmittance, radiance = np.zeros(shape), np.zeros(shape)

@@ -118,7 +118,7 @@ def read_paths(path: Path, options: ReadOptions | None = None) -> list[SpectralP
         return read_libradtran(path, read_settings([*_input_file(path), *options.settings]))
     paths = read_tape7(path) if chosen == "modtran-tape7" else read_modtran6_json(path)
     # An explicit line of sight overrides the header.
-    return [replace(each, geometry=given) for each in paths] if given else paths
+    return [replace(path, geometry=given) for path in paths] if given else paths
 
 
 def _input_file(path: Path) -> list[str]:
@@ -177,7 +177,7 @@ def import_files(
     """
     require_file(Path(output), CatalogError, "NetCDF")
     require_not_read(Path(output), files, CatalogError)
-    paths = [each for file in files for each in read_paths(file, options)]
+    paths = [path for file in files for path in read_paths(file, options)]
     lines = [f"{path.source}: {path.code}, {path.geometry or 'no geometry'}" for path in paths]
     lines += [f"{path.source}: {note}" for path in paths for note in path.notes]
     name = profile or _profile_of(paths)

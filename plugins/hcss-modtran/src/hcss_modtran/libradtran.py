@@ -98,7 +98,7 @@ def read_libradtran(path: Path, settings: Mapping[str, Sequence[str]]) -> list[S
     ground_m = _one(path, settings, "altitude", 0.0) * 1e3
     read = _solar if source == "solar" else _thermal
     paths = read(path, settings, column, wavenumber, ground_m, [lines[at] for at in order])
-    return [replace(each, changes=tuple(name for name in _CHANGES if name in settings)) for each in paths]
+    return [replace(path, changes=tuple(name for name in _CHANGES if name in settings)) for path in paths]
 
 
 def _solar(

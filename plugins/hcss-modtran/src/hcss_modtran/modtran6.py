@@ -91,7 +91,7 @@ def _case(path: Path, text: str, case: Any, number: int) -> SpectralPath:
         )
     sizes = {array.size for array in arrays.values()}
     if len(sizes) != 1:
-        odd = next(each for each in arrays if arrays[each].size != arrays[name].size)
+        odd = next(name_of_array for name_of_array in arrays if arrays[name_of_array].size != arrays[name].size)
         raise CatalogError(
             f"{path}, line {_line(text, odd, number)}: '{odd}' has {arrays[odd].size} values, "
             f"'{name}' {arrays[name].size}; the file is truncated"

@@ -40,7 +40,7 @@ def headline(seed: int) -> Reproduction:
         printed = rms_percent(printed_row("table_4", band)[upto], printed_row("table_4", band, "Modtran")[upto])
         black = black_surface(BANDS[band]).radiance(fitted(surface))[upto]
         found = *(over_views(model, name, band) for model in ("as-printed", "physical")), fitted_mixture()[name]
-        ours, physical, mixture = (rms_percent(each[upto], black) for each in found)
+        ours, physical, mixture = (rms_percent(rows[upto], black) for rows in found)
         rows += [
             Row(f"{band} um, from the printed rows", "%", claimed, printed),
             Row(f"{band} um, from the cubes", "%", claimed, ours, physical, mixture),
@@ -169,10 +169,10 @@ def _makes_images(seed: int) -> Check:
 
 def _needs_no_data() -> Check:
     used = scene("as-printed", 0.0, (BANDS["3.0-5.0"],), {}).catalog.used
-    own = [name for name in used if Path(name).is_absolute()]
+    absolute = [name for name in used if Path(name).is_absolute()]
     return Check(
         f"data dependency: the scene is made from {len(used)} catalog files, none of them an image",
-        bool(used) and not own and not any(name.endswith((".png", ".tif", ".npy")) for name in used),
+        bool(used) and not absolute and not any(name.endswith((".png", ".tif", ".npy")) for name in used),
     )
 
 

@@ -109,10 +109,10 @@ def cloud_optics_figure(catalog: Catalog, types: Sequence[str] = TYPES) -> Figur
         f"(e) phase function at {PHASE_UM[0]} um",
         f"(f) phase function at {PHASE_UM[1]} um",
     )
-    for place, (axis, title) in enumerate(zip(panels.ravel(), titles, strict=True)):
+    for number, (axis, title) in enumerate(zip(panels.ravel(), titles, strict=True)):
         axis.set_title(title, fontsize=11)
         axis.grid(alpha=0.3)
-        if place >= 4:
+        if number >= 4:
             axis.set_xlabel("scattering angle (deg)")
             axis.set_xlim(0.0, 180.0)
         else:

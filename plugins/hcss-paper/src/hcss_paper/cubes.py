@@ -49,8 +49,8 @@ def cube_mean(model: Model, coverage: float, view_zenith_deg: float = 0.0, momen
         "output.certificate": 0,
     }
     if moment is not None:
-        place = {"latitude": moment.latitude_deg, "longitude": moment.longitude_deg}
-        changes |= {"bands": [BANDS["3.0-5.0"]], "time": moment.time.isoformat(), "place": place}
+        site = {"latitude": moment.latitude_deg, "longitude": moment.longitude_deg}
+        changes |= {"bands": [BANDS["3.0-5.0"]], "time": moment.time.isoformat(), "place": site}
     if model == "physical":
         changes |= PHYSICAL
     radiance = simulate(Scenario.load("baseline", changes)).radiance
@@ -60,8 +60,8 @@ def cube_mean(model: Model, coverage: float, view_zenith_deg: float = 0.0, momen
 
 def over_views(model: Model, row: str, band: str) -> Array:
     """Return a row (views,) of Table II or IV at its coverage; ``band`` is a key of :data:`BANDS`."""
-    views, place = published()["view_zenith_deg"], list(BANDS).index(band)
-    return np.array([cube_mean(model, coverage_of(row), float(view))[place] for view in views])
+    views, band_index = published()["view_zenith_deg"], list(BANDS).index(band)
+    return np.array([cube_mean(model, coverage_of(row), float(view))[band_index] for view in views])
 
 
 def over_moments(model: Model, row: str, moments: Sequence[Moment]) -> Array:
@@ -71,8 +71,8 @@ def over_moments(model: Model, row: str, moments: Sequence[Moment]) -> Array:
 
 def over_coverages(model: Model, coverages: Sequence[float]) -> Array:
     """Return the radiance (coverages,) of Table VII: 3-5 um, seen from above."""
-    place = list(BANDS).index("3.0-5.0")
-    return np.array([cube_mean(model, float(coverage))[place] for coverage in coverages])
+    band_index = list(BANDS).index("3.0-5.0")
+    return np.array([cube_mean(model, float(coverage))[band_index] for coverage in coverages])
 
 
 def scene_inputs(*choices: str) -> tuple[AssumedInput, ...]:

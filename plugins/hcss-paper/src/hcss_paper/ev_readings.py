@@ -99,8 +99,8 @@ def readings(field: Array, coverage: float) -> tuple[dict[Reading, float], dict[
 
 
 def _pairs(level: NDArray[np.int64], levels: int) -> NDArray[np.int64]:
-    place = level[:, :-1] * levels + level[:, 1:]
-    return np.bincount(place.ravel(), minlength=levels * levels).reshape(levels, levels)
+    cell = level[:, :-1] * levels + level[:, 1:]
+    return np.bincount(cell.ravel(), minlength=levels * levels).reshape(levels, levels)
 
 
 def _entropies(level: NDArray[np.int64], pairs: NDArray[np.int64]) -> tuple[float, ...]:

@@ -151,11 +151,11 @@ def _expected_dimension(change: dict[str, Any], lags: tuple[int, ...], kernel: K
 def _half_length(values: Array) -> float:
     """Return the lag in pixels at which the semivariance of V, which has unit variance, first reaches 0.5."""
     pooled = semivariances(values, _ALL_LAGS).pooled
-    place = int(np.argmax(pooled >= 0.5))
-    if pooled[place] < 0.5:
+    lag = int(np.argmax(pooled >= 0.5))
+    if pooled[lag] < 0.5:
         return float(_ALL_LAGS[-1])
-    before = pooled[place - 1] if place else 0.0
-    return place + float((0.5 - before) / (pooled[place] - before))
+    before = pooled[lag - 1] if lag else 0.0
+    return lag + float((0.5 - before) / (pooled[lag] - before))
 
 
 def _falls(values: list[float]) -> bool:

@@ -96,7 +96,7 @@ def figure_9(seed: int) -> Reproduction:
     with static_clouds() as clouds:
         stacks = {name: stack("as-printed", clouds[name], views) for name in SATELLITES}
         corrected = stack("physical", clouds[PHYSICAL_SATELLITE], views)
-        grey = {name: each.entry.image[::-1] for name, each in clouds.items()}
+        grey = {name: cloud.entry.image[::-1] for name, cloud in clouds.items()}
     rows = []
     for number, (band, satellite) in enumerate(SCENARIOS, start=1):
         name = f"Scenario{number}"
@@ -153,7 +153,7 @@ def checks_of(name: str, found: Stack, coverage: float, views_deg: list[float]) 
     """Return the statements of the text about the scenes of one satellite image, as checks."""
     share = float(found.cloudy.mean())
     short, middle, long = (found.means(band) for band in BANDS)
-    brightest = sorted(views_deg[place] for place in np.argsort(short)[-2:])
+    brightest = sorted(views_deg[index] for index in np.argsort(short)[-2:])
     sea, rim, core = found.parts("mwir")
     contrasts = found.contrast("lwir") / found.contrast("mwir")
     falls = [-np.diff(values) for values in (middle, long)]

@@ -79,7 +79,7 @@ def figure_12(seed: int) -> Reproduction:
         more_rows, check = motion(name, found[band])
         rows += more_rows
         checks.append(check)
-    contrasts = {band: [_contrast(each[band]) for each in (found, corrected)] for band in BANDS}
+    contrasts = {band: [_contrast(frames[band]) for frames in (found, corrected)] for band in BANDS}
     for band, name in BANDS.items():
         rows.append(Row(f"{name}, standard deviation over mean", "1", None, *contrasts[band]))
     checks.append(
@@ -122,10 +122,10 @@ def motion(name: str, frames: Array) -> tuple[list[Row], Check]:
         Row(
             f"{name}, shift along {axis} each second, mean",
             "pixel",
-            float(SHIFT_PIXELS[place]),
-            float(np.mean([s[place] for s in shifts])),
+            float(SHIFT_PIXELS[index]),
+            float(np.mean([s[index] for s in shifts])),
         )
-        for place, axis in enumerate("xy")
+        for index, axis in enumerate("xy")
     ]
     least = min(agreement for *_, agreement in shifts)
     moved = all((x, y) == SHIFT_PIXELS for x, y, _ in shifts)

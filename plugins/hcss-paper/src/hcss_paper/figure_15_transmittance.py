@@ -189,9 +189,9 @@ def _drawn_spectra(wavelength: Array, found: dict[str, Array]) -> Figure:
     axes = figure.subplots(2, 1, sharex=True)
     titles = (f"(a) from the cloud at {CLOUD_M / 1e3:g} km", "(b) from the sea")
     for axis, title, values in zip(axes, titles, found.values(), strict=True):
-        for place, view in enumerate(views_deg()):
-            colour = colormaps["viridis"](0.92 * place / (len(views_deg()) - 1))
-            axis.plot(wavelength, values[place], color=colour, lw=0.8, label=f"{view:g}°")
+        for index, view in enumerate(views_deg()):
+            colour = colormaps["viridis"](0.92 * index / (len(views_deg()) - 1))
+            axis.plot(wavelength, values[index], color=colour, lw=0.8, label=f"{view:g}°")
         axis.set(ylabel="transmittance", ylim=(0.0, 1.0), xlim=(0.0, RANGE_UM[1]), title=title)
         axis.grid(alpha=0.3)
     axes[1].set_xlabel("wavelength (um)")

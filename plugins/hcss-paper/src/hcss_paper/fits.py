@@ -151,8 +151,8 @@ class ColumnTerms:
         clear, cloudy = self._bands(sea + glint + self._air), self._bands(cloud + seen * (sea + glint))
         rows = {}
         for name, (_, _, band) in COVERS.items():
-            cover, place = coverage_of(name), list(BANDS).index(band)
-            rows[name] = (1.0 - cover) * clear[:, place] + cover * cloudy[:, place]
+            cover, band_index = coverage_of(name), list(BANDS).index(band)
+            rows[name] = (1.0 - cover) * clear[:, band_index] + cover * cloudy[:, band_index]
         dark, dark_cloudy = self._bands(sea[0] + self._air[0]), self._bands(cloud[0] + seen * sea[0])
         for name in SUN_TABLES:
             cover, suns = coverage_of(name), glint_scale * self._glint_of_suns[name]
@@ -193,8 +193,8 @@ def mixture_rows(terms: ColumnTerms, inputs: Array) -> dict[str, Array]:
     clear = terms.clear(sea_temperature_K, glint_scale)
     rows = {}
     for name, (_, _, band) in COVERS.items():
-        place, cover = list(BANDS).index(band), effective_cover(name, given)
-        rows[name] = (1 - cover) * clear[:, place] + cover * terms.opaque[:, place]
+        band_index, cover = list(BANDS).index(band), effective_cover(name, given)
+        rows[name] = (1 - cover) * clear[:, band_index] + cover * terms.opaque[:, band_index]
     dark = terms.clear(sea_temperature_K, 0.0)[0, _MIDDLE]
     for name in SUN_TABLES:
         cover = effective_cover(name, given)

@@ -115,7 +115,7 @@ def _item_name(text: str) -> str:
     words = [kinds.get(word, word) for word in words]
     if words and (words[0] in numbers or words[0].isdigit()):  # only tables have Roman numbers
         words.insert(0, "table")
-    return "-".join(numbers.get(word, word) if place == 1 else word for place, word in enumerate(words))
+    return "-".join(numbers.get(word, word) if number == 1 else word for number, word in enumerate(words))
 
 
 def heading(name: str) -> str:

@@ -133,7 +133,7 @@ def effective_cover(row: str, values: Mapping[str, float] | None = None, coverag
         Coverage, 0 to 1, for rows of Table VII; by default that of :data:`MIXED_BY_COVERAGE`. Other rows have a
         fitted cover of their own.
     """
-    given = {name: each.value for name, each in fitted_inputs().items()} if values is None else values
+    given = {name: fitted.value for name, fitted in fitted_inputs().items()} if values is None else values
     coverage = MIXED_BY_COVERAGE.get(row) if coverage is None else coverage
     if coverage is None:
         return given[f"cover of {row}"]
@@ -194,8 +194,8 @@ def suns_of_table_6() -> tuple[Sun, ...]:
 
 def moment_at_baseline(year: int, month: int, day: int) -> Moment:
     """Return 12:30 at UTC+10 at the place of the baseline scene."""
-    place = published()["baseline_geometry"]
-    return _moment(datetime(year, month, day, 12, 30), 10, place["latitude"], place["longitude"])
+    geometry = published()["baseline_geometry"]
+    return _moment(datetime(year, month, day, 12, 30), 10, geometry["latitude"], geometry["longitude"])
 
 
 def sun_at_baseline(year: int, month: int, day: int) -> Sun:

@@ -117,7 +117,7 @@ def _section(outcome: Outcome) -> Section:
     if outcome.worst is not None:
         content.append(paragraph(f"Largest difference: {worst_text(outcome)}."))
     if result.fitted_inputs:
-        content += [element("h3", "Fitted or chosen inputs"), bullets(each.text for each in result.fitted_inputs)]
+        content += [element("h3", "Fitted or chosen inputs"), bullets(fitted.text for fitted in result.fitted_inputs)]
     if result.notes:
         content += [element("h3", "Notes"), bullets(result.notes)]
     for drawing, png in zip(result.drawings, outcome.pictures, strict=True):
@@ -160,8 +160,8 @@ def _numbers(row: Row, decimals: int) -> list[str]:
 def _decimals(row: Row, rows: Sequence[Row]) -> int:
     """Return the number of decimals: the most among printed rows of the same unit and magnitude (0.45 is 0.450)."""
     size = _size(row)
-    alike = [each for each in rows if each.unit == row.unit and abs(_size(each) - size) <= 2.0]
-    printed = [_printed_decimals(each.published) for each in alike if each.published is not None]
+    alike = [other for other in rows if other.unit == row.unit and abs(_size(other) - size) <= 2.0]
+    printed = [_printed_decimals(other.published) for other in alike if other.published is not None]
     if row.difference is not None and abs(row.difference) < 1e-12 and row.published is not None:
         return _printed_decimals(row.published)
     return max(printed) if printed else max(0, 2 - math.floor(size))

@@ -64,13 +64,13 @@ class Outcome:
     def free(self) -> frozenset[str]:
         """Names of the fitted inputs, each of which is one number fitted to the paper's numbers."""
         inputs = () if self.result is None else self.result.fitted_inputs
-        return frozenset(each.name for each in inputs if each.name is not None)
+        return frozenset(fitted.name for fitted in inputs if fitted.name is not None)
 
     @property
     def choices(self) -> frozenset[str]:
         """Interpretations and values in words that were chosen because they give the paper's numbers."""
         inputs = () if self.result is None else self.result.fitted_inputs
-        return frozenset(each.text for each in inputs if each.name is None)
+        return frozenset(fitted.text for fitted in inputs if fitted.name is None)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the content of the JSON file."""
@@ -89,7 +89,7 @@ class Outcome:
                 for row in self.result.rows
             ],
             "checks": [{"statement": check.statement, "holds": bool(check.holds)} for check in self.result.checks],
-            "fitted_inputs": [asdict(each) for each in self.result.fitted_inputs],
+            "fitted_inputs": [asdict(fitted) for fitted in self.result.fitted_inputs],
             "notes": list(self.result.notes),
         }
 
@@ -101,9 +101,9 @@ def totals(outcomes: Sequence[Outcome]) -> list[str]:
         of_it = [outcome for outcome in outcomes if outcome.verdict == verdict]
         if of_it:
             numbers, free, choices = (
-                sum(each.compared for each in of_it),
-                len(frozenset().union(*(each.free for each in of_it))),
-                len(frozenset().union(*(each.choices for each in of_it))),
+                sum(outcome.compared for outcome in of_it),
+                len(frozenset().union(*(outcome.free for outcome in of_it))),
+                len(frozenset().union(*(outcome.choices for outcome in of_it))),
             )
             lines.append(
                 f"{len(of_it)} {verdict}: {numbers} numbers compared, {free} fitted inputs and {choices} choices"

@@ -43,8 +43,8 @@ def scene(model: Model, view_zenith_deg: float, bands: tuple[str, ...], changes:
     """
     radiance = {"glint_scale": 1.0, "cloud_sun_scale": 0.0}
     common = {"view.zenith": view_zenith_deg, "bands": list(bands), "frames.count": 1}
-    own = {"radiance.parameters": radiance} if model == "as-printed" else PHYSICAL
-    return make_plan(Scenario.load("baseline", {**common, **own, **changes}))
+    of_model = {"radiance.parameters": radiance} if model == "as-printed" else PHYSICAL
+    return make_plan(Scenario.load("baseline", {**common, **of_model, **changes}))
 
 
 @dataclass(frozen=True)

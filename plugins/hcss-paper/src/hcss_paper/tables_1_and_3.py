@@ -20,7 +20,7 @@ def table_1(seed: int) -> Reproduction:
     limits = {tuple(map(float, text.split("-"))): name for text, name in BANDS.items()}
     rows, cover_errors = [], []
     with static_clouds() as clouds:
-        covers = {f"{name} Satellite": each.coverage for name, each in clouds.items()}
+        covers = {f"{name} Satellite": cloud.coverage for name, cloud in clouds.items()}
     for number, satellite, (low, high), coverage in published()["table_1"]["rows"]:
         band = bands[limits[low, high]]
         found = float(cloud_mask("simulated", coverage, seed).mean())

@@ -173,7 +173,7 @@ def rows_of(
 ) -> list[Row]:
     """Return one row for each label from arrays of radiance (labels,)."""
     nothing = [None] * len(labels)
-    columns = (nothing if each is None else map(float, each) for each in (printed, computed, physical, mixture))
+    columns = (nothing if column is None else map(float, column) for column in (printed, computed, physical, mixture))
     return [Row(label, UNIT, *values) for label, *values in zip(labels, *columns, strict=True)]
 
 

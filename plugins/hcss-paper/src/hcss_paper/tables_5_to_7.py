@@ -92,8 +92,8 @@ def sun_angles(seed: int) -> Reproduction:
         for table, suns in (("table_5", suns_of_table_5()), ("table_6", suns_of_table_6()))
         for row, sun in zip(published()[table]["rows"], suns, strict=True)
     ]
-    place = published()["baseline_geometry"]
-    rows.append(("Baseline", (place["solar_zenith"], place["solar_azimuth"]), sun_at_baseline(2024, 4, 20)))
+    geometry = published()["baseline_geometry"]
+    rows.append(("Baseline", (geometry["solar_zenith"], geometry["solar_azimuth"]), sun_at_baseline(2024, 4, 20)))
     printed = np.array([angles for _, angles, _ in rows], dtype=np.float64)
     found = np.array([(sun.zenith_deg, sun.azimuth_deg) for *_, sun in rows])
     true = sun_at_baseline(2019, 4, 20)
@@ -180,11 +180,11 @@ def table_7(seed: int) -> Reproduction:
     left_out = tables_left_out()
     rows = rows_of([f"{share:.0%}" for share in coverages], printed, computed, physical, mixture)
     rows += [
-        Row(f"{name} predicted from the other tables, {what} difference", "%", None, each)
+        Row(f"{name} predicted from the other tables, {what} difference", "%", None, difference)
         for name, both in left_out.items()
-        for what, each in zip(("rms", "largest"), both, strict=True)
+        for what, difference in zip(("rms", "largest"), both, strict=True)
     ]
-    fall, stated = (float(-np.polyfit(coverages, each, 1)[0]) for each in (computed, printed))
+    fall, stated = (float(-np.polyfit(coverages, values, 1)[0]) for values in (computed, printed))
     return judged(
         rows,
         (

@@ -56,12 +56,12 @@ def mean_measures(cloud_type: str, coverage: float, seed: int) -> dict[str, floa
 
     The paper prints ten times the density of eq 22, which cannot exceed 1.
     """
-    found = [measured(cloud_type, coverage, seed + place) for place in range(IMAGES)]
+    found = [measured(cloud_type, coverage, seed + number) for number in range(IMAGES)]
     return {
-        "EV": float(np.mean([each.entropy for each in found])),
-        "Den": 10.0 * float(np.mean([each.density for each in found])),
-        "DP": float(np.mean([each.diagonal_peak for each in found])),
-        "FD": float(np.mean([each.fractal_dimension for each in found])),
+        "EV": float(np.mean([measures.entropy for measures in found])),
+        "Den": 10.0 * float(np.mean([measures.density for measures in found])),
+        "DP": float(np.mean([measures.diagonal_peak for measures in found])),
+        "FD": float(np.mean([measures.fractal_dimension for measures in found])),
     }
 
 
@@ -213,8 +213,8 @@ def _readings_of_ev(seed: int) -> tuple[str, float]:
     off = {
         reading: tuple(
             max(
-                abs(each[which][reading] / values[which] - 1.0)
-                for each, (_, values) in zip(found, printed, strict=True)
+                abs(readings[which][reading] / values[which] - 1.0)
+                for readings, (_, values) in zip(found, printed, strict=True)
             )
             for which in (0, 1)
         )

@@ -87,8 +87,8 @@ class Track:
     @property
     def target_m(self) -> Array:
         """Position (3,) of the place."""
-        place = np.float64(self.latitude_deg), np.float64(self.longitude_deg)
-        return to_earth_centred(*place, self.altitude_m)  # type: ignore[arg-type]
+        position_deg = np.float64(self.latitude_deg), np.float64(self.longitude_deg)
+        return to_earth_centred(*position_deg, self.altitude_m)  # type: ignore[arg-type]
 
     def at(self, time_s: float) -> Array:
         """Return the quaternion; a place below the horizon is an error."""

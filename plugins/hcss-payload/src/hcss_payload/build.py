@@ -116,8 +116,8 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
 def scene_of(scenario: Scenario) -> Scenario:
     """Return a scenario without the sections of this package: sky and sea on the grid on the ground."""
     data = json.loads(scenario.to_json())
-    own = {name: value for name, value in data.items() if name not in scenario.sections}
-    return Scenario.from_dict(own, base=scenario.base, origin=scenario.origin)
+    of_scene = {name: value for name, value in data.items() if name not in scenario.sections}
+    return Scenario.from_dict(of_scene, base=scenario.base, origin=scenario.origin)
 
 
 def _named(section: str, make: Callable[[], _T], file: str | None = None) -> _T:
@@ -140,7 +140,7 @@ def _integration_of(sensor: SensorSection, catalog: Catalog) -> tuple[float, str
     for index, stage in enumerate(sensor.stages or (sensor,)):
         choice = choose_sensor(stage, catalog)
         model = registry.parameters_model(registry.resolve(Kind.SENSORS, choice.model))
-        defaults = {} if model is None else {name: each.default for name, each in model.model_fields.items()}
+        defaults = {} if model is None else {name: parameter.default for name, parameter in model.model_fields.items()}
         time_s = smear_time_s({**defaults, **choice.parameters})
         if time_s is not None:
             return time_s, f"sensor{f'.stages[{index}]' if sensor.stages else ''}.parameters.integration_time"
@@ -224,8 +224,8 @@ def _jitter(section: JitterSection, seed: int) -> Jitter:
     lines = tuple(
         JitterLine(line.frequency, _radians(line.amplitude), float(np.radians(line.phase))) for line in section.lines
     )
-    own = seed if section.seed is None else section.seed
-    return Jitter(_radians(section.rms), section.lowest, section.highest, section.exponent, lines, own)
+    jitter_seed = seed if section.seed is None else section.seed
+    return Jitter(_radians(section.rms), section.lowest, section.highest, section.exponent, lines, jitter_seed)
 
 
 def _radians(degrees: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -243,11 +243,13 @@ def _table(catalog: Catalog, field: str, name: str, columns: tuple[str, ...]) ->
 
 def _of_package(group: str, section: str, name: str) -> Callable[..., Any]:
     """Return the function of another package; raises :class:`PayloadError`."""
-    own = ("circular", "geostationary", "tle", "oem", "table")
-    own = own if section == "orbit" else ("nadir", "track", "push-broom", "aem", "table")
+    shipped = ("circular", "geostationary", "tle", "oem", "table")
+    shipped = shipped if section == "orbit" else ("nadir", "track", "push-broom", "aem", "table")
     known = {entry.name: entry for entry in importlib.metadata.entry_points(group=group)}
     if name not in known:
-        raise PayloadError(f"{section}.provider: no provider is called '{name}'; {choose_from(name, (*own, *known))}")
+        raise PayloadError(
+            f"{section}.provider: no provider is called '{name}'; {choose_from(name, (*shipped, *known))}"
+        )
     try:
         function: Callable[..., Any] = known[name].load()
     except FAILURES as error:

@@ -47,9 +47,9 @@ class CameraPoints:
         places = self._instants[0].window(*points)
         if self._which is not None:
             for number, instant in enumerate(self._instants[1:], start=1):
-                own, per = instant.window(*points), self._per_pixel
+                of_instant, per = instant.window(*points), self._per_pixel
                 for y, x in np.argwhere(self._which == number):
-                    places[y::per, x::per] = own[y::per, x::per]
+                    places[y::per, x::per] = of_instant[y::per, x::per]
         return places[..., 0], places[..., 1]
 
     def at_nodes(self) -> tuple[Array, Array]:

@@ -35,6 +35,7 @@ from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.rays import NOWHERE, Range, Rays
 from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.slant_paths import reference_height_m
@@ -84,35 +85,28 @@ def make_rays(scenario: Scenario, catalog: Catalog) -> CameraRays:
 
 def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> CameraRays:
     """Return the rays of a payload above a scenario; raises as :func:`make_rays`."""
-    _require_no_other_view(scenario)
+    require_none("[camera], which has its own view and parallax", excluded_beside_camera(scenario), "no [camera]")
     return CameraRays(scenario, payload, catalog)
 
 
-def _require_no_other_view(scenario: Scenario) -> None:
-    view, platform, motion = scenario.view, scenario.platform, scenario.motion
-    given = {
-        "view.zenith": view.zenith != 0.0,
-        "view.azimuth": view.azimuth != 0.0,
-        "motion.platform_speed": motion.platform_speed != 0.0,
-        "image.window": scenario.image.window is not None,
-        "slant.parallax": scenario.slant.parallax,
-        "slant.shadows": scenario.slant.shadows,
-        "output.derived": bool(scenario.output.derived),
-        **{f"platform.{name}": getattr(platform, name) is not None for name in type(platform).model_fields},
-    }
-    problems = [
-        Problem(
-            name,
-            "given together with [camera]; allowed: without it (the camera has its own view and parallax, and "
-            "cannot show shadows or derived variables)",
-        )
-        for name, present in given.items()
-        if present
-    ]
-    if scenario.sea.waves == "resolved":
-        problems.append(Problem("sea.waves", "'resolved' with [camera]; allowed: 'averaged'; closest is 'averaged'"))
-    if problems:
-        raise ScenarioError(problems)
+def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with a camera in orbit."""
+    view, platform, slant = scenario.view, scenario.platform, scenario.slant
+    speed, resolved = scenario.motion.platform_speed != 0.0, scenario.sea.waves == "resolved"
+    return (
+        Excluded("view.zenith", view.zenith != 0.0, "another view", "to leave it out"),
+        Excluded("view.azimuth", view.azimuth != 0.0, "another view", "to leave it out"),
+        *(
+            Excluded(f"platform.{name}", getattr(platform, name) is not None, "another view", "to leave it out")
+            for name in type(platform).model_fields
+        ),
+        Excluded("motion.platform_speed", speed, "motion of another platform", "0"),
+        Excluded("image.window", scenario.image.window is not None, "a part of a grid", "to leave it out"),
+        Excluded("slant.parallax", slant.parallax, "parallax of flat layers", "false"),
+        Excluded("slant.shadows", slant.shadows, "shadows", "false"),
+        Excluded("output.derived", bool(scenario.output.derived), "a derived variable", "none"),
+        Excluded("sea.waves", resolved, "a sea of resolved waves", "'averaged'; closest is 'averaged'"),
+    )
 
 
 class CameraRays(Rays):
@@ -159,10 +153,10 @@ class CameraRays(Rays):
         self._extent = (*_range(seen.place_deg[:, 0]), *_range(seen.place_deg[:, 1]))
         self.image = Grid(self.camera.rows, self.camera.columns, float(np.median(footprints)))
         point_m = scenario.image.pixel_size / scenario.image.samples_per_pixel
-        own = min(max(FEWEST_POINTS, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
+        points_wanted = min(max(FEWEST_POINTS, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
         self.integration_s, self.instants = self._shutter.integration_s, self._shutter.instants
         instants = self.instants
-        self.samples_per_pixel = -(-(payload.points or own) // instants) * instants
+        self.samples_per_pixel = -(-(payload.points or points_wanted) // instants) * instants
         self.notes = (
             *NOTES,
             *self.notes,
@@ -260,8 +254,8 @@ class CameraRays(Rays):
         """Return the positions of pixels in the rectangle of the pass; raises :class:`PayloadError` outside it."""
         rays = self._geometry(time_s).window(*window)
         ground = rays.kind == GROUND
-        seen = (np.where(ground[..., None], each, 1.0) for each in (rays.toward, rays.position_m))
-        x, y = (np.where(ground, each, np.nan) for each in self.directions.places(*seen))
+        seen = (np.where(ground[..., None], vector, 1.0) for vector in (rays.toward, rays.position_m))
+        x, y = (np.where(ground, coordinate, np.nan) for coordinate in self.directions.places(*seen))
         if np.any(np.abs(x) > 1.0 + OUTSIDE) or np.any(np.abs(y) > 1.0 + OUTSIDE):
             raise PayloadError(
                 f"attitude: a pixel looks beyond the directions of {TIMES} times of the pass, which are examined; "
@@ -278,12 +272,12 @@ class CameraRays(Rays):
         toward, position_m = geometry.nodes()
         if not toward.size or geometry.sees_limb:
             return None
-        x, y = (_range(each) for each in self.directions.places(toward, position_m))
+        x, y = (_range(coordinate) for coordinate in self.directions.places(toward, position_m))
         return x, y
 
     def views_of_pixels(self, rows: Sequence[int], columns: Sequence[int], time_s: float) -> list[View]:
         """Return the exact view of pixels."""
-        row, column = (np.asarray(each, dtype=np.float64) for each in (rows, columns))
+        row, column = (np.asarray(numbers, dtype=np.float64) for numbers in (rows, columns))
         rays = self._geometry(time_s).exact(row, column)
         if isinstance(self.directions, Disk | ZonalDisk):
             return self.directions.views_of(rays.position_m)
@@ -324,11 +318,11 @@ class CameraRays(Rays):
         """Return the area of a pixel across its line of sight, at the distance of a point or else of the ground."""
         geometry, at = self._geometry(time_s), (np.float64(row - 0.5), np.float64(column - 0.5))
         ray = self.camera.directions(*at)  # type: ignore[arg-type]
-        axis = self.camera.directions(*(np.float64(each) for each in self.camera.centre))  # type: ignore[arg-type]
+        axis = self.camera.directions(*(np.float64(coordinate) for coordinate in self.camera.centre))  # type: ignore[arg-type]
         if point_m is None:
             seen = geometry.exact(*at).position_m  # type: ignore[arg-type]
         else:
-            seen = self._position_m(*(np.array(each) for each in point_m))[0]
+            seen = self._position_m(*(np.array(coordinate) for coordinate in point_m))[0]
         distance = float(np.linalg.norm(geometry.pose.position_m - seen))
         # A detector sees the solid angle pitch^2 cos^3 / focal length^2.
         return distance**2 * self.camera.pixel_rad**2 * float(ray @ axis) ** 3

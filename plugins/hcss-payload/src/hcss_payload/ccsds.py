@@ -176,11 +176,11 @@ def _interpolation(segment: _Segment, has_velocities: bool) -> tuple[bool, int]:
 def _spans(field: str, segments: Sequence[_Segment], tables: Sequence[_AnyTable], start: datetime) -> Spans[_AnyTable]:
     """Return the tables of the segments of one object, whose usable spans follow one another."""
     for key in ("OBJECT_ID", "OBJECT_NAME"):
-        objects = list(dict.fromkeys(each.keys[key] for each in segments if key in each.keys))
+        objects = list(dict.fromkeys(segment.keys[key] for segment in segments if key in segment.keys))
         if len(objects) > 1:
             raise PayloadError(f"{segments[0].path}: {key} {', '.join(objects)}; allowed: segments of one object")
-    found = zip(segments, tables, (each.usable_s(start) for each in segments), strict=True)
-    ordered = sorted(found, key=lambda each: each[2])
+    found = zip(segments, tables, (table.usable_s(start) for table in segments), strict=True)
+    ordered = sorted(found, key=lambda found_span: found_span[2])
     for (_, _, before), (segment, _, after) in itertools.pairwise(ordered):
         if after[0] < before[1]:
             raise PayloadError(
@@ -227,7 +227,7 @@ def _quaternions(segment: _Segment, start: datetime) -> AttitudeTable:
     The standard's quaternion from A to B turns the axes of A into those of B, so that its inverse turns components.
     """
     segment.one_of("ATTITUDE_TYPE", "QUATERNION", "QUATERNION")
-    first, second = (segment.one_of(f"REF_FRAME_{each}", "ITRF, SC_", "(ITRF|SC_).*") for each in "AB")
+    first, second = (segment.one_of(f"REF_FRAME_{side}", "ITRF, SC_", "(ITRF|SC_).*") for side in "AB")
     if first.startswith("ITRF") == second.startswith("ITRF"):
         raise PayloadError(
             f"{segment.where}: REF_FRAME_A {first}, REF_FRAME_B {second}; allowed: ITRF and a frame SC_..."
@@ -278,7 +278,7 @@ def _read(path: Path, version: str) -> list[_Segment]:
             _add_state(segments[-1], number, line, version)
         elif part in ("header", "metadata"):
             keys = header if part == "header" else segments[-1].keys
-            key, equals, value = (each.strip() for each in line.partition("="))
+            key, equals, value = (word.strip() for word in line.partition("="))
             if not equals or key in keys:
                 raise PayloadError(f"{path}: line {number}: {shown_line(line)!r}; allowed: KEY = value, each key once")
             keys[key] = value
@@ -304,7 +304,7 @@ def _add_state(segment: _Segment, number: int, line: str, version: str) -> None:
     where = f"{segment.path}: line {number}"
     time, *fields = line.split()
     try:
-        moment, values = _parsed(time, where), [float(each) for each in fields]
+        moment, values = _parsed(time, where), [float(number) for number in fields]
     except ValueError as error:
         raise PayloadError(f"{where}: {shown_line(line)!r} is no time with numbers") from error
     if not np.all(np.isfinite(values)):

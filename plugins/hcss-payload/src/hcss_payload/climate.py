@@ -104,13 +104,13 @@ def _zone(latitude_deg: float, catalog: Catalog, time: datetime) -> Profile:
 def _mixed(profiles: list[Profile], weights: Array) -> Profile:
     """Return the mean of profiles at the levels of the first."""
     first = profiles[0]
-    each = [profile.resampled(first.altitude_m) for profile in profiles]
+    resampled = [profile.resampled(first.altitude_m) for profile in profiles]
     return replace(
         first,
-        pressure_Pa=np.exp(np.tensordot(weights, np.log([one.pressure_Pa for one in each]), 1)),
-        temperature_K=np.tensordot(weights, np.array([one.temperature_K for one in each]), 1),
+        pressure_Pa=np.exp(np.tensordot(weights, np.log([one.pressure_Pa for one in resampled]), 1)),
+        temperature_K=np.tensordot(weights, np.array([one.temperature_K for one in resampled]), 1),
         mixing_ratio={
-            gas: np.exp(np.tensordot(weights, np.log([one.mixing_ratio[gas] for one in each]), 1))
+            gas: np.exp(np.tensordot(weights, np.log([one.mixing_ratio[gas] for one in resampled]), 1))
             for gas in first.mixing_ratio
         },
     )

@@ -32,7 +32,7 @@ def complete(
         Radiance of the limb; None if it is missing.
     """
     rows, columns = extent
-    shape, own = (length(rows), length(columns)), list(frame.values())
+    shape, ground_variables = (length(rows), length(columns)), list(frame.values())
     specs = (*PIXEL_VARIABLES, TANGENT_HEIGHT) if shows_limb else PIXEL_VARIABLES
     for spec in specs:
         frame[spec.name] = np.empty(shape, dtype=spec.dtype)
@@ -43,15 +43,17 @@ def complete(
         rays = geometry.window(*window)
         beyond, space = rays.kind != GROUND, rays.kind == SPACE
         if beyond.any():
-            for values in own:
+            for values in ground_variables:
                 if values.dtype.kind == "f":
                     values[..., strip, :][..., beyond] = np.nan
                     values[..., strip, :][..., space] = 0.0
-        latitude, longitude = (np.rint(each * STEPS_PER_DEGREE) / STEPS_PER_DEGREE for each in geometry.place(rays))
+        latitude, longitude = (
+            np.rint(degrees * STEPS_PER_DEGREE) / STEPS_PER_DEGREE for degrees in geometry.latitude_longitude(rays)
+        )
         zenith, azimuth = geometry.angles_deg(rays)
         distance = np.linalg.norm(geometry.pose.position_m - rays.position_m, axis=-1)
-        each = latitude, longitude, zenith, azimuth, distance, rays.kind
-        for spec, coordinate in zip(PIXEL_VARIABLES, each, strict=True):
+        coordinates = latitude, longitude, zenith, azimuth, distance, rays.kind
+        for spec, coordinate in zip(PIXEL_VARIABLES, coordinates, strict=True):
             frame[spec.name][strip] = coordinate
         if shows_limb:
             height = _tangent_heights(geometry, rays.kind, window)
@@ -64,8 +66,8 @@ def complete(
 def _tangent_heights(geometry: FrameGeometry, kind: NDArray[np.uint8], window: Window) -> NDArray[np.float64]:
     """Return the tangent heights of pixels beyond the ground, those of lines that meet it below it; NaN for others."""
     seen = kind >= SLANT
-    row, column = (np.arange(each.start, each.stop, dtype=np.float64) for each in window)
-    places = (each[seen] for each in np.meshgrid(row, column, indexing="ij"))
+    row, column = (np.arange(span.start, span.stop, dtype=np.float64) for span in window)
+    places = (numbers[seen] for numbers in np.meshgrid(row, column, indexing="ij"))
     height = np.full(kind.shape, np.nan)
     ray = geometry.pose.to_earth(geometry.camera.directions(*places))
     height[seen] = tangent_heights_m(geometry.pose.position_m, ray)

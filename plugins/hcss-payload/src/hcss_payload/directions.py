@@ -66,8 +66,8 @@ class Strip:
         views = []
         for x, y in places:
             along, across = (
-                middle + half * place
-                for place, (middle, half) in zip((x, y), (self.along_rad, self.across_rad), strict=True)
+                middle + half * position
+                for position, (middle, half) in zip((x, y), (self.along_rad, self.across_rad), strict=True)
             )
             angles = np.array([np.cos(across) * np.cos(along), np.cos(across) * np.sin(along), np.sin(across)])
             views.append(view_of(angles @ self.axes))

@@ -67,7 +67,9 @@ class Disk:
         """Return the view from positions (x, y), -1 to 1 from edge to edge."""
         plane = np.array(list(places), dtype=np.float64).reshape(-1, 2)
         if self.glint is not None:
-            plane = np.stack([_squeezed(own, at) for own, at in zip(plane.T, self.glint, strict=True)], axis=-1)
+            plane = np.stack(
+                [_squeezed(coordinate, at) for coordinate, at in zip(plane.T, self.glint, strict=True)], axis=-1
+            )
         plane = self.edge * plane
         slant = 1.0 + np.sum(plane**2, axis=1)
         flat = plane * (np.sqrt(1.0 + slant) / slant)[:, None]
@@ -92,8 +94,8 @@ class Disk:
         across = np.hypot(east, north)
         zenith = np.degrees(np.arctan2(across, up))
         azimuth = np.where(zenith < 1e-6, 0.0, np.degrees(np.arctan2(east, north)) % 360.0)
-        each = zip(*(values.tolist() for values in (zenith, azimuth, latitude, longitude)), strict=True)
-        return [PlacedView(above, around, north, east, own_sun=True) for above, around, north, east in each]
+        directions = zip(*(values.tolist() for values in (zenith, azimuth, latitude, longitude)), strict=True)
+        return [PlacedView(above, around, north, east, own_sun=True) for above, around, north, east in directions]
 
     def _seen_in(self, toward: Array) -> Array:
         """Return the positions (N, 3) on the ellipsoid from which the camera is seen in directions (N, 3)."""
@@ -128,17 +130,17 @@ def _ends(middle: float) -> tuple[float, float]:
     return float(np.arcsinh((1.0 - middle) / GLINT)), float(np.arcsinh((1.0 + middle) / GLINT))
 
 
-def _squeezed(place: Array, middle: float) -> Array:
+def _squeezed(position: Array, middle: float) -> Array:
     """Return positions from stretched ones; -1 and 1 stay (Tee and Trefethen, SIAM J. Sci. Comput. 28, 2006)."""
     after, before = _ends(middle)
-    result: Array = middle + GLINT * np.sinh(0.5 * (after + before) * place + 0.5 * (after - before))
+    result: Array = middle + GLINT * np.sinh(0.5 * (after + before) * position + 0.5 * (after - before))
     return result
 
 
-def _stretched(place: Array, middle: float) -> Array:
+def _stretched(position: Array, middle: float) -> Array:
     """Return the inverse of :func:`_squeezed`."""
     after, before = _ends(middle)
-    result: Array = (2.0 * np.arcsinh((place - middle) / GLINT) - (after - before)) / (after + before)
+    result: Array = (2.0 * np.arcsinh((position - middle) / GLINT) - (after - before)) / (after + before)
     return result
 
 
@@ -153,7 +155,7 @@ def with_glint(disk: Disk) -> Disk:
     )
     instant = disk.track.start + timedelta(seconds=disk.times_s[len(disk.times_s) // 2])
     sun_zenith, sun_azimuth, _ = sun_position([instant] * zenith.size, latitude, longitude)
-    seen, lit, turn = (np.radians(each) for each in (zenith, sun_zenith, azimuth - sun_azimuth))
+    seen, lit, turn = (np.radians(degrees) for degrees in (zenith, sun_zenith, azimuth - sun_azimuth))
     # Cosine between the view and the mirror direction, whose bearing is opposite to the sun's.
     nearness = np.cos(seen) * np.cos(lit) - np.sin(seen) * np.sin(lit) * np.cos(turn)
     best = int(np.argmax(np.where(sun_zenith < 90.0, nearness, -1.0)))
@@ -176,5 +178,5 @@ def disk_around(
 
 @lru_cache(maxsize=4096)
 def _sun(track: SunTrack, latitude_deg: float, longitude_deg: float, time_s: float) -> Sun | None:
-    own = SunTrack(track.start, latitude_deg, longitude_deg).at(time_s)
-    return own if own.is_up else None
+    sun = SunTrack(track.start, latitude_deg, longitude_deg).at(time_s)
+    return sun if sun.is_up else None

@@ -16,6 +16,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, to_earth_centred
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.scenario.bands import spectral_band
 
@@ -29,6 +30,21 @@ _STILL_M = 1.0
 """Largest motion of a camera that stands still above the Earth."""
 
 
+def excluded_beside_climate(scenario: Scenario) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with air and sea by latitude."""
+    air, sea, without = scenario.atmosphere, scenario.sea, "to leave it out"
+    texture = (sea.temperature_texture or 0.0) > 0.0
+    return (
+        Excluded("atmosphere.profile", air.profile is not None, "another profile", without),
+        Excluded("atmosphere.inversion", air.inversion is not None, "an inversion", without),
+        Excluded("atmosphere.water_vapour_texture", air.water_vapour_texture > 0.0, "texture of vapour", "0"),
+        Excluded("sea.temperature", sea.temperature is not None, "another temperature", without),
+        Excluded("sea.temperature_texture", texture, "texture of the sea", "0"),
+        Excluded("surfaces", scenario.surfaces is not None, "a map of the ground", "sea everywhere"),
+        Excluded("elements", bool(scenario.elements), "elements", "no elements"),
+    )
+
+
 def climate_of(scenario: Scenario, catalog: Catalog, choice: str) -> ZonalClimate | None:
     """Return the air and sea by latitude if ``camera.climate`` asks for them.
 
@@ -39,20 +55,8 @@ def climate_of(scenario: Scenario, catalog: Catalog, choice: str) -> ZonalClimat
     """
     if choice == "place":
         return None
-    atmosphere, sea = scenario.atmosphere, scenario.sea
-    given = {
-        "atmosphere.profile": atmosphere.profile is not None,
-        "atmosphere.inversion": atmosphere.inversion is not None,
-        "atmosphere.water_vapour_texture": atmosphere.water_vapour_texture > 0.0,
-        "sea.temperature": sea.temperature is not None,
-        "sea.temperature_texture": (sea.temperature_texture or 0.0) > 0.0,
-        "surfaces": scenario.surfaces is not None,
-        "elements": bool(scenario.elements),
-    }
-    message = "given with camera.climate = 'latitude', which has its own air and sea; allowed: without it"
-    problems = [Problem(name, message) for name, present in given.items() if present]
-    if problems:
-        raise ScenarioError(problems)
+    effect = "camera.climate = 'latitude', which has its own air and sea"
+    require_none(effect, excluded_beside_climate(scenario), "camera.climate = 'place'")
     return ZonalClimate(catalog, scenario.time, (scenario.place.latitude, scenario.place.longitude))
 
 
@@ -87,16 +91,16 @@ def whole_disk(
             _require_night(scenario, seen, times_s)
         return None
     instants = np.unique(times_s[[0, times_s.size // 2, -1]])
-    below = tuple(float(each) for each in surface_place(camera))
+    below = tuple(float(degrees) for degrees in surface_place(camera))
     track = SunTrack(scenario.time, below[0], below[1])
     disk = disk_around(seen.toward, seen.limit_deg, (below[0], below[1]), camera, track, tuple(instants.tolist()))
     edge = np.linspace(-1.0, 1.0, 9).tolist()
     lit = any(sun is not None for view in disk.at([(x, y) for x in edge for y in edge]) for sun in disk.suns(view))
     if not (lit or climate):
         return None
-    place = to_earth_centred(np.array(scenario.place.latitude), np.array(scenario.place.longitude))
+    centre_m = to_earth_centred(np.array(scenario.place.latitude), np.array(scenario.place.longitude))
     under = camera / np.linalg.norm(camera)
-    apart = np.degrees(np.arccos(np.clip(place @ under / np.linalg.norm(place), -1.0, 1.0)))
+    apart = np.degrees(np.arccos(np.clip(centre_m @ under / np.linalg.norm(centre_m), -1.0, 1.0)))
     zenith = np.arccos(seen.toward[:, 2].min()) if seen.limit_deg is None else np.radians(seen.limit_deg)
     reach = np.degrees(zenith - np.arcsin(SEMI_MAJOR_AXIS_M / np.linalg.norm(camera) * np.sin(zenith)))
     if apart + reach > FARTHEST_DEG:

@@ -55,10 +55,10 @@ class EarthOrientation:
 
     def states(self, teme_m: Array, teme_m_s: Array | None, utc_days: Sequence[float]) -> tuple[Array, Array | None]:
         """Return positions (N, 3) and velocities (N, 3) over the rotating Earth of those of the TEME frame."""
-        positions = np.array([self.earth_fixed(each, day) for each, day in zip(teme_m, utc_days, strict=True)])
+        positions = np.array([self.earth_fixed(vector, day) for vector, day in zip(teme_m, utc_days, strict=True)])
         if teme_m_s is None:
             return positions, None
-        turned = np.array([self.earth_fixed(each, day) for each, day in zip(teme_m_s, utc_days, strict=True)])
+        turned = np.array([self.earth_fixed(vector, day) for vector, day in zip(teme_m_s, utc_days, strict=True)])
         return positions, turned - np.cross([0.0, 0.0, EARTH_RATE_RAD_S], positions)
 
 

@@ -90,7 +90,7 @@ def require_consistent_velocities(
     wrong = np.flatnonzero(apart > 0.02 + turned**2 / 6.0 + 1.0 / (speed * step_s))
     if wrong.size:
         first = int(wrong[0])
-        stated_km_s, moved_km_s = (1e-3 * np.linalg.norm(each[first]) for each in (stated, moved))
+        stated_km_s, moved_km_s = (1e-3 * np.linalg.norm(velocity[first]) for velocity in (stated, moved))
         raise PayloadError(
             f"{where}: lines {lines[first]} and {lines[first + 1]}: velocities of {stated_km_s:.5g} km/s, and "
             f"positions that move with {moved_km_s:.5g} km/s, {100.0 * apart[first]:.3g} % of the orbital speed apart; "
@@ -139,7 +139,7 @@ def _require_above_ground(trajectory: Trajectory, time_s: float) -> None:
 
 
 def _age(elements: TwoLineElements, first_s: float, last_s: float) -> Iterator[str]:
-    since = [((elements.start - elements.epoch).total_seconds() + each) / 86400.0 for each in (first_s, last_s)]
+    since = [((elements.start - elements.epoch).total_seconds() + time_s) / 86400.0 for time_s in (first_s, last_s)]
     age = max(since, key=abs)
     text = f"the elements are {abs(age):.3g} days {'older' if age > 0.0 else 'younger'} than the frames"
     if abs(age) > AGE_REFUSED_D:
@@ -189,8 +189,10 @@ def _dynamics(trajectory: Trajectory, times_s: Sequence[float]) -> Iterator[str]
         position = trajectory.at(time_s)
         radius = float(np.linalg.norm(position))
         step = 2.0 * np.pi * np.sqrt(radius**3 / EARTH_M3_S2) / _STEPS_PER_PERIOD
-        tried = (_motion(trajectory, time_s, each) for each in (step, 0.1 * step, 0.01 * step) if each >= _SHORTEST_S)
-        found = next((each for each in tried if each is not None), None)
+        tried = (
+            _motion(trajectory, time_s, step_s) for step_s in (step, 0.1 * step, 0.01 * step) if step_s >= _SHORTEST_S
+        )
+        found = next((motion for motion in tried if motion is not None), None)
         if found is None:
             continue
         velocity, acceleration = found
@@ -268,8 +270,8 @@ def examine_place(
         If it is so far away that the scene has another sun.
     """
     seen = to_earth_centred(seen_deg[:, 0], seen_deg[:, 1])
-    own = to_earth_centred(*(np.float64(each) for each in place_deg))  # type: ignore[arg-type]
-    chord = np.linalg.norm(seen - own, axis=1)
+    place_m = to_earth_centred(*(np.float64(degrees) for degrees in place_deg))  # type: ignore[arg-type]
+    chord = np.linalg.norm(seen - place_m, axis=1)
     nearest = int(np.argmin(chord))
     away = 2.0 * MEAN_EARTH_RADIUS_M * float(np.arcsin(min(1.0, 0.5 * chord[nearest] / MEAN_EARTH_RADIUS_M)))
     along = positions_m / np.linalg.norm(positions_m, axis=1, keepdims=True)

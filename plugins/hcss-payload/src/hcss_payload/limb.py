@@ -92,8 +92,8 @@ class Limb:
         """
         # Above the last height the air ends within the pixel of a camera.
         logarithm = np.log(np.maximum(self._radiance, 1e-30))
-        each = [np.exp(np.interp(tangent_m, self._heights_m, own)) for own in logarithm.T]
-        return np.where(tangent_m < TOP_M, np.stack(each), 0.0)
+        of_bands = [np.exp(np.interp(tangent_m, self._heights_m, band_logarithm)) for band_logarithm in logarithm.T]
+        return np.where(tangent_m < TOP_M, np.stack(of_bands), 0.0)
 
 
 class Shells:
@@ -134,14 +134,16 @@ def limb_radiance(provider: Any, shells: Shells, wavenumber_cm1: Array, weights_
     weights_cm1 : ndarray (B, V)
         Of the bands at the wavenumbers (V,).
     """
-    return _radiance(provider, shells, wavenumber_cm1, weights_cm1, [(float(each), None) for each in lowest_m], None)
+    return _radiance(
+        provider, shells, wavenumber_cm1, weights_cm1, [(float(height_m), None) for height_m in lowest_m], None
+    )
 
 
 def ground_radiance(
     provider: Any, shells: Shells, wavenumber_cm1: Array, weights_cm1: Array, tangent_m: Array, sea_temperature_K: float
 ) -> Array:
     """Return the radiance (N, B) of clear air before a black sea, along lines with straight tangent heights (N,)."""
-    lines = [(0.0, EARTH_RADIUS_M + float(each)) for each in tangent_m]
+    lines = [(0.0, EARTH_RADIUS_M + float(height_m)) for height_m in tangent_m]
     return _radiance(provider, shells, wavenumber_cm1, weights_cm1, lines, sea_temperature_K)
 
 
@@ -168,11 +170,11 @@ def _radiance(
             (np.zeros((1, vertical.shape[1])), np.cumsum(along[:, None] * vertical[first:], axis=0))
         )
         ends = _segments(levels[first:])
-        each = upward[ends]
-        near = provider.transmittance_of_amounts(wavenumber_cm1, upward[-1] - each)
+        to_ends = upward[ends]
+        near = provider.transmittance_of_amounts(wavenumber_cm1, upward[-1] - to_ends)
         far = np.zeros((2, 1))
         if sea_temperature_K is None:
-            far = provider.transmittance_of_amounts(wavenumber_cm1, upward[-1] + each)
+            far = provider.transmittance_of_amounts(wavenumber_cm1, upward[-1] + to_ends)
         altitude = np.minimum(levels[first:][ends], top)
         temperature = profile.temperature_at(0.5 * (altitude[1:] + altitude[:-1]))
         source = planck(wavenumber_cm1[None, :], temperature[:, None])

@@ -129,7 +129,9 @@ class Mesh:
         """
         up = position_m / np.linalg.norm(position_m, axis=-1, keepdims=True)
         moved = position_m + error_m - np.sum(error_m * up, axis=-1, keepdims=True) * up
-        places = [self.camera.pixels(self.pose.to_body(each - self.pose.position_m)) for each in (position_m, moved)]
+        places = [
+            self.camera.pixels(self.pose.to_body(positions - self.pose.position_m)) for positions in (position_m, moved)
+        ]
         return np.hypot(places[1][0] - places[0][0], places[1][1] - places[0][1])
 
 
@@ -151,11 +153,11 @@ class MeshValues:
         mesh = self._mesh
         height, width = mesh.shape
         if rows.start < 0 or columns.start < 0 or rows.stop > height or columns.stop > width:
-            row, column = (np.arange(each.start, each.stop, dtype=np.float64) for each in (rows, columns))
+            row, column = (np.arange(span.start, span.stop, dtype=np.float64) for span in (rows, columns))
             return _where_met(self._of, mesh.exact_m(row[:, None], column[None, :]))
         of_rows, of_columns = mesh._nodes
-        up, down, y = (each[rows] for each in _weights(of_rows, height))
-        left, right, x = (each[columns] for each in _weights(of_columns, width))
+        up, down, y = (weights[rows] for weights in _weights(of_rows, height))
+        left, right, x = (weights[columns] for weights in _weights(of_columns, width))
         result = np.empty((up.size, left.size, self.at_nodes.shape[2]))
         _interpolate(self.at_nodes, up, down, y, left, right, x, result)
         row, column = np.nonzero(mesh._exact[np.ix_(up // 2, left // 2)])

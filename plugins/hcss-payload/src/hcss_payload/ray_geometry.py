@@ -77,7 +77,7 @@ class FrameGeometry:
         key = rows.start, rows.stop, columns.start, columns.stop
         if self._last is None or self._last[0] != key:
             values = self._values.window(rows, columns)
-            row, column = (np.arange(each.start, each.stop, dtype=np.float64) for each in (rows, columns))
+            row, column = (np.arange(span.start, span.stop, dtype=np.float64) for span in (rows, columns))
             self._last = key, self._rays(values, row[:, None], column[None, :])
         return self._last[1]
 
@@ -118,12 +118,12 @@ class FrameGeometry:
         # Places too far from the scene for its plane have no direction.
         kind = np.where(steep | np.isnan(toward[..., 0]), SLANT, GROUND).astype(np.uint8)
         if missed.any():
-            at_row, at_column = (np.broadcast_to(each, missed.shape)[missed] for each in (row, column))
+            at_row, at_column = (np.broadcast_to(numbers, missed.shape)[missed] for numbers in (row, column))
             above = np.isnan(meet(*self.mesh.rays(at_row, at_column), ATMOSPHERE_M)[..., 0])
             kind[missed] = np.where(above, SPACE, LIMB)
         return PixelRays(position, toward, kind)
 
-    def place(self, rays: PixelRays) -> tuple[Array, Array]:
+    def latitude_longitude(self, rays: PixelRays) -> tuple[Array, Array]:
         """Return latitude and longitude (deg), within 180 of the scene's centre."""
         latitude, longitude = surface_place(rays.position_m)
         middle = self._centre[1]

@@ -79,7 +79,7 @@ def sample_pass(
         if limit_deg is not None:
             near = (rays.toward[..., 2] > np.cos(np.radians(limit_deg + 1.0))) & ~np.isnan(rays.toward[..., 0])
         toward.append(rays.toward[near])
-        places.append(np.stack(geometry.place(rays), axis=-1)[ground])
+        places.append(np.stack(geometry.latitude_longitude(rays), axis=-1)[ground])
         distance = np.linalg.norm(geometry.pose.position_m - rays.position_m[ground], axis=-1)
         footprints.append(distance * camera.pixel_rad / np.sqrt(rays.toward[ground][:, 2]))
     if not toward:

@@ -60,9 +60,9 @@ class LinePoses:
 
     def at(self, row: Array) -> tuple[Array, Array]:
         """Return turns (..., 3, 3) and positions (..., 3) at rows (...); those of the first or last line beyond it."""
-        place = np.clip(np.nan_to_num(row) + 1.0, 0.0, len(self.turn) - 1.0)
-        first = np.minimum(place.astype(np.int64), len(self.turn) - 2)
-        share = (place - first)[..., None]
+        position = np.clip(np.nan_to_num(row) + 1.0, 0.0, len(self.turn) - 1.0)
+        first = np.minimum(position.astype(np.int64), len(self.turn) - 2)
+        share = (position - first)[..., None]
         turn = self.turn[first] + share[..., None] * (self.turn[first + 1] - self.turn[first])
         return turn, self.position_m[first] + share * (self.position_m[first + 1] - self.position_m[first])
 
@@ -100,8 +100,8 @@ class Shutter:
 
     def which(self, points: int) -> NDArray[np.int64]:
         """Return the instant (points, points) of each point of a pixel; ``points`` is a multiple of their number."""
-        place = np.arange(points)
-        instant: NDArray[np.int64] = (place[:, None] + place[None, :]) % self.instants
+        number = np.arange(points)
+        instant: NDArray[np.int64] = (number[:, None] + number[None, :]) % self.instants
         return instant
 
 
@@ -125,14 +125,14 @@ class Exposure:
 def exposure_of(shutter: Shutter, time_s: float, camera: Camera, pose_at: PoseAt) -> Exposure:
     """Return the instants of the frame of a time."""
     times = shutter.times_s(time_s) if shutter.instants > 1 else [time_s]
-    each = tuple((pose_at(instant), shutter.lines(instant, camera, pose_at)) for instant in times)
-    return Exposure(shutter, pose_at(time_s), each)
+    exposed = tuple((pose_at(instant), shutter.lines(instant, camera, pose_at)) for instant in times)
+    return Exposure(shutter, pose_at(time_s), exposed)
 
 
 def smear_px(camera: Camera, before: Pose, after: Pose) -> float:
     """Return how far the ground moves through the image between two poses, pixels; 0 if it is not seen."""
     border = (np.linspace(-0.5, size - 0.5, 3) for size in (camera.rows, camera.columns))
-    row, column = (each.ravel() for each in np.meshgrid(*border))
+    row, column = (numbers.ravel() for numbers in np.meshgrid(*border))
     ground = meet(before.position_m, before.to_earth(camera.directions(row, column)))
     at_row, at_column = camera.pixels(after.to_body(ground - after.position_m))
     moved = np.hypot(at_row - row, at_column - column)

@@ -107,9 +107,9 @@ class Circular:
         """
         require_within("trajectory.above", latitude_deg, -90.0, 90.0, "deg")
         require_within("trajectory.above", longitude_deg, -180.0, 360.0, "deg")
-        place = to_earth_centred(np.float64(latitude_deg), np.float64(longitude_deg), altitude_m)  # type: ignore[arg-type]
+        target_m = to_earth_centred(np.float64(latitude_deg), np.float64(longitude_deg), altitude_m)  # type: ignore[arg-type]
         # The place at this altitude on the ray from the centre: the plane of the orbit contains it.
-        sine, tilt = place[2] / np.linalg.norm(place), np.radians(inclination_deg)
+        sine, tilt = target_m[2] / np.linalg.norm(target_m), np.radians(inclination_deg)
         if abs(sine) > np.sin(tilt):
             most = min(inclination_deg, 180.0 - inclination_deg)
             raise PayloadError(
@@ -186,16 +186,16 @@ class PositionTable:
         """
         times, count = self.times_s, points
         first = int(np.clip(np.searchsorted(times, time_s) - count // 2, 0, times.size - count))
-        own = slice(first, first + count)
-        since = time_s - times[own]
+        nodes = slice(first, first + count)
+        since = time_s - times[nodes]
         others = ~np.eye(count, dtype=np.bool_)
-        apart = np.where(others, times[own, None] - times[None, own], 1.0)
+        apart = np.where(others, times[nodes, None] - times[None, nodes], 1.0)
         weight = np.prod(np.where(others, since[None, :], 1.0) / apart, axis=1)
         if self.velocities_m_s is None:
-            position: Array = weight @ self.positions_m[own]
+            position: Array = weight @ self.positions_m[nodes]
             return position
         slope = np.sum(np.where(others, 1.0 / apart, 0.0), axis=1)
         square = weight**2
-        position = ((1.0 - 2.0 * slope * since) * square) @ self.positions_m[own]
-        position += (since * square) @ self.velocities_m_s[own]
+        position = ((1.0 - 2.0 * slope * since) * square) @ self.positions_m[nodes]
+        position += (since * square) @ self.velocities_m_s[nodes]
         return position

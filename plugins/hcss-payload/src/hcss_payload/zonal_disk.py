@@ -53,15 +53,15 @@ class ZonalDisk:
         x, y = np.array(list(places), dtype=np.float64).reshape(-1, 2).T
         slant = np.maximum(self.slant[0] + self.slant[1] * x, 1.0)
         latitude = self.latitude_deg[0] + self.latitude_deg[1] * y
-        below, longitude = (float(each) for each in surface_place(np.array(self.disk.camera_m)))
+        below, longitude = (float(degrees) for degrees in surface_place(np.array(self.disk.camera_m)))
         zenith = np.arccos(1.0 / slant)
-        apart, own = _angle_from_centre(self.disk, zenith), np.radians(latitude)
+        apart, latitude_rad = _angle_from_centre(self.disk, zenith), np.radians(latitude)
         # Spherical triangle of place, pole and the point below the camera; due south or north where there is none.
-        side = np.cos(own) * np.sin(apart)
-        cosine = (np.sin(np.radians(below)) - np.sin(own) * np.cos(apart)) / np.where(side > 0.0, side, 1.0)
+        side = np.cos(latitude_rad) * np.sin(apart)
+        cosine = (np.sin(np.radians(below)) - np.sin(latitude_rad) * np.cos(apart)) / np.where(side > 0.0, side, 1.0)
         azimuth = np.degrees(np.arccos(np.clip(np.where(side > 0.0, cosine, 1.0), -1.0, 1.0)))
-        each = zip(np.degrees(zenith).tolist(), azimuth.tolist(), latitude.tolist(), strict=True)
-        return [PlacedView(above, around, north, longitude, own_sun=True) for above, around, north in each]
+        directions = zip(np.degrees(zenith).tolist(), azimuth.tolist(), latitude.tolist(), strict=True)
+        return [PlacedView(above, around, north, longitude, own_sun=True) for above, around, north in directions]
 
     def places(self, toward: Array, position_m: Array) -> tuple[Array, Array]:
         """Return the positions x and y (...) of directions (..., 3) from positions (..., 3)."""
@@ -91,7 +91,7 @@ def zonal_disk(disk: Disk, toward: Array, latitude_deg: Array, limit_deg: float 
     low, high = float(np.min(latitude_deg)) - BESIDE_DEG, float(np.max(latitude_deg)) + BESIDE_DEG
     farthest = float(1.0 / toward[:, 2].min())
     if limit_deg is not None:  # near the limit, latitudes between sampled pixels change fast
-        below, _ = (float(each) for each in surface_place(np.array(disk.camera_m)))
+        below, _ = (float(degrees) for degrees in surface_place(np.array(disk.camera_m)))
         reach = float(np.degrees(_angle_from_centre(disk, np.radians(np.array(limit_deg))))) + BESIDE_DEG
         low, high = min(low, below - reach), max(high, below + reach)
         farthest = float(1.0 / np.cos(np.radians(limit_deg)))

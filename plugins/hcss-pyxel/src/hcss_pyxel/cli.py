@@ -66,10 +66,10 @@ def wavelength(cube: Path) -> None:
 
     click.echo("mean wavelength in um; errors of the number of photons; radiance in W m-2 sr-1, clear sky first")
     click.echo(f"{'band':<16}{'scene':>9}{'central':>9}{'black-body':>12}{'radiance':>12}")
-    for each in compared(cube, mean_wavelengths_of(cube)):
+    for row in compared(cube, mean_wavelengths_of(cube)):
         click.echo(
-            f"{each.band:<16}{each.scene_um:9.4f}{each.central_error:+9.1%}{each.black_body_error:+12.1%}"
-            f"{each.radiance:12.4g}"
+            f"{row.band:<16}{row.scene_um:9.4f}{row.central_error:+9.1%}{row.black_body_error:+12.1%}"
+            f"{row.radiance:12.4g}"
         )
 
 

@@ -126,7 +126,7 @@ def write_example(
         number = bands.index(band)
         data = dataset["radiance"].isel(band=number)
         brightest = max(float(data.isel(time=index).max()) for index in range(data.sizes["time"]))
-        lower, upper = (float(each) for each in dataset["wavelength_bounds"].to_numpy()[number])
+        lower, upper = (float(bound) for bound in dataset["wavelength_bounds"].to_numpy()[number])
         central = float(dataset["wavelength"].to_numpy()[number])
         first = data.isel(time=0).to_numpy().astype(np.float64)
         seconds = frame_times_s(dataset)
@@ -184,7 +184,7 @@ def _of_the_scene(cube: Path, band: str, radiance: NDArray[np.float64]) -> tuple
     from hcss_pyxel.mean_wavelength import mean_wavelengths_of
 
     try:
-        of_bands = {each.band: each for each in mean_wavelengths_of(cube)}
+        of_bands = {band.band: band for band in mean_wavelengths_of(cube)}
     except HcssError as error:
         return None, str(error)
     if band not in of_bands:

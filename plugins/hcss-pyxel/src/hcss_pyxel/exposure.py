@@ -60,8 +60,8 @@ def frame_weights(times_s: Array, start_s: float, end_s: float, between: Between
         weights += length
     else:
         # mean place of that part in its interval: 0 at the earlier frame, 1 at the later
-        place = (0.5 * (low + high) - edges[:-1]) / np.diff(edges)
-        weights[:-1] += length * (1.0 - place)
-        weights[1:] += length * place
+        share = (0.5 * (low + high) - edges[:-1]) / np.diff(edges)
+        weights[:-1] += length * (1.0 - share)
+        weights[1:] += length * share
     normalised: Array = weights / weights.sum()
     return normalised

@@ -173,7 +173,7 @@ def _window(detector: Detector, data: xr.DataArray, window: Sequence[int] | None
             )
         return slice(None), slice(None)
     first = list(window)
-    if len(first) != 2 or any(isinstance(each, bool) or not isinstance(each, int) for each in first):
+    if len(first) != 2 or any(isinstance(number, bool) or not isinstance(number, int) for number in first):
         raise ValueError(f"window: {first}; two whole numbers, a row and a column of the cube, are needed")
     for name, start, length, whole in (("row", first[0], rows, size["y"]), ("column", first[1], columns, size["x"])):
         if not 0 <= start <= whole - length:
@@ -206,7 +206,7 @@ def _mean(data: xr.DataArray, weights: Array) -> Array:
 
 
 def _wavelength(dataset: xr.Dataset, number: int, radiance: Array, wanted: float | str) -> Array | float:
-    lower, upper = (float(each) for each in dataset["wavelength_bounds"].to_numpy()[number])
+    lower, upper = (float(bound) for bound in dataset["wavelength_bounds"].to_numpy()[number])
     if wanted == "central":
         return float(dataset["wavelength"].to_numpy()[number])
     if wanted == "black-body":

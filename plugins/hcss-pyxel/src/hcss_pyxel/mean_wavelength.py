@@ -41,9 +41,9 @@ class MeanWavelength:
             them and that of the darkest and the brightest beyond them.
         """
         order = np.argsort(self.radiance)
-        each = np.interp(radiance, self.radiance[order], self.wavelength_um[order])
+        wavelength_um = np.interp(radiance, self.radiance[order], self.wavelength_um[order])
         total = float(np.sum(radiance, dtype=np.float64))
-        return float(np.sum(each * radiance)) / total if total > 0.0 else float(np.mean(each))
+        return float(np.sum(wavelength_um * radiance)) / total if total > 0.0 else float(np.mean(wavelength_um))
 
 
 def mean_wavelengths(columns: ColumnSpectra) -> tuple[MeanWavelength, ...]:

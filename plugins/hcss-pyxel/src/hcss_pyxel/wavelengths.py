@@ -45,15 +45,17 @@ def compared(cube: str | os.PathLike[str], known: Iterable[MeanWavelength]) -> I
         bands = [str(name) for name in dataset["band"].to_numpy()]
         central = dict(zip(bands, dataset["wavelength"].to_numpy().tolist(), strict=True))
         limits = dict(zip(bands, dataset["wavelength_bounds"].to_numpy().tolist(), strict=True))
-    for each in known:
-        if each.band not in central:
+    for mean_wavelength in known:
+        if mean_wavelength.band not in central:
             continue
-        black_body = black_body_wavelength_um(each.radiance, *limits[each.band])
-        for radiance, scene, assumed in zip(each.radiance, each.wavelength_um, black_body, strict=True):
+        black_body = black_body_wavelength_um(mean_wavelength.radiance, *limits[mean_wavelength.band])
+        for radiance, scene, assumed in zip(
+            mean_wavelength.radiance, mean_wavelength.wavelength_um, black_body, strict=True
+        ):
             yield Compared(
-                each.band,
+                mean_wavelength.band,
                 float(radiance),
                 float(scene),
-                central[each.band] / float(scene) - 1.0,
+                central[mean_wavelength.band] / float(scene) - 1.0,
                 float(assumed) / float(scene) - 1.0,
             )

@@ -111,9 +111,9 @@ def _weights(
         fu, fv = np.float32(u - floor_u), np.float32(v - floor_v)
         high = fu + fv >= one
         own_u, own_v = np.int64(floor_u), np.int64(floor_v)
-        here = (own_v - low_v) * wide + own_u - low + (own_v >> 1)
-        above = here + wide + (own_v + 1 >> 1) - (own_v >> 1)
-        points[0, j], points[1, j], points[2, j] = above + 1 if high else here, here + 1, above
+        nearest = (own_v - low_v) * wide + own_u - low + (own_v >> 1)
+        above = nearest + wide + (own_v + 1 >> 1) - (own_v >> 1)
+        points[0, j], points[1, j], points[2, j] = above + 1 if high else nearest, nearest + 1, above
         w0 = abs(one - fu - fv)
         w1, w2 = (one - fv, one - fu) if high else (fu, fv)
         w0, w1, w2 = max(w0 - cut, zero), max(w1 - cut, zero), max(w2 - cut, zero)
@@ -259,7 +259,7 @@ def _spline(f: float, out: Any) -> None:
 
 
 @inner()
-def _choose(place: Any, fade: Any, u: int, v: int, geometry: Any, key: int, epoch: float) -> None:
+def _choose(patch_position: Any, fade: Any, u: int, v: int, geometry: Any, key: int, epoch: float) -> None:
     """Write the displacement in samples (turn, y and x) and the weight (turn,) of the patches of a lattice point."""
     spacing, to_samples = geometry[0], 2.0 / geometry[5]
     first = hashed(hashed(np.uint64(key), u), v)
@@ -284,14 +284,18 @@ def _choose(place: Any, fade: Any, u: int, v: int, geometry: Any, key: int, epoc
         towards_y, towards_x = normal(hashed(random, np.int64(3))), normal(hashed(random, np.int64(4)))
         centre_y = geometry[3] * uniform(random) + drift * towards_y
         centre_x = geometry[4] * uniform(hashed(random, np.int64(1))) + drift * towards_x
-        place[turn, 0] = to_samples * (geometry[1] + _within(centre_y, geometry[3]) - v * spacing / _SKEW) - 0.5
-        place[turn, 1] = to_samples * (geometry[2] + _within(centre_x, geometry[4]) - (u + 0.5 * v) * spacing) - 0.5
+        patch_position[turn, 0] = (
+            to_samples * (geometry[1] + _within(centre_y, geometry[3]) - v * spacing / _SKEW) - 0.5
+        )
+        patch_position[turn, 1] = (
+            to_samples * (geometry[2] + _within(centre_x, geometry[4]) - (u + 0.5 * v) * spacing) - 0.5
+        )
 
 
 @inner()
-def _within(place: float, span: float) -> float:
+def _within(position: float, span: float) -> float:
     """Return a place between 0 and the span: what leaves on one side is mirrored."""
-    turn = place - 2.0 * span * math.floor(place / (2.0 * span))
+    turn = position - 2.0 * span * math.floor(position / (2.0 * span))
     return min(turn, 2.0 * span - turn)
 
 
@@ -317,5 +321,7 @@ def put_in_layer(thickness: Any, least: Any, most: Any) -> None:
     half = np.float32(0.5) * least
     for i in range(thickness.shape[0]):
         for j in range(thickness.shape[1]):
-            own = thickness[i, j]
-            thickness[i, j] = np.float32(0.0) if own < half else min(max(own, least if own > 0.0 else own), most)
+            cloud_m = thickness[i, j]
+            thickness[i, j] = (
+                np.float32(0.0) if cloud_m < half else min(max(cloud_m, least if cloud_m > 0.0 else cloud_m), most)
+            )

@@ -123,7 +123,7 @@ def import_image(
     except OSError as error:
         raise CatalogError(f"cannot make the folder {output.parent}: {error.strerror}") from error
     write_example(output, example)
-    channels = " and ".join(each for each in (done.variable, done.second) if each)
+    channels = " and ".join(channel for channel in (done.variable, done.second) if channel)
     click.echo(
         f"{output}: {' x '.join(map(str, example.opaque.shape))} pixels of {example.pixel_size_m:g} m"
         + (f" from {channels}" if channels else "")

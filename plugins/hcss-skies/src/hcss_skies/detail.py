@@ -49,8 +49,8 @@ def moments_of(keys: Sequence[int], ages: Sequence[float]) -> tuple[NDArray[np.i
         phase = moment - turn
         parts[octave] = np.array([1.0 - phase, phase]) / math.hypot(1.0 - phase, phase)
         for use in range(2):
-            place = _mixed(_mixed(key) ^ (turn + use) % 2**64)
-            places[octave, use] = place % SIDE, (place >> 32) % SIDE
+            drawn = _mixed(_mixed(key) ^ (turn + use) % 2**64)
+            places[octave, use] = drawn % SIDE, (drawn >> 32) % SIDE
     return places, parts
 
 
@@ -91,10 +91,10 @@ def _average(out: Any, cells: Any, row: Any, in_rows: Any, column: Any, in_colum
         for m in range(width):
             line[m] = zero
         for k in range(in_rows.shape[1]):
-            share, own = in_rows[i, k], row[i] + k
+            share, cell_row = in_rows[i, k], row[i] + k
             if share > zero:
                 for m in range(width):
-                    line[m] += share * cells[own, m]
+                    line[m] += share * cells[cell_row, m]
         for j in range(out.shape[1]):
             out[i, j] = zero
         for k in range(in_columns.shape[0]):

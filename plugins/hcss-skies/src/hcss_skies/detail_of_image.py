@@ -55,10 +55,10 @@ def fit_detail(height: Array, cells: Array | None = None) -> Detail | None:
     octaves = _octave(coarse, middle), _octave(middle, fine)
     if not min(octaves) > 0.0:
         return None
-    own = 1.0 - math.log2(octaves[1] / octaves[0])
-    exponent = min(own, EXPONENTS[1]) if own >= EXPONENTS[0] else BELOW
+    image_exponent = 1.0 - math.log2(octaves[1] / octaves[0])
+    exponent = min(image_exponent, EXPONENTS[1]) if image_exponent >= EXPONENTS[0] else BELOW
     wanted = _octave(_averaged(halved, 2), halved) * min(octaves[1] / octaves[0], 1.0)
-    weakest = DETAIL_STRENGTHS[0] if own >= EXPONENTS[0] else WEAKEST
+    weakest = DETAIL_STRENGTHS[0] if image_exponent >= EXPONENTS[0] else WEAKEST
     low, high, fibres = weakest, STRONGEST, textures()
     for _ in range(_BISECTIONS):
         strength = 0.5 * (low + high)

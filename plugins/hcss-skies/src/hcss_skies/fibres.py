@@ -112,24 +112,24 @@ def number(
                 for j in range(columns):
                     numbers[m, n, j] = zero
         else:
-            own = m // 2
-            other, above = own + (1 if m % 2 else -1), cell
+            nearest = m // 2
+            other, above = nearest + (1 if m % 2 else -1), cell
             if other < 0:
                 other, above = half - 1, cell - 1
             elif other == half:
                 other, above = 0, cell + 1
             for n in range(half):
                 for j in range(columns):
-                    line[n, j] = near * coarser[cell, own, n, j] + far * coarser[above, other, n, j]
+                    line[n, j] = near * coarser[cell, nearest, n, j] + far * coarser[above, other, n, j]
             for n in range(side):
-                own = n // 2
-                other, shift = own + (1 if n % 2 else -1), 1
+                nearest = n // 2
+                other, shift = nearest + (1 if n % 2 else -1), 1
                 if other < 0:
                     other, shift = half - 1, 0
                 elif other == half:
                     other, shift = 0, 2
                 for j in range(columns - 2):
-                    numbers[m, n, j + 1] = near * line[own, j + 1] + far * line[other, j + shift]
+                    numbers[m, n, j + 1] = near * line[nearest, j + 1] + far * line[other, j + shift]
     for use in range(2):
         part = np.float32(parts[use] / _UNIT)
         if part == zero:

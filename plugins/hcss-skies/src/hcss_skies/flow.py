@@ -73,18 +73,18 @@ def flow_nodes(
     """
     used = [octave for octave in octaves if octave.rms_m >= _LEAST_PIXELS * pixel * example_pixel_m]
     windows = []
-    for each in used:
-        distance = each.wavelength_m / 3.0 / example_pixel_m
+    for octave in used:
+        distance = octave.wavelength_m / 3.0 / example_pixel_m
         ends = [(math.floor(axis[0] / distance) - 1, math.floor(axis[-1] / distance) + 3) for axis in (y, x)]
         windows.append((distance, ends))
     rows, columns = (max((w[1][n][1] - w[1][n][0] + 1 for w in windows), default=1) for n in range(2))
     nodes = np.zeros((len(used), rows, columns), np.float32)
     bounds = np.zeros((len(used), 3))
-    for n, (each, (distance, ends)) in enumerate(zip(used, windows, strict=True)):
-        at = 0.0 if math.isnan(time_s) else time_s / each.time_s
+    for n, (octave, (distance, ends)) in enumerate(zip(used, windows, strict=True)):
+        at = 0.0 if math.isnan(time_s) else time_s / octave.time_s
         knot = math.floor(at)
         weights = _spline(at - knot)
-        weights *= each.rms_m / example_pixel_m / _GRADIENT / math.sqrt(float(weights @ weights))
+        weights *= octave.rms_m / example_pixel_m / _GRADIENT / math.sqrt(float(weights @ weights))
         _fill(nodes[n], ends[0][0], ends[1][0], knot - 1, weights, np.uint64(seed), n)
         bounds[n] = distance, ends[0][0], ends[1][0]
     return nodes, bounds

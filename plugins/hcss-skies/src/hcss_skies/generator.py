@@ -400,18 +400,18 @@ class ExampleClouds:
                 cells[low[0] - first[0] : high[0] - first[0], low[1] - first[1] : high[1] - first[1]]
             )
             parts = 2 ** len(halvings)
-            finer = np.empty(tuple(parts * (each - 2 * MARGIN) for each in part.shape), np.float32)
+            finer = np.empty(tuple(parts * (size - 2 * MARGIN) for size in part.shape), np.float32)
             law = np.array([deviation_of(self._detail.exponent, halving) for halving in halvings])
             cell_m = [self.example.pixel_size_m / 2.0 ** (halving + 1) for halving in halvings]
             moments = moments_of(
                 [self._key(halving) for halving in halvings],
-                [time_s * self._rate / lifetime_s(each) for each in cell_m],
+                [time_s * self._rate / lifetime_s(size_m) for size_m in cell_m],
             )
             refine(
                 finer, part, np.array(low), self._detail.strength, law, most, self._visible_m, self._textures,
                 *moments,
             )  # fmt: skip
-            cells, first = finer, [parts * (each + MARGIN) for each in low]
+            cells, first = finer, [parts * (first_cell + MARGIN) for first_cell in low]
         return cells, first
 
     def _regions(self, edges: list[Array]) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
@@ -421,8 +421,8 @@ class ExampleClouds:
         high = tuple(math.ceil(edge[-1] * scale) + MARGIN for edge in edges)
         regions = [(low, high)]
         for _ in range((self._halvings - 1) // STAGE):
-            low = tuple((each >> STAGE) - MARGIN for each in low)
-            high = tuple(-(-each >> STAGE) + MARGIN for each in high)
+            low = tuple((cell >> STAGE) - MARGIN for cell in low)
+            high = tuple(-(-cell >> STAGE) + MARGIN for cell in high)
             regions.insert(0, (low, high))
         return regions
 
@@ -445,9 +445,9 @@ class ExampleClouds:
         """Write the values of tables (N, 2) that belong to the blended scores, (rows, columns, 1 or 2)."""
         time, seed, level = time_s * self._rate, self._inputs.seed, self._level
         nodes, bounds = flow_nodes(OCTAVES, y, x, self.example.pixel_size_m, self._pixel, seed, time)
-        waves, own = long_waves(y, x, NODES * level.spacing, level.long, seed, time)
+        waves, wave_bounds = long_waves(y, x, NODES * level.spacing, level.long, seed, time)
         blend(
-            out, y, x, level.scores, tables, self._geometry, nodes, np.vstack([bounds, own]), waves,
+            out, y, x, level.scores, tables, self._geometry, nodes, np.vstack([bounds, wave_bounds]), waves,
             np.uint64(self._key(-2)), time / PATCH_S,
         )  # fmt: skip
 

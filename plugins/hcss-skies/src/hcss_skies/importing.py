@@ -121,7 +121,7 @@ def import_example(
         pixel_size_m=size,
         clear_m=clear_m,
         kind=kind,
-        source=", ".join(each for each in (plane.source, text) if each),
+        source=", ".join(text_part for text_part in (plane.source, text) if text_part),
         licence=licence or plane.rights or "not stated",
         detail=detail_of(kelvin, warm),
         lapse_K_m=1e-3 * lapse_K_km,

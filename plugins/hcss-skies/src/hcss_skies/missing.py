@@ -45,7 +45,7 @@ def without_missing(image: Array, how: Missing) -> tuple[tuple[slice, slice], Ar
     if share == 0.0:
         return whole, image, ""
     crop = largest_rectangle(known)
-    rows, columns = (each.stop - each.start for each in crop)
+    rows, columns = (span.stop - span.start for span in crop)
     kept = rows * columns / known.size
     if how == "fill" or (how == "auto" and kept < 1.0 - _SMALL_LOSS and share <= MAX_FILLED):
         if share > MAX_FILLED:
@@ -78,18 +78,18 @@ def filled(image: Array) -> Array:
     for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1)):
         i, j = row + down, column + right
         inside = (i >= 0) & (i < image.shape[0]) & (j >= 0) & (j < image.shape[1])
-        own = np.flatnonzero(inside)
+        unknown_index = np.flatnonzero(inside)
         i, j = i[inside], j[inside]
-        count[own] += 1.0
+        count[unknown_index] += 1.0
         unknown = missing[i, j]
-        known_sum[own[~unknown]] += image[i[~unknown], j[~unknown]]
-        entries.append((own[unknown], number[i[unknown], j[unknown]]))
-    own, other = (np.concatenate(each) for each in zip(*entries, strict=True))
+        known_sum[unknown_index[~unknown]] += image[i[~unknown], j[~unknown]]
+        entries.append((unknown_index[unknown], number[i[unknown], j[unknown]]))
+    unknown_index, other = (np.concatenate(indices) for indices in zip(*entries, strict=True))
     diagonal = np.arange(row.size)
     matrix = coo_matrix(
         (
-            np.concatenate((count, np.full(own.size, -1.0))),
-            (np.concatenate((diagonal, own)), np.concatenate((diagonal, other))),
+            np.concatenate((count, np.full(unknown_index.size, -1.0))),
+            (np.concatenate((diagonal, unknown_index)), np.concatenate((diagonal, other))),
         )
     )
     result: Array = image.copy()
@@ -111,10 +111,10 @@ def largest_rectangle(known: NDArray[np.bool_]) -> tuple[slice, slice]:
         for column, tall in enumerate(height.tolist()):
             first = column
             while starts and starts[-1][1] > tall:
-                first, own = starts.pop()
-                if own * (column - first) > best:
-                    best = own * (column - first)
-                    found = slice(row + 1 - own, row + 1), slice(first, column)
+                first, tallest = starts.pop()
+                if tallest * (column - first) > best:
+                    best = tallest * (column - first)
+                    found = slice(row + 1 - tallest, row + 1), slice(first, column)
             if not starts or starts[-1][1] < tall:
                 starts.append((first, tall))
     return found

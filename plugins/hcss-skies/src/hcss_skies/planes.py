@@ -91,7 +91,9 @@ def read_plane(path: Path, variable: str | None, at: Mapping[str, int], pattern:
 def window_channel(variables: Mapping[str, Any], pattern: str) -> str | None:
     """Return the only variable of at least two dimensions whose name matches a pattern; None if there is none."""
     matching = [
-        name for name, each in variables.items() if each.ndim >= 2 and re.fullmatch(pattern, name, re.IGNORECASE)
+        name
+        for name, variable in variables.items()
+        if variable.ndim >= 2 and re.fullmatch(pattern, name, re.IGNORECASE)
     ]
     return matching[0] if len(matching) == 1 else None
 
@@ -142,19 +144,22 @@ def _of_stack(path: Path, dataset: Any, item: Any, at: Mapping[str, int]) -> Pla
         str(getattr(dataset, "license", "") or getattr(dataset, "rights", "")), image.notes,
     )  # fmt: skip
     places = [_coordinate(dataset, name, item.dimensions, index) for name in ("latitude", "longitude")]
-    return plane if any(each is None for each in places) else _located(plane, *places)
+    return plane if any(coordinate is None for coordinate in places) else _located(plane, *places)
 
 
 def _coordinate(dataset: Any, name: str, dimensions: tuple[str, ...], index: list[int]) -> Any:
     """Return a coordinate of all pixels of an image; None if there is none."""
-    place = dataset.variables.get(name)
-    if place is None or place.dimensions[-2:] != dimensions[-2:]:
+    coordinate = dataset.variables.get(name)
+    if coordinate is None or coordinate.dimensions[-2:] != dimensions[-2:]:
         return None
     chosen = dict(zip(dimensions[:-2], index, strict=True))
-    if any(dimension not in chosen for dimension in place.dimensions[:-2]):
+    if any(dimension not in chosen for dimension in coordinate.dimensions[:-2]):
         return None
     return np.ma.filled(
-        np.ma.asarray(place[tuple(chosen[dimension] for dimension in place.dimensions[:-2])]).astype(np.float64), np.nan
+        np.ma.asarray(coordinate[tuple(chosen[dimension] for dimension in coordinate.dimensions[:-2])]).astype(
+            np.float64
+        ),
+        np.nan,
     )
 
 
@@ -162,12 +167,12 @@ def _located(plane: Plane, latitude: Array, longitude: Array) -> Plane:
     """Return an image with north and east last, and with the pixel size of its coordinates, in degrees."""
     kelvin = plane.kelvin
     if np.nanmean(np.diff(latitude, axis=0)) < 0.0:
-        kelvin, latitude, longitude = (each[::-1] for each in (kelvin, latitude, longitude))
+        kelvin, latitude, longitude = (values[::-1] for values in (kelvin, latitude, longitude))
     if np.nanmean(np.diff(longitude, axis=1)) < 0.0:
-        kelvin, latitude, longitude = (each[:, ::-1] for each in (kelvin, latitude, longitude))
+        kelvin, latitude, longitude = (values[:, ::-1] for values in (kelvin, latitude, longitude))
     sides = []
     for axis in (0, 1):
-        north, east = (np.radians(np.diff(each, axis=axis)) for each in (latitude, longitude))
+        north, east = (np.radians(np.diff(degrees, axis=axis)) for degrees in (latitude, longitude))
         middle = np.radians(latitude[:-1] if axis == 0 else latitude[:, :-1])
         sides.append(_EARTH_RADIUS_M * float(np.nanmedian(np.hypot(north, np.cos(middle) * east))))
     tall, wide = sides

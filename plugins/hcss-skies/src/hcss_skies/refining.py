@@ -92,18 +92,18 @@ def refine(
         finest = octave == deviations.size - 1
         numbers = values if finest else np.zeros((rows, 2 << octave, 2 << octave, columns), np.float32)
         for cell in range(4 if finest else 2, rows - (4 if finest else 2)):
-            own = numbers[cell % numbers.shape[0]]
+            cell_values = numbers[cell % numbers.shape[0]]
             if strength > 0.0:
-                number(own, coarser, cell, fibres, which, first, flat, places[octave],
+                number(cell_values, coarser, cell, fibres, which, first, flat, places[octave],
                        parts[octave] * deviations[octave])  # fmt: skip
             if finest:
-                _shape(own, sums, cell, taps, level, change, tail, line)
+                _shape(cell_values, sums, cell, taps, level, change, tail, line)
                 _smooth(factor, sums, cell, cells, most, visible, side, line)
             last = cell - 3
             if finest and last >= MARGIN:
-                own = values[last % _KEPT]
-                _weigh(own, scale[0], highest, factor[2], last, line)
-                _keep(out, own, scale, highest, last, cells, most)
+                cell_values = values[last % _KEPT]
+                _weigh(cell_values, scale[0], highest, factor[2], last, line)
+                _keep(out, cell_values, scale, highest, last, cells, most)
         coarser = numbers
 
 
@@ -167,10 +167,10 @@ def _shape(values: Any, sums: Any, cell: int, taps: Any, level: Any, change: Any
                 q = a * line[0, k] + b * line[0, k + 1] + c * line[0, k + 2] + d * line[0, k + 3]
                 q += number * (e * line[2, k + 1] + f * line[2, k + 2])
                 x = number * (e * line[1, k + 1] + f * line[1, k + 2])
-                own = tail[0, cell, j + 2]
-                thin = max((q - own) * tail[1, cell, j + 2], least)
-                power = _exponential(q if q > own else thin)
-                value = _exponential(x) * (max(power - one, q) if q > own else own * power)  # rounding
+                limit = tail[0, cell, j + 2]
+                thin = max((q - limit) * tail[1, cell, j + 2], least)
+                power = _exponential(q if q > limit else thin)
+                value = _exponential(x) * (max(power - one, q) if q > limit else limit * power)  # rounding
                 values[m, n, j + 2] = value
                 sums[j + 2] += value
 
@@ -194,10 +194,10 @@ def _smooth(factor: Any, sums: Any, cell: int, cells: Any, most: float, visible:
     one, zero, largest = np.float32(1.0), np.float32(0.0), np.float32(_LARGEST)
     per_sum = side * side / visible
     for j in range(columns):
-        own = cells[cell, j]
-        found = 0.0 < own < most and sums[j] > zero and 4 <= j < columns - 4
+        visible_part = cells[cell, j]
+        found = 0.0 < visible_part < most and sums[j] > zero and 4 <= j < columns - 4
         known[cell, j] = one if found else zero
-        lack[cell, j] = np.float32(own * per_sum) / sums[j] if found else one
+        lack[cell, j] = np.float32(visible_part * per_sum) / sums[j] if found else one
     _logarithm(lack, lack.view(np.int32), cell, line[0])
     for j in range(columns):
         lack[cell, j] = min(max(lack[cell, j], -largest), largest)
@@ -212,11 +212,11 @@ def _smooth(factor: Any, sums: Any, cell: int, cells: Any, most: float, visible:
             filled[i, j + 1] = lack[i, j + 1] if known[i, j + 1] > zero else mean
     i = cell - 2
     if i >= 6:
-        own, other, more = np.float32(0.75), np.float32(0.125), np.float32(_BLURRED)
+        visible_part, other, more = np.float32(0.75), np.float32(0.125), np.float32(_BLURRED)
         for j in range(columns):
-            line[0, j] = own * filled[i, j] + other * (filled[i - 1, j] + filled[i + 1, j])
+            line[0, j] = visible_part * filled[i, j] + other * (filled[i - 1, j] + filled[i + 1, j])
         for j in range(columns - 2):
-            blurred = own * line[0, j + 1] + other * (line[0, j] + line[0, j + 2])
+            blurred = visible_part * line[0, j + 1] + other * (line[0, j] + line[0, j + 2])
             factor[2, i, j + 1] = filled[i, j + 1] + more * (filled[i, j + 1] - blurred)
 
 
@@ -273,8 +273,8 @@ def _keep(out: Any, values: Any, scale: Any, highest: Any, cell: int, cells: Any
     for j in range(wide):
         k = j + MARGIN
         if scale[0, k] * highest[k] > most:
-            own = out[top : top + side, side * j : side * (j + 1)]
-            _limit(own, values, k, scale[0, k], highest[k], cells[cell, k], most)
+            of_cell = out[top : top + side, side * j : side * (j + 1)]
+            _limit(of_cell, values, k, scale[0, k], highest[k], cells[cell, k], most)
 
 
 @inner(fastmath={"contract"}, error_model="numpy")
@@ -304,8 +304,8 @@ def _limit(out: Any, values: Any, column: int, scale: float, highest: float, mea
         part = lack / (most * side * side - total if lack > 0.0 else total)
     for m in range(side):
         for n in range(side):
-            own = min(scale * values[m, n, column], most)
-            out[m, n] = own + part * ((most - own) if lack > 0.0 else own)
+            limited = min(scale * values[m, n, column], most)
+            out[m, n] = limited + part * ((most - limited) if lack > 0.0 else limited)
 
 
 @inner(fastmath={"contract"}, error_model="numpy")

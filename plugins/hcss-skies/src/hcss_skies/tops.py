@@ -64,7 +64,7 @@ def hanging_clouds(
     altitude = lowest + (max(0.0, highest_m - lowest) + _BEYOND_M) * rise
     thinnest = max(layer.thickness_min_m, 1e-4 * layer.thickness_max_m)
     thickness = np.geomspace(thinnest, layer.thickness_max_m, _THICKNESSES)
-    curves = np.stack([_curve(inversion, each, thickness) for each in altitude])
+    curves = np.stack([_curve(inversion, altitude_m, thickness) for altitude_m in altitude])
     # The coldest altitude is the highest: above the tropopause opaque clouds are warmer.
     last = int(np.argmin(curves[:, -1])) + 1
     altitude, curves = altitude[: max(last, 2)], curves[: max(last, 2)]
@@ -74,12 +74,12 @@ def hanging_clouds(
     top = np.minimum(lowest_top[:, None] + x, altitude[-1])
     fields = np.empty((kelvin.size, x.size, 2), np.float32)
     fields[..., 1] = np.clip(top, np.float32(altitude[0]), np.float32(altitude[-1]))
-    place = np.interp(top, altitude, np.arange(altitude.size))
-    low = np.minimum(place.astype(int), altitude.size - 2)
-    share = (place - low)[..., None]
+    position = np.interp(top, altitude, np.arange(altitude.size))
+    low = np.minimum(position.astype(int), altitude.size - 2)
+    share = (position - low)[..., None]
     curve = (1.0 - share) * curves[low] + share * curves[low + 1]
-    for p, own in enumerate(curve):
-        fields[p, :, 0] = _thickness_at(float(kelvin[p]), own, np.concatenate(([0.0], thickness)))
+    for p, curve_of_pixel in enumerate(curve):
+        fields[p, :, 0] = _thickness_at(float(kelvin[p]), curve_of_pixel, np.concatenate(([0.0], thickness)))
     fields[..., 0] = np.minimum(fields[..., 0], np.minimum(fields[..., 1], np.float32(layer.thickness_max_m)))
     return HangingClouds(fields, float(x[1]), (float(fields[..., 1].min()), float(fields[..., 1].max())))
 
@@ -87,16 +87,16 @@ def hanging_clouds(
 def _curve(inversion: BrightnessInversion, altitude_m: float, thickness_m: Array) -> Array:
     """Return the brightness temperature of clear sky and of clouds, (N + 1,), that never rises with thickness."""
     known, kelvin = inversion.hanging_K(altitude_m)
-    own = np.interp(np.log(thickness_m), np.log(known[1:]), kelvin[1:])
-    curve: Array = np.minimum.accumulate(np.concatenate((kelvin[:1], own)))
+    cloudy_K = np.interp(np.log(thickness_m), np.log(known[1:]), kelvin[1:])
+    curve: Array = np.minimum.accumulate(np.concatenate((kelvin[:1], cloudy_K)))
     return curve
 
 
 def _thickness_at(kelvin: float, curves: Array, thickness_m: Array) -> Array:
     """Return the thickness (X,) at which each curve (X, N), which never rises, has a temperature: as np.interp."""
-    each = np.arange(len(curves))
+    numbers = np.arange(len(curves))
     low = np.clip(np.count_nonzero(curves >= kelvin, axis=1) - 1, 0, thickness_m.size - 2)
-    warm, cold = curves[each, low], curves[each, low + 1]
+    warm, cold = curves[numbers, low], curves[numbers, low + 1]
     share = np.clip((warm - kelvin) / np.maximum(warm - cold, 1e-300), 0.0, 1.0)
     found: Array = thickness_m[low] + share * (thickness_m[low + 1] - thickness_m[low])
     return found

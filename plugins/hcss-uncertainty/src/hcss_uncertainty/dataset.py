@@ -59,26 +59,26 @@ def drawn_dataset(
     import xarray as xr
 
     mixtures = [mixture.name for mixture in sample.mixtures]
-    each = [statistics[name] for name in mixtures]
+    by_mixture = [statistics[name] for name in mixtures]
 
     def stacked(name: str) -> NDArray[Any]:
-        return np.stack([np.stack([getattr(one, name) for one in row]) for row in each])
+        return np.stack([np.stack([getattr(one, name) for one in row]) for row in by_mixture])
 
     data: dict[str, Any] = {}
 
     def add(name: str, dims: tuple[str, ...], values: NDArray[Any], long_name: str, units: str | None = None) -> None:
         data[name] = (dims, values, {"long_name": long_name} | ({} if units is None else {"units": units}))
 
-    for name, meaning, units in _of_scenes(each[0][0].values):
-        by_class = np.stack([np.stack([one.values[name] for one in row]) for row in each])
+    for name, meaning, units in _of_scenes(by_mixture[0][0].values):
+        by_class = np.stack([np.stack([one.values[name] for one in row]) for row in by_mixture])
         add(name, ("mixture", "draw", "band", "class"), by_class, meaning, units)
     of_class, pixels = ("mixture", "draw", "class"), stacked("pixels")
     add("class_pixels", of_class, pixels, "pixels of a class in all frames", "1")
     add("class_fraction", of_class, pixels / pixels[..., :1], "part of the pixels that is of a class", "1")
     add("metric", ("mixture", "draw", "metric_name"), stacked("metrics"), _METRICS, "1")
-    for name in each[0][0].levels:
+    for name in by_mixture[0][0].levels:
         meaning = f"{name.replace('_', ' ')} below which a share of the pixels of a class lies"
-        levels = np.stack([one.levels[name] for one in each[0]])
+        levels = np.stack([one.levels[name] for one in by_mixture[0]])
         add(f"{name}_level", ("draw", "band", "class", "level"), levels, meaning, _PER_DRAW[name][1])
     meaning = "value of an input in the draws, SI; instants in seconds since 1970"
     add("input_value", ("draw", "input"), inputs, meaning)
@@ -111,7 +111,7 @@ def with_summary(drawn: xr.Dataset) -> xr.Dataset:
     import xarray as xr
 
     summary = summarise(drawn)
-    summary.update({name: xr.Variable(*each) for name, each in pooled_pixels(drawn)})
+    summary.update({name: xr.Variable(*variable) for name, variable in pooled_pixels(drawn)})
     whole = drawn.drop_vars([name for name in summary.variables if name in drawn.variables])
     return whole.merge(summary)
 
@@ -144,8 +144,8 @@ def write_propagation(dataset: xr.Dataset, path: Path) -> None:
     """
     encoding = {
         name: {"zlib": True, "shuffle": True, "_FillValue": None}
-        for name, each in dataset.data_vars.items()
-        if each.dtype.kind in "fi" and each.ndim
+        for name, variable in dataset.data_vars.items()
+        if variable.dtype.kind in "fi" and variable.ndim
     }
     with atomic_write(path, PropagationError, "NetCDF") as draft:
         write_with_xarray(dataset, draft, encoding=encoding)

@@ -176,16 +176,16 @@ def _moments(
 
 def _levels(values: NDArray[Any], kind: NDArray[np.int8], number: int) -> NDArray[np.float32]:
     levels = np.full((values.shape[0], number + 1, LEVELS.size), np.nan, dtype=np.float32)
-    for place in range(number + 1):
-        own = values if place == 0 else values[:, kind == place - 1]
-        if own.shape[1] == 0:
+    for class_number in range(number + 1):
+        class_values = values if class_number == 0 else values[:, kind == class_number - 1]
+        if class_values.shape[1] == 0:
             continue
-        ordered = np.sort(own, axis=1)
-        position = LEVELS * own.shape[1] - 0.5
-        low = np.clip(np.floor(position).astype(np.int64), 0, own.shape[1] - 1)
-        high = np.minimum(low + 1, own.shape[1] - 1)
+        ordered = np.sort(class_values, axis=1)
+        position = LEVELS * class_values.shape[1] - 0.5
+        low = np.clip(np.floor(position).astype(np.int64), 0, class_values.shape[1] - 1)
+        high = np.minimum(low + 1, class_values.shape[1] - 1)
         weight = np.clip(position - low, 0.0, 1.0)
-        levels[:, place] = ordered[:, low] * (1.0 - weight) + ordered[:, high] * weight
+        levels[:, class_number] = ordered[:, low] * (1.0 - weight) + ordered[:, high] * weight
     return levels
 
 

@@ -11,6 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hcss_sweep.axis import DISTRIBUTIONS
+from hcss_sweep.design import joined_keys, key_problems, keys_overlap, read_keys
+from hcss_sweep.points import ranges, value_at
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError, choose_from, count, shown
@@ -18,9 +21,6 @@ from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.scenario import UNCERTAIN, Scenario
-from hcss_twin.sweeps.axis import DISTRIBUTIONS
-from hcss_twin.sweeps.design import joined_keys, key_problems, keys_overlap, read_keys
-from hcss_twin.sweeps.points import ranges, value_at
 from hcss_uncertainty.draw_statistics import VARIABLES
 from hcss_uncertainty.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture, UncertainKey
 
@@ -75,19 +75,20 @@ def uncertain_keys(given: Mapping[str, Any], section: str = UNCERTAIN) -> tuple[
     """
     problems: list[Problem] = []
     keys: list[UncertainKey] = []
-    for key, each in joined_keys(given, lambda table: "distribution" not in table).items():
+    for key, given_table in joined_keys(given, lambda table: "distribution" not in table).items():
         try:
-            keys.append(UncertainKey(key, _table(each)))
+            keys.append(UncertainKey(key, _table(given_table)))
             keys[-1].values(1, 0)
         except ValueError as error:
             problems.append(Problem(f"{section}.{key}", str(error)))
-    problems += key_problems(section, [each.key for each in keys], "uncertain", _KEYS)
+    problems += key_problems(section, [uncertain.key for uncertain in keys], "uncertain", _KEYS)
     problems += [
         Problem(
-            f"{section}.{each.key}", "must be the same in all draws, whose results are combined; any other key may vary"
+            f"{section}.{uncertain.key}",
+            "must be the same in all draws, whose results are combined; any other key may vary",
         )
-        for each in keys
-        if each.key.partition(".")[0] in ("seed", "output", "bands", "frames", "title")
+        for uncertain in keys
+        if uncertain.key.partition(".")[0] in ("seed", "output", "bands", "frames", "title")
     ]
     if problems:
         raise ScenarioError(problems, section)
@@ -186,7 +187,7 @@ def scenarios_of(source: UncertainScenario, sample: JointSample) -> dict[str, tu
         raise ScenarioError(_told(wrong, sample), source.origin)
     same = scenarios[sample.mixtures[0].name]
     scenarios[OTHER_SEED] = tuple(
-        each.model_copy(update={SEED: int(seed)}) for each, seed in zip(same, sample.seeds[B], strict=True)
+        scenario.model_copy(update={SEED: int(seed)}) for scenario, seed in zip(same, sample.seeds[B], strict=True)
     )
     return scenarios
 
@@ -219,15 +220,15 @@ def _told(wrong: Mapping[Problem, list[tuple[Mixture, int]]], sample: JointSampl
     """Report the first draw for each invalid key and list the others: their messages differ only in values."""
     fields: dict[str, list[tuple[Problem, Mixture, int]]] = {}
     for problem, places in wrong.items():
-        fields.setdefault(problem.field, []).extend((problem, *place) for place in places)
-    for field, each in fields.items():
-        problem, mixture, draw = each[0]
+        fields.setdefault(problem.field, []).extend((problem, *mixture_and_draw) for mixture_and_draw in places)
+    for field, wrong_draws in fields.items():
+        problem, mixture, draw = wrong_draws[0]
         values = sample.overrides(mixture, draw)
         values.pop(SEED)
         dotted = field.replace("[", ".").replace("]", "")
-        own = {key: value for key, value in values.items() if keys_overlap(dotted, key)}
-        listed = ", ".join(f"{key} = {shown(value)}" for key, value in (own or values).items())
-        others = sorted({number for _, _, number in each} - {draw})
+        overlapping = {key: value for key, value in values.items() if keys_overlap(dotted, key)}
+        listed = ", ".join(f"{key} = {shown(value)}" for key, value in (overlapping or values).items())
+        others = sorted({number for _, _, number in wrong_draws} - {draw})
         more = f"; also wrong: draw{'s' if len(others) > 1 else ''} {ranges(others)}" if others else ""
         which = "" if mixture.name == sample.mixtures[0].name else f" with {mixture.name}"
         yield Problem(field, f"{problem.message} (draw {draw}{which}: {listed}{more})")

@@ -42,11 +42,11 @@ def variance(y: Array) -> Array:
     Half of the mean squared difference between scenes of different draws (a U-statistic: W. Hoeffding, Annals of
     Mathematical Statistics 19 (1948) 293-325), because scenes of the same draw share its inputs.
     """
-    own = scenes(y)
-    off = own - own.mean(axis=0)
+    of_scenes = scenes(y)
+    off = of_scenes - of_scenes.mean(axis=0)
     apart = y[0] - y[1]
     twice = apart[np.isfinite(apart).all(axis=1)]  # draws that have the outputs with both seeds
-    count = own.shape[0]
+    count = of_scenes.shape[0]
     squares = count * np.sum(off**2, axis=0) - np.sum(off, axis=0) ** 2 - np.sum(twice**2, axis=0)
     pairs = count * (count - 1) - 2 * twice.shape[0]
     return np.asarray(np.maximum(squares, 0.0) / pairs)  # rounding

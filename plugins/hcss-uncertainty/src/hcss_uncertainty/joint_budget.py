@@ -81,8 +81,8 @@ def joint_budget(drawn: xr.Dataset, band: str, stated: Stated) -> list[BudgetRow
         by_seed = at.sel(source=SEED)
         sizes = {"radiance": relative, "brightness_temperature": kelvin}
         parts = [
-            _parts(size, *(float(by_seed[f"{each}_total{end}"]) for end in ("", "_error")))
-            for each, size in sizes.items()
+            _parts(size, *(float(by_seed[f"{name}_total{end}"]) for end in ("", "_error")))
+            for name, size in sizes.items()
         ]
         inputs, seed = (
             ErrorSize(of_radiance, of_kelvin, is_limit)
@@ -94,7 +94,8 @@ def joint_budget(drawn: xr.Dataset, band: str, stated: Stated) -> list[BudgetRow
         total = UNKNOWN
         if known and math.isfinite(kelvin):
             total = ErrorSize(
-                math.hypot(relative, *(each.relative for each in known)), math.hypot(kelvin, *(e.kelvin for e in known))
+                math.hypot(relative, *(error.relative for error in known)),
+                math.hypot(kelvin, *(e.kelvin for e in known)),
             )
         rows.append(BudgetRow(kind, inputs, seed, models, total, len(known) < len(models) or bool(cell.get("unknown"))))
     return rows
@@ -114,14 +115,14 @@ def _parts(spread: float, seed_share: float, error: float) -> list[tuple[float, 
 
 def _of_class(kind: str, band: str, stated: Stated) -> Mapping[str, Any]:
     clouds = [name for name in stated if name != CLEAR]
-    own = kind if kind == CLEAR else clouds[0] if kind != ALL and len(clouds) == 1 else None
-    return {} if own is None else stated.get(own, {}).get(band, {})
+    class_name = kind if kind == CLEAR else clouds[0] if kind != ALL and len(clouds) == 1 else None
+    return {} if class_name is None else stated.get(class_name, {}).get(band, {})
 
 
 def _model_errors(cell: Mapping[str, Any]) -> dict[str, ErrorSize]:
     return {
-        str(each["name"]): UNKNOWN
-        if each["relative"] is None or each["kelvin"] is None
-        else ErrorSize(float(each["relative"]), float(each["kelvin"]))
-        for each in cell.get("contributions", ())
+        str(contribution["name"]): UNKNOWN
+        if contribution["relative"] is None or contribution["kelvin"] is None
+        else ErrorSize(float(contribution["relative"]), float(contribution["kelvin"]))
+        for contribution in cell.get("contributions", ())
     }

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.posterior_file import PARAMETERS, Posterior, read_posterior
+from hcss_sweep.axis import axis_of
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.sweeps.axis import axis_of
 
 _OF_POPULATION = ("mean_", "spread_")
 
@@ -63,8 +63,8 @@ class PosteriorDraws:
         posterior = read_posterior(path)
         names, columns, images = _columns(posterior, path)
         if posterior.last_octave is not None:
-            own = posterior.last_octave.reshape(-1, images).T.ravel()
-            columns = np.concatenate([columns, own[:, None]], axis=1)
+            octave_column = posterior.last_octave.reshape(-1, images).T.ravel()
+            columns = np.concatenate([columns, octave_column[:, None]], axis=1)
         fixed = {name: value for name, value in posterior.fixed.items() if name in PARAMETERS}
         if ("Lx" in (*names, *fixed)) != ("Ly" in (*names, *fixed)):
             raise PosteriorError(f"cannot use {path}: it has only one of Lx and Ly, allowed: both or none")
@@ -109,7 +109,7 @@ def _columns(posterior: Posterior, path: Path) -> tuple[tuple[str, ...], Array, 
     images = max(values.shape[1] if values.ndim == 2 else 1 for values in samples.values())
     wide = [np.broadcast_to(samples[name].reshape(samples[name].shape[0], -1).T, (images, samples[name].shape[0]))
             for name in names]  # fmt: skip
-    return names, np.stack([each.ravel() for each in wide], axis=1), images
+    return names, np.stack([values.ravel() for values in wide], axis=1), images
 
 
 def _octaves(posterior: Posterior, path: Path) -> tuple[int, int] | None:
@@ -160,8 +160,8 @@ class UncertainKey:
         """
         # The draws must not depend on the values of a swept key with the same seed.
         text = f"propagation {seed}".encode()
-        own = int.from_bytes(hashlib.sha256(text).digest()[:8], "big") >> 1
-        return axis_of(self.key, {**self.distribution, "samples": draws, "seed": own}).values
+        key_seed = int.from_bytes(hashlib.sha256(text).digest()[:8], "big") >> 1
+        return axis_of(self.key, {**self.distribution, "samples": draws, "seed": key_seed}).values
 
 
 A, B = 0, 1
@@ -246,7 +246,9 @@ def joint_sample(
     rows = np.empty((2, count, 0))
     if posterior is not None:
         rows = np.stack([posterior.rows(count, source) for source in _sources(seed, "posterior")])
-    seeds = np.stack([np.random.default_rng(each).integers(2**63 - 1, size=count) for each in _sources(seed, "scene")])
+    seeds = np.stack(
+        [np.random.default_rng(source).integers(2**63 - 1, size=count) for source in _sources(seed, "scene")]
+    )
     # Independent inputs, without the seed.
     groups = (*((POSTERIOR,) if posterior is not None else ()), *(key.key for key in keys))
     mixtures = [Mixture(DRAWS, frozenset()), Mixture(OTHER_SEED, frozenset({SEED}))]

@@ -143,7 +143,7 @@ def _budget(contents: PropagationContents) -> Iterator[Block]:
 
 
 def _drawn_spread(contents: PropagationContents, name: str) -> Markup:
-    marks = ", ".join(f"{100 * QUANTILES[place]:g}" for place in tables.SHOWN)
+    marks = ", ".join(f"{100 * QUANTILES[index]:g}" for index in tables.SHOWN)
     return beside(
         *(
             drawing(
@@ -160,9 +160,9 @@ def _drawn_spread(contents: PropagationContents, name: str) -> Markup:
 def _draws_of_band(contents: PropagationContents, name: str, band: int) -> Figure:
     data = contents.dataset
     columns = []
-    for place, kind in enumerate(contents.labels("class")[:DRAWN_CLASSES]):
-        values = np.asarray(data[name].values[:2, :, band, place], dtype=np.float64).ravel()
-        columns.append((kind, values, data[f"{name}_quantile"].values[tables.SHOWN, band, place]))
+    for class_number, kind in enumerate(contents.labels("class")[:DRAWN_CLASSES]):
+        values = np.asarray(data[name].values[:2, :, band, class_number], dtype=np.float64).ravel()
+        columns.append((kind, values, data[f"{name}_quantile"].values[tables.SHOWN, band, class_number]))
     return _distributions(columns, f"mean {contents.label(name)}, {contents.labels('band')[band]}")
 
 
@@ -258,7 +258,7 @@ def _shares_of_band(contents: PropagationContents, name: str, band: int) -> Figu
     """Draw each source's Sobol indices by class: bars are first-order, diamonds total-effect."""
     data, names = contents.dataset, contents.labels("source")
     classes = contents.labels("class")[:DRAWN_CLASSES]
-    sources = [place for place in range(len(names)) if contents.orders(place)]
+    sources = [index for index in range(len(names)) if contents.orders(index)]
     step = len(classes) + 1.2
     figure = new_figure(WIDTH_IN, _BAR_IN * step * len(sources) + 1.1)
     axis = figure.subplots()
@@ -267,8 +267,8 @@ def _shares_of_band(contents: PropagationContents, name: str, band: int) -> Figu
         for order in ("first_order", "total"):
             rows = [row for row, source in enumerate(sources) if order in contents.orders(source)]
             at = np.array([row * step + kind for row in rows], dtype=np.float64)
-            place = [sources[row] for row in rows]
-            value, error = (data[f"{name}_{order}{end}"].values[place, band, kind] for end in ("", "_error"))
+            source_indices = [sources[row] for row in rows]
+            value, error = (data[f"{name}_{order}{end}"].values[source_indices, band, kind] for end in ("", "_error"))
             known = np.isfinite(value)
             if not known.any():
                 continue
@@ -311,10 +311,10 @@ def _metrics(contents: PropagationContents) -> Iterator[Block]:
     columns = (
         (
             name,
-            np.asarray(data["metric"].values[:2, :, place], dtype=np.float64).ravel(),
-            data["metric_quantile"].values[tables.SHOWN, place],
+            np.asarray(data["metric"].values[:2, :, index], dtype=np.float64).ravel(),
+            data["metric_quantile"].values[tables.SHOWN, index],
         )
-        for place, name in enumerate(names)
+        for index, name in enumerate(names)
     )
     yield drawing(_distributions(columns, "value"), "draws of image metrics", "Scenes of all draws, both seeds.")
     shares = tables.shares(contents, "metric", names, (), "± standard error.")
@@ -327,11 +327,17 @@ def _inputs(contents: PropagationContents) -> Iterator[Block]:
     names = contents.labels("input")
     yield tables.inputs(contents)
     columns: list[tuple[str, Array, Iterable[float]]] = []
-    for place, name in enumerate(names[:DRAWN_INPUTS]):
-        own = values[:, place]
+    for index, name in enumerate(names[:DRAWN_INPUTS]):
+        input_values = values[:, index]
         # seconds since 1970 have too many digits for an axis
         since = tables.is_instant(name)
-        columns.append((f"{name}, after the first" if since else name, own - own.min() if since else own, ()))
+        columns.append(
+            (
+                f"{name}, after the first" if since else name,
+                input_values - input_values.min() if since else input_values,
+                (),
+            )
+        )
     some = f" The first {DRAWN_INPUTS} of {len(names)}." if len(names) > DRAWN_INPUTS else ""
     figure = _distributions(columns, "value, SI", "draws")
     yield drawing(figure, "draws of the inputs", f"Draws of the inputs.{some}")
@@ -367,9 +373,9 @@ def _scenes(contents: PropagationContents) -> Iterator[Block]:
 def _provenance(contents: PropagationContents, path: Path) -> Iterator[Block]:
     attributes = contents.dataset.attrs
     files = [
-        (str(each.get("name")), str(each.get("sha256")))
-        for each in json_attribute(attributes, "posterior_inputs", [])
-        if isinstance(each, dict)
+        (str(source.get("name")), str(source.get("sha256")))
+        for source in json_attribute(attributes, "posterior_inputs", [])
+        if isinstance(source, dict)
     ]
     if {"posterior", "posterior_sha256"} <= set(attributes):
         files.insert(0, (str(attributes["posterior"]), str(attributes["posterior_sha256"])))

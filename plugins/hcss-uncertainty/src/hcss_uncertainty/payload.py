@@ -43,7 +43,7 @@ class Payload:
 
     def __init__(self, plan: Plan, tables: RadianceTables, sensor: BuiltSensor) -> None:
         whole = _with_all_variables(sensor)
-        self._one, self._other = (SceneAround(plan, tables, each) for each in (whole, _reseeded(whole)))
+        self._one, self._other = (SceneAround(plan, tables, scenario) for scenario in (whole, _reseeded(whole)))
         self._first, self._times_s = plan.scenario.frames.first, plan.frame_times_s
         self._names, self._bands = [spec.name for spec in whole.variables], whole.inputs.bands
 
@@ -59,7 +59,7 @@ class Payload:
         """
         scene, points = self._one.frame(index, radiance)
         frame, time_s = self._first + index, float(self._times_s[index])
-        one, other = (each.sensor.measure(scene, frame, time_s, points) for each in (self._one, self._other))
+        one, other = (around.sensor.measure(scene, frame, time_s, points) for around in (self._one, self._other))
         found: dict[str, NDArray[Any]] = {MEASURED: one["radiance"]}
         if "digital_number" in self._names:
             found[NUMBER] = one["digital_number"]
@@ -79,9 +79,9 @@ class Payload:
             found[SATURATED] = moments[SATURATED]
         noise = np.sqrt(0.5 * square)
         slope = np.full(noise.shape, np.nan)
-        for band, kelvin, own in zip(self._bands, moments["brightness_temperature"], slope, strict=True):
-            for place in np.flatnonzero(np.isfinite(kelvin)):
-                own[place] = band_radiance_per_kelvin(band, float(kelvin[place]))
+        for band, kelvin, band_slope in zip(self._bands, moments["brightness_temperature"], slope, strict=True):
+            for pixel in np.flatnonzero(np.isfinite(kelvin)):
+                band_slope[pixel] = band_radiance_per_kelvin(band, float(kelvin[pixel]))
         ratio = np.divide(moments[MEASURED], noise, out=np.full(noise.shape, np.nan), where=noise > 0.0)
         return found | {"noise_radiance": noise, "signal_to_noise": ratio, "nedt": noise / slope}
 

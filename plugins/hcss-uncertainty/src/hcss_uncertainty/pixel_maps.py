@@ -45,9 +45,9 @@ class PairMoments:
 
     def add(self, first: NDArray[Any], second: NDArray[Any]) -> None:
         """Take the arrays of one draw with its two seeds."""
-        for place, values in enumerate((first, second)):
+        for number, values in enumerate((first, second)):
             off = values - self._mean
-            self._mean += off / (2 * self.pairs + place + 1)
+            self._mean += off / (2 * self.pairs + number + 1)
             self._squares += off * (values - self._mean)
         self._apart += np.square(first - second.astype(np.float64))
         self.pairs += 1

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from hcss_sweep.points import sea_groups
 from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
@@ -24,7 +25,6 @@ from hcss_twin.engine.simulate import run
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.sweeps.points import sea_groups
 from hcss_uncertainty.dataset import (
     VERSION,
     VERSION_ATTRIBUTE,
@@ -165,7 +165,7 @@ def propagate(
     if any(key.key.partition(".")[0] == "image" for key in keys) and maps:
         raise PropagationOptionError("maps: the image varies between draws; allowed: maps of one grid of pixels")
     of_draws = list(zip(*(scenarios[mixture.name] for mixture in sample.mixtures), strict=True))
-    groups = sea_groups([scenario for each in of_draws for scenario in each], certified=False)
+    groups = sea_groups([scenario for of_mixtures in of_draws for scenario in of_mixtures], certified=False)
     with announce_compilation(logging.getLogger(__name__).warning):
         try:
             plan = make_plan(scenarios[DRAWS][0], shelf=uncertain_scenario.cache, between=groups[0])
@@ -176,7 +176,7 @@ def propagate(
             raise with_draw(error, sample, sample.mixtures[0], 0) from error
         collected = _Collected(sample)
         between = iter(groups)
-        tasks = [DrawTask(each, maps, tuple(islice(between, len(each)))) for each in of_draws]
+        tasks = [DrawTask(of_mixtures, maps, tuple(islice(between, len(of_mixtures)))) for of_mixtures in of_draws]
         with executor_of(min(workers, draws)) as (executor, count):
             made = enumerate(draws_made(tasks, uncertain_scenario.cache, executor, count))
             for draw, result in made if progress is None else progress(made, draws):
@@ -225,8 +225,8 @@ class _Collected:
     def take(self, draw: int, result: DrawResult) -> None:
         """Take the results of a draw; raises ScenarioError if its scenario is invalid."""
         if result.problem is not None:
-            place, problems, origin = result.problem
-            raise with_draw(ScenarioError(problems, origin), self._sample, self._sample.mixtures[place], draw)
+            mixture_number, problems, origin = result.problem
+            raise with_draw(ScenarioError(problems, origin), self._sample, self._sample.mixtures[mixture_number], draw)
         self._names |= result.names
         if len(self._names) > 1:
             raise PropagationError("bands and the number of cloud layers must be the same in all draws")

@@ -128,16 +128,16 @@ class DrawMaker:
         Raises ProviderError if a provider violates its contract.
         """
         statistics, pixels, names, keys, compiled = [], [], set(), set(), 0
-        for place, (scenario, between) in enumerate(zip(task.scenarios, task.between, strict=True)):
+        for mixture_number, (scenario, between) in enumerate(zip(task.scenarios, task.between, strict=True)):
             try:
                 plan = make_plan(scenario, shelf=self._cache, between=between)
                 tables, key, is_new = self._tables.of(plan)
                 temperature = self._tables.temperature(plan)
-                of_scene, values = statistics_of(plan, tables, temperature, with_levels=place == 0)
+                of_scene, values = statistics_of(plan, tables, temperature, with_levels=mixture_number == 0)
             except ScenarioError as error:
-                return DrawResult(problem=(place, error.problems, error.origin))
+                return DrawResult(problem=(mixture_number, error.problems, error.origin))
             statistics.append(of_scene)
-            if task.with_pixels and place < _PAIR:
+            if task.with_pixels and mixture_number < _PAIR:
                 pixels.append(values)
             names.add((tuple(band.name for band in plan.bands), class_names(len(plan.layers))))
             keys.add(key)

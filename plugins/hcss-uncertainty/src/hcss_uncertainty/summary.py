@@ -74,13 +74,14 @@ def rows_of(inputs: Sequence[str], keys: Sequence[str], mixtures: Sequence[str])
 
     ``mixtures`` are the names of the computed mixtures.
     """
-    exchanged = {name.removeprefix("other "): place for place, name in enumerate(mixtures)}
-    parameters = tuple(place for place, name in enumerate(inputs) if name not in keys)
+    exchanged = {name.removeprefix("other "): number for number, name in enumerate(mixtures)}
+    parameters = tuple(number for number, name in enumerate(inputs) if name not in keys)
     rows = [VarianceRow(REST), VarianceRow(SEED, mixture=1)]
     if parameters:
         rows.append(VarianceRow(POSTERIOR, parameters, exchanged.get(POSTERIOR)))
     rows += [
-        VarianceRow(name, (place,), exchanged.get(name) if name in keys else None) for place, name in enumerate(inputs)
+        VarianceRow(name, (number,), exchanged.get(name) if name in keys else None)
+        for number, name in enumerate(inputs)
     ]
     return tuple(rows)
 
@@ -172,47 +173,47 @@ def _estimates(
                 estimates[f"{name}{suffix}"][0][..., columns] = block if name in sizes else block[0]
 
     # Columns that are present in the same scenes are summarised together.
-    patterns, place = np.unique(known.reshape(-1, width), axis=1, return_inverse=True)
+    patterns, pattern_of = np.unique(known.reshape(-1, width), axis=1, return_inverse=True)
     for number in range(patterns.shape[1]):
-        columns = np.flatnonzero(place.ravel() == number)
+        columns = np.flatnonzero(pattern_of.ravel() == number)
         pattern = patterns[:, number].reshape(known.shape[:2])
         some, every = np.flatnonzero(pattern[:2].any(axis=0)), np.flatnonzero(pattern.all(axis=0))
         if some.size >= 2:
-            own = np.ascontiguousarray(values[:2, some][:, :, columns])
-            keep(("mean", "standard_deviation", "quantile"), columns, partial(_moments, own), some.size)
+            present = np.ascontiguousarray(values[:2, some][:, :, columns])
+            keep(("mean", "standard_deviation", "quantile"), columns, partial(_moments, present), some.size)
         if every.size >= 2:
-            own = np.ascontiguousarray(values[:, every][:, :, columns])
+            present = np.ascontiguousarray(values[:, every][:, :, columns])
             terms = [terms_of(inputs[every][:, row.inputs], every.size) if row.inputs else None for row in rows]
-            keep(("first_order", "total"), columns, partial(_shares, own, terms, rows), every.size)
+            keep(("first_order", "total"), columns, partial(_shares, present, terms, rows), every.size)
     return estimates
 
 
 def _moments(y: Array, draws: NDArray[np.intp]) -> Array:
     """Return stacked mean, standard deviation and quantiles of some draws, (statistic, output)."""
-    own = y[:, draws]
-    several = estimators.quantiles(own, QUANTILES)
-    return np.concatenate([estimators.mean(own)[None], estimators.standard_deviation(own)[None], several])
+    drawn = y[:, draws]
+    several = estimators.quantiles(drawn, QUANTILES)
+    return np.concatenate([estimators.mean(drawn)[None], estimators.standard_deviation(drawn)[None], several])
 
 
 def _shares(y: Array, terms: Sequence[Array | None], rows: Sequence[VarianceRow], draws: NDArray[np.intp]) -> Array:
     """Return stacked first-order and total-effect Sobol indices of some draws, (share, output)."""
-    own = y[:, draws]
-    blank = np.full(own.shape[2], np.nan)
-    full = own.shape[0] > 2
+    drawn = y[:, draws]
+    blank = np.full(drawn.shape[2], np.nan)
+    full = drawn.shape[0] > 2
     first, total = [], []
     for row, basis in zip(rows, terms, strict=True):
         if row.name == REST:
-            first.append(estimators.first_by_rest(own))
+            first.append(estimators.first_by_rest(drawn))
         elif full and row.mixture is not None:
-            first.append(estimators.first_by_pick_freeze(own, 2, row.mixture))
+            first.append(estimators.first_by_pick_freeze(drawn, 2, row.mixture))
         elif basis is not None:
-            first.append(estimators.first_by_regression(basis[draws], own))
+            first.append(estimators.first_by_regression(basis[draws], drawn))
         else:
             first.append(blank)
         if row.name == SEED:
-            total.append(estimators.total_by_seed(own))
+            total.append(estimators.total_by_seed(drawn))
         elif full and row.mixture is not None:
-            total.append(estimators.total_by_pick_freeze(own, 2, row.mixture))
+            total.append(estimators.total_by_pick_freeze(drawn, 2, row.mixture))
         else:
             total.append(blank)
     return np.concatenate([np.stack(first), np.stack(total)])
@@ -227,11 +228,11 @@ def pooled_pixels(drawn: xr.Dataset) -> Iterator[tuple[str, tuple[tuple[str, ...
     for name in filter(drawn.__contains__, IN_CLASSES):
         about = drawn[name].attrs
         mean, spread = drawn[name].values[0], drawn[f"{name}_spread"].values[0]
-        own = np.broadcast_to(weight[:, None], mean.shape)
-        total = own.sum(axis=0)
+        weights = np.broadcast_to(weight[:, None], mean.shape)
+        total = weights.sum(axis=0)
         with np.errstate(invalid="ignore"):
-            level = np.where(own > 0, own * mean, 0.0).sum(axis=0) / total
-            square = np.where(own > 0, own * (spread**2 + (mean - level) ** 2), 0.0).sum(axis=0) / total
+            level = np.where(weights > 0, weights * mean, 0.0).sum(axis=0) / total
+            square = np.where(weights > 0, weights * (spread**2 + (mean - level) ** 2), 0.0).sum(axis=0) / total
         quantile = np.full((len(QUANTILES), *level.shape), np.nan)
         for band in range(level.shape[0]):
             for kind in range(level.shape[1]):
@@ -256,9 +257,9 @@ def _weighted_quantiles(atoms: Array, weight: Array) -> Array:
     if not np.any(present):
         return np.full(len(QUANTILES), np.nan)
     values = atoms[present].astype(np.float64)
-    each = np.repeat(weight[present] / values.shape[1], values.shape[1])
+    weights = np.repeat(weight[present] / values.shape[1], values.shape[1])
     order = np.argsort(values, axis=None, kind="stable")
-    share = (np.cumsum(each[order]) - 0.5 * each[order]) / each.sum()
+    share = (np.cumsum(weights[order]) - 0.5 * weights[order]) / weights.sum()
     return np.interp(QUANTILES, share, values.ravel()[order])
 
 

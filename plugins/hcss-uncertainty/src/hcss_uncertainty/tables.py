@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 RADIATION = ("brightness_temperature", "radiance")
 STATISTICS = ("mean", "standard_deviation", "quantile", "first_order", "total")
 
-SHOWN = tuple(QUANTILES.index(each) for each in (0.05, 0.5, 0.95))
+SHOWN = tuple(QUANTILES.index(quantile) for quantile in (0.05, 0.5, 0.95))
 """Indices of the quantiles shown in the main tables and figures."""
 
 LISTED_DRAWS = 200
@@ -38,7 +38,7 @@ MAX_DECIMALS = 8
 """Maximum number of digits; longer numbers are written with an exponent."""
 
 _ORDERS = {"first_order": "first-order", "total": "total"}
-_MOMENTS = ["scenes", "mean", "standard deviation", *(f"{100 * QUANTILES[place]:g} %" for place in SHOWN)]
+_MOMENTS = ["scenes", "mean", "standard deviation", *(f"{100 * QUANTILES[index]:g} %" for index in SHOWN)]
 _NEEDED = (
     "input_value",
     "input_kind",
@@ -46,9 +46,9 @@ _NEEDED = (
     "first_order_estimator",
     "total_estimator",
     *OUTPUTS,
-    *(f"{name}_{each}" for name in OUTPUTS for each in ("scenes", "draws")),
-    *(f"{name}_{each}{end}" for name in OUTPUTS for each in STATISTICS for end in ("", "_error")),
-    *(f"{name}_pixel_{each}" for name in RADIATION for each in STATISTICS[:3]),
+    *(f"{name}_{statistic}" for name in OUTPUTS for statistic in ("scenes", "draws")),
+    *(f"{name}_{statistic}{end}" for name in OUTPUTS for statistic in STATISTICS for end in ("", "_error")),
+    *(f"{name}_pixel_{statistic}" for name in RADIATION for statistic in STATISTICS[:3]),
 )
 
 
@@ -128,19 +128,19 @@ def _share(value: float, error: float) -> str:
 def _moments(contents: PropagationContents, name: str, at: tuple[int, ...]) -> list[str]:
     """Return scenes, mean, standard deviation and some quantiles of an output, with their errors."""
     mean, deviation = contents.pair(f"{name}_mean", at), contents.pair(f"{name}_standard_deviation", at)
-    shown = [contents.pair(f"{name}_quantile", (place, *at)) for place in SHOWN]
+    shown = [contents.pair(f"{name}_quantile", (index, *at)) for index in SHOWN]
     if deviation[0] <= SAME * abs(mean[0]):  # rounding
         mean, deviation, shown = (mean[0], 0.0), (0.0, 0.0), [(value, 0.0) for value, _ in shown]
     count = int(contents.dataset[f"{name}_scenes"].values[at])
-    return [str(count), *(with_error(*each) for each in (mean, deviation, *shown))]
+    return [str(count), *(with_error(*value) for value in (mean, deviation, *shown))]
 
 
 def spread(contents: PropagationContents, name: str, band: int) -> Table:
     """Return mean, standard deviation and quantiles over draws by class, and the pixel standard deviation."""
     pixels = contents.dataset[f"{name}_pixel_standard_deviation"].values[band]
     rows = [
-        [kind, *_moments(contents, name, (band, place)), number(float(pixels[place]), 5)]
-        for place, kind in enumerate(contents.labels("class"))
+        [kind, *_moments(contents, name, (band, class_number)), number(float(pixels[class_number]), 5)]
+        for class_number, kind in enumerate(contents.labels("class"))
     ]
     caption = f"{contents.labels('band')[band]}: {contents.label(name)}, ± standard error."
     return Table(["class", *_MOMENTS, "of a pixel"], rows, caption)
@@ -151,8 +151,8 @@ def payload(contents: PropagationContents, band: int) -> Table:
     data = contents.dataset
     shown = [name for name in PAYLOAD if name in data and name in _SENSOR]
     rows = [
-        [kind, _SENSOR[name], *_moments(contents, name, (band, place))]
-        for place, kind in enumerate(contents.labels("class"))
+        [kind, _SENSOR[name], *_moments(contents, name, (band, class_number))]
+        for class_number, kind in enumerate(contents.labels("class"))
         for name in shown
     ]
     caption = f"{contents.labels('band')[band]}: as the sensor measures it, ± standard error."
@@ -203,11 +203,11 @@ def _size(size: ErrorSize, unknown: str = "not stated") -> str:
 def quantiles(contents: PropagationContents, name: str, band: int) -> Table:
     """Return all quantiles over draws by class, then those over the pixels of all draws together."""
     rows = []
-    for place, kind in enumerate(contents.labels("class")):
+    for class_number, kind in enumerate(contents.labels("class")):
         places = range(len(QUANTILES))
-        means = (with_error(*contents.pair(f"{name}_quantile", (each, band, place))) for each in places)
+        means = (with_error(*contents.pair(f"{name}_quantile", (index, band, class_number))) for index in places)
         rows.append([kind, "mean of a class", *means])
-        pixels = contents.dataset[f"{name}_pixel_quantile"].values[:, band, place]
+        pixels = contents.dataset[f"{name}_pixel_quantile"].values[:, band, class_number]
         rows.append([kind, "pixel", *(number(float(pixel), 5) for pixel in pixels)])
     header = ["class", "of", *(f"{100 * quantile:g} %" for quantile in QUANTILES)]
     caption = f"{contents.labels('band')[band]}: quantiles of {contents.label(name)}."
@@ -217,8 +217,8 @@ def quantiles(contents: PropagationContents, name: str, band: int) -> Table:
 def metrics(contents: PropagationContents) -> Table:
     """Return moments of the image metrics."""
     rows = [
-        [name.replace("_", " "), *_moments(contents, "metric", (place,))]
-        for place, name in enumerate(contents.labels("metric_name"))
+        [name.replace("_", " "), *_moments(contents, "metric", (index,))]
+        for index, name in enumerate(contents.labels("metric_name"))
     ]
     return Table(["metric", *_MOMENTS], rows, "Metrics of the images, ± standard error.")
 
@@ -226,7 +226,7 @@ def metrics(contents: PropagationContents) -> Table:
 def contrasts(contents: PropagationContents, name: str) -> Table:
     """Return moments of the standard deviation over all pixels of a scene, by band."""
     rows = [
-        [band, *_moments(contents, f"{name}_spread", (place, 0))] for place, band in enumerate(contents.labels("band"))
+        [band, *_moments(contents, f"{name}_spread", (index, 0))] for index, band in enumerate(contents.labels("band"))
     ]
     caption = f"Standard deviation over all pixels of a scene: {contents.label(name)}, ± standard error."
     return Table(["band", *_MOMENTS], rows, caption)
@@ -235,7 +235,7 @@ def contrasts(contents: PropagationContents, name: str) -> Table:
 def fractions(contents: PropagationContents) -> Table:
     """Return moments of the fraction of the pixels in each class."""
     classes = enumerate(contents.labels("class"))
-    rows = [[kind, *_moments(contents, "class_fraction", (place,))] for place, kind in classes]
+    rows = [[kind, *_moments(contents, "class_fraction", (class_number,))] for class_number, kind in classes]
     return Table(["fraction of the pixels", *_MOMENTS], rows)
 
 
@@ -245,11 +245,11 @@ def shares(
     """Return every source's share of the variance of an output; ``part`` is its band, if any."""
     data = contents.dataset
     rows = []
-    for place, source in enumerate(contents.labels("source")):
-        for order in contents.orders(place):
-            values, errors = (data[f"{name}_{order}{end}"].values[(place, *part)] for end in ("", "_error"))
+    for index, source in enumerate(contents.labels("source")):
+        for order in contents.orders(index):
+            values, errors = (data[f"{name}_{order}{end}"].values[(index, *part)] for end in ("", "_error"))
             cells = (_share(float(value), float(error)) for value, error in zip(values, errors, strict=True))
-            rows.append([source, _ORDERS[order], str(data[f"{order}_estimator"].values[place]), *cells])
+            rows.append([source, _ORDERS[order], str(data[f"{order}_estimator"].values[index]), *cells])
     return Table(["source", "share", "estimated by", *columns], rows, caption, text_columns=3)
 
 
@@ -257,10 +257,10 @@ def inputs(contents: PropagationContents) -> Table:
     """Return the distribution of each input, and the moments of its draws."""
     distributions = json_attribute(contents.dataset.attrs, "uncertain", {})
     rows = []
-    for place, name in enumerate(contents.labels("input")):
-        draws = np.asarray(contents.dataset["input_value"].values[:, place], dtype=np.float64)
+    for index, name in enumerate(contents.labels("input")):
+        draws = np.asarray(contents.dataset["input_value"].values[:, index], dtype=np.float64)
         numbers = (draws.mean(), draws.min(), np.median(draws), draws.max())
-        mean, *rest = (_value(name, float(each)) for each in numbers)
+        mean, *rest = (_value(name, float(value)) for value in numbers)
         source = _distribution(distributions[name]) if name in distributions else "posterior"
         # the standard deviation of a time is in seconds
         rows.append([name, source, mean, f"{draws.std(ddof=1):.5g}", *rest])
@@ -275,7 +275,7 @@ def correlations(contents: PropagationContents) -> Table:
         matrix = np.atleast_2d(np.corrcoef(values, rowvar=False))
     names = contents.labels("input")
     rows = [
-        [name, *(f"{each:.2f}" if np.isfinite(each) else "-" for each in row)]
+        [name, *(f"{value:.2f}" if np.isfinite(value) else "-" for value in row)]
         for name, row in zip(names, matrix, strict=True)
     ]
     return Table(["correlation", *names], rows)
@@ -288,7 +288,7 @@ def draws(contents: PropagationContents) -> Table:
         [
             str(draw),
             *(str(int(seed)) for seed in data["scene_seed"].values[:2, draw]),
-            *(_value(name, float(data["input_value"].values[draw, place]), 9) for place, name in enumerate(names)),
+            *(_value(name, float(data["input_value"].values[draw, index]), 9) for index, name in enumerate(names)),
         ]
         for draw in range(min(LISTED_DRAWS, data.sizes["draw"]))
     ]

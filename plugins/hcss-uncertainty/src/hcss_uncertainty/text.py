@@ -112,6 +112,6 @@ def _tree(array: xr.DataArray) -> Any:
         return json_value(array.item())
     dimension = str(array.dims[0])
     return {
-        (f"{label:g}" if isinstance(label, float) else str(label)): _tree(array.isel({dimension: place}))
-        for place, label in enumerate(array[dimension].values)
+        (f"{label:g}" if isinstance(label, float) else str(label)): _tree(array.isel({dimension: index}))
+        for index, label in enumerate(array[dimension].values)
     }

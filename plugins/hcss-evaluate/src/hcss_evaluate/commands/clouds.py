@@ -146,14 +146,16 @@ def _list_samples(as_json: bool) -> None:
     known = samples(Catalog())
     if as_json:
         listed = [
-            {"name": name, "installed": each.folder is not None, **_as_dict(each)} for name, each in known.items()
+            {"name": name, "installed": sample.folder is not None, **_as_dict(sample)} for name, sample in known.items()
         ]
         click.echo(json.dumps(listed))
         return
-    for name, each in known.items():
-        click.echo(f"{name}\n  {each.title}; {each.crop[2]} x {each.crop[3]} pixels; {each.band}; {each.observed}")
-        click.echo(f"  {each.source}; {each.licence}")
-        if each.folder is None:
+    for name, sample in known.items():
+        click.echo(
+            f"{name}\n  {sample.title}; {sample.crop[2]} x {sample.crop[3]} pixels; {sample.band}; {sample.observed}"
+        )
+        click.echo(f"  {sample.source}; {sample.licence}")
+        if sample.folder is None:
             click.echo(f"  not installed: pip install 'hcss-twin[{EXTRA}]'")
 
 
@@ -188,34 +190,34 @@ def clouds_list(folder: Path | None = None, as_json: bool = False) -> None:
     """List the entries."""
     from hcss_evaluate.database.folder import list_entries
 
-    listed = [each for place in _folders(folder) for each in list_entries(place)]
+    listed = [entry for entries_folder in _folders(folder) for entry in list_entries(entries_folder)]
     if as_json:
         answer = [
             {
-                "name": each.name,
-                "entry": str(each.path),
-                **({"trouble": each.trouble} if each.facts is None else _as_dict(each.facts)),
-                "rows": each.shape[0],
-                "columns": each.shape[1],
+                "name": entry.name,
+                "entry": str(entry.path),
+                **({"trouble": entry.trouble} if entry.facts is None else _as_dict(entry.facts)),
+                "rows": entry.shape[0],
+                "columns": entry.shape[1],
             }
-            for each in listed
+            for entry in listed
         ]
         click.echo(json.dumps(answer))
         return
     if not listed:
         click.echo(f"no entries in {folder}; make one with: hcss import IMAGE --to {folder}")
         return
-    width = max(len(each.name) for each in listed)
+    width = max(len(entry.name) for entry in listed)
     click.echo(f"{'name':<{width}}  {'cover':>6} {'clouds':>6} {'FD':>6} {'pixel':>9}  {'pixels':<13} band; licence")
-    for each in listed:
-        if each.facts is None:
-            click.echo(click.style(f"{each.name:<{width}}  unusable: {each.trouble}", fg="red"))
+    for entry in listed:
+        if entry.facts is None:
+            click.echo(click.style(f"{entry.name:<{width}}  unusable: {entry.trouble}", fg="red"))
             continue
-        facts = each.facts
+        facts = entry.facts
         size = f"{facts.pixel_size_m:.5g} m"
-        pixels = f"{each.shape[0]} x {each.shape[1]}"
+        pixels = f"{entry.shape[0]} x {entry.shape[1]}"
         click.echo(
-            f"{each.name:<{width}}  {facts.coverage:>6.1%} {facts.clouds:>6} {facts.fractal_dimension:>6.3f} "
+            f"{entry.name:<{width}}  {facts.coverage:>6.1%} {facts.clouds:>6} {facts.fractal_dimension:>6.3f} "
             f"{size:>9}  {pixels:<13} {facts.band}; {facts.licence}"
         )
 
@@ -234,12 +236,12 @@ def clouds_preview(name: str, folder: Path | None, output: Path | None, force: b
     from hcss_evaluate.pages.cloud_pictures import draw_entry
     from hcss_twin.models.clouds.database import SUFFIX, read_entry
 
-    own, *shipped = _folders(folder)
-    path = next((found for place in shipped if (found := place / f"{name}{SUFFIX}").is_file()), None)
-    picture = output or (own / f"{name}.png" if path is None else Path(f"{name}.png"))
+    database, *shipped = _folders(folder)
+    path = next((found for shipped_folder in shipped if (found := shipped_folder / f"{name}{SUFFIX}").is_file()), None)
+    picture = output or (database / f"{name}.png" if path is None else Path(f"{name}.png"))
     if output is not None or path is not None:  # the picture beside an own entry belongs to it
         require_writable([picture], force, form="PNG")
-    path = path or entry_path(own, name)
+    path = path or entry_path(database, name)
     entry = read_entry(path)
     draw_entry(entry, name, picture)
     if as_json:

@@ -264,14 +264,14 @@ def _require_options_of_one_test(context: click.Context, realism: bool, radiance
         raise click.UsageError("--radiance: allowed without --realism only")
     foreign = {"--realism": () if realism else _OF_REALISM, "--radiance": () if radiance else _OF_RADIANCE}
     chosen = "--radiance" if radiance else "--realism"
-    own = (*_OF_METRICS, *_OF_IMAGES) if radiance else _OF_METRICS if realism else ()
+    unused = (*_OF_METRICS, *_OF_IMAGES) if radiance else _OF_METRICS if realism else ()
     for parameter in context.command.params:
         if context.get_parameter_source(parameter.name or "") is not ParameterSource.COMMANDLINE:
             continue
         for test, names in foreign.items():
             if parameter.name in names:
                 raise click.UsageError(f"{parameter.opts[-1]}: allowed with {test} only")
-        if parameter.name in own:
+        if parameter.name in unused:
             raise click.UsageError(f"{parameter.opts[-1]}: allowed without {chosen} only")
 
 

@@ -29,10 +29,10 @@ _SAMPLING = ("cloud_type", "priors", "octaves", "smallest_lag", "misfit", "sampl
 def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
     """Parse repeated NAME=VALUE options."""
     found: dict[str, str] = {}
-    for each in given:
-        name, equals, value = each.partition("=")
+    for pair in given:
+        name, equals, value = pair.partition("=")
         if not equals or not name or not value:
-            raise click.BadParameter(f"'{each}' given, allowed: NAME=VALUE")
+            raise click.BadParameter(f"'{pair}' given, allowed: NAME=VALUE")
         if name in found:
             raise click.BadParameter(f"{name} is given twice")
         found[name] = value
@@ -222,14 +222,14 @@ def _last_octaves(found: Posterior) -> dict[int, float]:
 def _table(summary: dict[str, dict[str, Any]]) -> list[str]:
     header = [f"{name:>9}" for name in ("mean", "sd", "5 %", "50 %", "95 %", "bulk ESS", "tail ESS", "R-hat")]
     lines = [" ".join([f"{'':<18}", *header])]
-    for name, each in summary.items():
-        several = isinstance(each["mean"], list)
-        for image in range(len(each["mean"]) if several else 1):
-            numbers = [each["mean"], each["standard_deviation"], *each["quantiles"].values()]
+    for name, statistics in summary.items():
+        several = isinstance(statistics["mean"], list)
+        for image in range(len(statistics["mean"]) if several else 1):
+            numbers = [statistics["mean"], statistics["standard_deviation"], *statistics["quantiles"].values()]
             values = [number[image] for number in numbers] if several else numbers
             label = f"{name}, image {image + 1}" if several else name
             row = " ".join(f"{value:>9.4g}" for value in values)
-            size, tail = each["bulk_effective_sample_size"], each["tail_effective_sample_size"]
-            r_hat = each["rank_normalized_split_r_hat"]
+            size, tail = statistics["bulk_effective_sample_size"], statistics["tail_effective_sample_size"]
+            r_hat = statistics["rank_normalized_split_r_hat"]
             lines.append(f"{label:<18} {row} {size:>9.0f} {tail:>9.0f} {r_hat:>9.3f}")
     return lines

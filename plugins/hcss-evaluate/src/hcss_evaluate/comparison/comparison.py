@@ -125,7 +125,8 @@ def _compared(
     shown_real = partners[shown] if partners[shown] is not None else 0
     assert shown_real is not None
     results = [
-        _side(side, each, edges, which) for side, each, which in zip(sides, measured, (shown_real, shown), strict=True)
+        _side(side, measured_side, edges, which)
+        for side, measured_side, which in zip(sides, measured, (shown_real, shown), strict=True)
     ]
     spectra = (results[0].spectrum, results[1].spectrum)
     metrics = build_metrics(

@@ -14,7 +14,7 @@ from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError, HcssError, ImageError, choose_from
-from hcss_twin.cube.export.selection import Plane, Selection, select
+from hcss_twin.cube.frame_selection import FrameSelection, Plane, select_frames
 from hcss_twin.engine.provenance import Recorded
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.models.radiance.spectral_grid import dense_grid
@@ -40,7 +40,7 @@ def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Arra
         entries = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
     except (KeyError, ValidationError) as error:
         raise CubeError(f"{path}: its scenario has no bands that can be read") from error
-    bands = [each for each in (spectral_band(entry, catalog) for entry in entries) if each.name == band]
+    bands = [candidate for candidate in (spectral_band(entry, catalog) for entry in entries) if candidate.name == band]
     if not bands:
         raise CubeError(f"{path}: its scenario has no band '{band}'")
     temperature = BrightnessTemperature(dense_grid(bands, None), [band])
@@ -69,14 +69,14 @@ def cube_footage(
     if variable is None and _TEMPERATURE in dataset:
         variable = _TEMPERATURE
     notes: list[str] = []
-    selection = select(dataset, variable, (), choice.frames)
+    selection = select_frames(dataset, variable, (), choice.frames)
     if selection.plane_kind == "layer" and len(selection.planes) > 1:
         raise CubeError(
             f"variable '{selection.variable}': {len(selection.planes)} cloud layers; allowed: variables without layers"
         )
     if selection.plane_kind == "band":
         band = choice.band or _band_like(title, selection, path, like, notes)
-        selection = select(dataset, variable, (band,), choice.frames)
+        selection = select_frames(dataset, variable, (band,), choice.frames)
     elif choice.band:
         raise CubeError(f"band '{choice.band}': {selection.variable} is the same for all bands; allowed: none")
     plane = selection.planes[0]
@@ -113,7 +113,7 @@ def cube_footage(
     )
 
 
-def _band_like(title: str, selection: Selection, path: Path, like: Footage | None, notes: list[str]) -> str:
+def _band_like(title: str, selection: FrameSelection, path: Path, like: Footage | None, notes: list[str]) -> str:
     """Return the only band, or the one at the wavelength of the other file."""
     names = [plane.name for plane in selection.planes]
     if len(names) == 1:
@@ -136,7 +136,7 @@ def _band_like(title: str, selection: Selection, path: Path, like: Footage | Non
 def _truth(dataset: xr.Dataset, frames: tuple[int, ...]) -> Callable[[int], NDArray[np.bool_]] | None:
     if _MASK not in dataset:
         return None
-    chosen = select(dataset, _MASK, (), frames if "time" in dataset[_MASK].dims else ())
+    chosen = select_frames(dataset, _MASK, (), frames if "time" in dataset[_MASK].dims else ())
 
     def read(number: int) -> NDArray[np.bool_]:
         frame = chosen.frames[number if len(chosen.frames) > 1 else 0]
@@ -157,7 +157,7 @@ def _method(choice: EvaluationChoice, variable: str, has_truth: bool, path: Path
 
 
 def _kelvin(
-    dataset: xr.Dataset, path: Path, selection: Selection, plane: Plane, notes: list[str]
+    dataset: xr.Dataset, path: Path, selection: FrameSelection, plane: Plane, notes: list[str]
 ) -> Callable[[Array], Array] | None:
     """Return the conversion of the variable to brightness temperature; None if there is none."""
     if is_kelvin(selection.units):

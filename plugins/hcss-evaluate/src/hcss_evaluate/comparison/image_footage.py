@@ -51,7 +51,7 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
     for path, image in zip(paths[1:], images[1:], strict=True):
         _require_alike(paths[0], first, path, image)
     notes = list(described(first, choice.cloud_is))
-    notes += [f"{path.name}: {note}" for path, each in zip(paths[1:], images[1:], strict=True) for note in each.notes]
+    notes += [f"{path.name}: {note}" for path, image in zip(paths[1:], images[1:], strict=True) for note in image.notes]
     size = choice.pixel_size_m or first.pixel_size_m
     if choice.pixel_size_m and first.pixel_size_m and choice.pixel_size_m != first.pixel_size_m:
         notes.append(f"Pixels of {first.pixel_size_m:.6g} m are treated as pixels of {choice.pixel_size_m:g} m.")
@@ -135,7 +135,7 @@ def open_footage(
     option does not apply to the file.
     """
     choice.check()
-    paths = [Path(source)] if isinstance(source, str | os.PathLike) else [Path(each) for each in source]
+    paths = [Path(source)] if isinstance(source, str | os.PathLike) else [Path(path) for path in source]
     if not paths:
         raise ImageError(f"{title}: no file given, allowed: one or more")
     cubes = [path for path in paths if is_cube(path)]

@@ -165,7 +165,7 @@ def build_metrics(
 
     def of_frames(rows: Sequence[_FrameMeasure]) -> list[Metric]:
         averaged = [_averaged(row, frames, comparable[row.scale]) for row in rows]
-        return [each for each in averaged if not (math.isnan(each.real) and math.isnan(each.sim))]
+        return [metric for metric in averaged if not (math.isnan(metric.real) and math.isnan(metric.sim))]
 
     return (
         *of_frames(_FRAME_MEASURES),
@@ -207,7 +207,9 @@ def _mean_and_spread(values: Array) -> tuple[float, float]:
 def _decorrelation(
     temporal: tuple[TemporalAutocorrelation | None, TemporalAutocorrelation | None], same_pixels: bool
 ) -> list[Metric]:
-    real, sim = (math.nan if each is None else each.decorrelation_s for each in temporal)
+    real, sim = (
+        math.nan if autocorrelation is None else autocorrelation.decorrelation_s for autocorrelation in temporal
+    )
     if math.isnan(real) and math.isnan(sim):
         return []
     return [
@@ -237,7 +239,7 @@ def _directions(
     if spectra[0] is None or spectra[1] is None or math.isnan(spectra[0].degree + spectra[1].degree):
         return []
     spreads = [
-        float(np.std([each.measures.spectrum.degree for each in side if each.measures.spectrum is not None]))
+        float(np.std([frame.measures.spectrum.degree for frame in side if frame.measures.spectrum is not None]))
         for side in frames
     ]
     degrees = (spectra[0].degree, spectra[1].degree)

@@ -38,7 +38,9 @@ def common_quantity(real: Footage, sim: Footage, notes: list[str]) -> tuple[str,
         return "brightness temperature", "K", "kelvin"
     if real.units and real.units == sim.units:
         return sim.quantity, sim.units, "unit"
-    described = [f"{each.quantity} in {each.units!r}" if each.units else each.quantity for each in (real, sim)]
+    described = [
+        f"{footage.quantity} in {footage.units!r}" if footage.units else footage.quantity for footage in (real, sim)
+    ]
     notes.append(
         f"No common quantity ({described[0]}; {described[1]}): values are grey levels of cloud, 0 clear, 1 to 255 from "
         "the thinnest to the thickest cloud, each side on its own scale."
@@ -50,16 +52,16 @@ def common_parts(
     real: Footage, sim: Footage, whole: bool, notes: list[str]
 ) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
     """Return the compared rows and columns of both sides."""
-    for title, each in (("REAL", real), ("SIM", sim)):
-        if min(each.shape) < SMALLEST_SIDE:
+    for title, footage in (("REAL", real), ("SIM", sim)):
+        if min(footage.shape) < SMALLEST_SIDE:
             raise ImageError(
-                f"{title} {each.name}: {each.shape[0]} rows x {each.shape[1]} columns, allowed: {SMALLEST_SIDE} or "
-                "more along each axis"
+                f"{title} {footage.name}: {footage.shape[0]} rows x {footage.shape[1]} columns, allowed: "
+                f"{SMALLEST_SIDE} or more along each axis"
             )
     common = (min(real.shape[0], sim.shape[0]), min(real.shape[1], sim.shape[1]))
     sizes = (real.pixel_size_m, sim.pixel_size_m)
     if None in sizes:
-        unknown = " and ".join(each.name for each in (real, sim) if each.pixel_size_m is None)
+        unknown = " and ".join(footage.name for footage in (real, sim) if footage.pixel_size_m is None)
         notes.append(
             f"The pixel size of {unknown} is not known: measures that depend on it may not be comparable and "
             "are marked ~."
@@ -99,8 +101,8 @@ def same_number(
 ) -> bool:
     """Whether both sides have the same number of valid pixels; adds a note if only the missing pixels differ."""
     known = [
-        side.shape[0] * side.shape[1] - float(np.mean([frame.missing for frame in each.frames]))
-        for side, each in zip(sides, measured, strict=True)
+        side.shape[0] * side.shape[1] - float(np.mean([frame.missing for frame in measured_side.frames]))
+        for side, measured_side in zip(sides, measured, strict=True)
     ]
     if abs(known[0] - known[1]) <= _SAME_COUNT * max(known):
         return True

@@ -68,6 +68,6 @@ def entry_path(folder: Path, name: str) -> Path:
     """
     path = folder / f"{name}{SUFFIX}"
     if not path.is_file():
-        known = [each.name.removesuffix(SUFFIX) for each in folder.glob(f"*{SUFFIX}")]
+        known = [path.name.removesuffix(SUFFIX) for path in folder.glob(f"*{SUFFIX}")]
         raise CatalogError(f"no entry '{name}' in {folder}; {choose_from(name, known)}")
     return path

@@ -116,7 +116,7 @@ def match_dimension(
             inside = [hurst for hurst, value in means.items() if low + margin <= value <= high - margin]
             if not inside:
                 continue
-            parameters = with_changes(min(inside, key=lambda each: abs(each - start_hurst)), factor)
+            parameters = with_changes(min(inside, key=lambda hurst: abs(hurst - start_hurst)), factor)
             fresh = dimensions(parameters, coverage, like, dimension, fresh_seeds)
             # If a frame has few clouds, the mean of six may lie inside by chance.
             if low <= np.mean(fresh) <= high:

@@ -127,19 +127,19 @@ def match(target: Target, seed: int = 0, budget: int = BUDGET, progress: Progres
         best, simulations = refinement.parameters, refinement.simulations
     best = rounded(best)
     fresh = tuple(range(seed + _APART, seed + _APART + FRESH_SEEDS))
-    images = [simulate_image(best, image.coverage, image, each) for each in fresh]
-    begun = [simulate_image(first, image.coverage, image, each) for each in fresh] if budget else images
-    simulated = mean_structure([image_structure(each.level, lags) for each in images])
+    images = [simulate_image(best, image.coverage, image, seed) for seed in fresh]
+    begun = [simulate_image(first, image.coverage, image, seed) for seed in fresh] if budget else images
+    simulated = mean_structure([image_structure(realisation.level, lags) for realisation in images])
     quantities, alike = compare(image, images), likeness(image, images)
     return Match(
         target=target,
         parameters=best,
         quantities=quantities,
-        rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in images),
+        rmse=tuple(morphology_errors(measured, realisation.morphology()).rmse for realisation in images),
         seeds=fresh,
         structure=structure,
         simulated_structure=simulated,
-        start_rmse=tuple(morphology_errors(measured, each.morphology()).rmse for each in begun),
+        start_rmse=tuple(morphology_errors(measured, realisation.morphology()).rmse for realisation in begun),
         simulations=simulations,
         likeness=alike,
         unmatched=(*alike.unmatched, *_at_limits(best, image), *describe_unmatched(quantities, structure, simulated)),
@@ -151,7 +151,7 @@ def rounded(parameters: FractalParameters) -> FractalParameters:
     if parameters.H is None or parameters.L is None:
         raise ValueError("parameters: H and L must be given")
     hurst, x, y, exponent = (
-        float(f"{each:.4g}") for each in (parameters.H, *parameters.L, parameters.brightness_exponent)
+        float(f"{value:.4g}") for value in (parameters.H, *parameters.L, parameters.brightness_exponent)
     )
     return parameters.model_copy(update={"H": hurst, "L": (x, y), "brightness_exponent": exponent})
 

@@ -217,9 +217,9 @@ def likeness(image: CloudImage, realisations: Sequence[CloudImage]) -> Likeness:
     found, of_image = np.stack([_organisation(realisation) for realisation in realisations]), _organisation(image)
     groups = []
     for measures in (slice(0, 2 * len(_LAGS)), [0, 2 * len(_LAGS)]):
-        own = found[:, measures]
-        among = tuple(_distance(each, np.delete(own, index, axis=0)) for index, each in enumerate(own))
-        groups.append(Likeness(_distance(of_image[measures], own), among))
+        simulated = found[:, measures]
+        among = tuple(_distance(values, np.delete(simulated, index, axis=0)) for index, values in enumerate(simulated))
+        groups.append(Likeness(_distance(of_image[measures], simulated), among))
     return max(groups, key=lambda group: group.ratio)
 
 
@@ -231,7 +231,8 @@ def alignment(level: Array) -> float:
     """
     along_y, along_x = np.gradient(gaussian_filter(level, 1.0))
     yy, xx, xy = (
-        gaussian_filter(each, _ALIGNED_PIXELS) for each in (along_y * along_y, along_x * along_x, along_y * along_x)
+        gaussian_filter(product, _ALIGNED_PIXELS)
+        for product in (along_y * along_y, along_x * along_x, along_y * along_x)
     )
     return float(np.hypot(yy - xx, 2.0 * xy).sum() / max(float((yy + xx).sum()), 1e-12))
 

@@ -125,7 +125,7 @@ def _rings(pixels: NDArray[Any]) -> tuple[Array, Array, Array]:
     ring = np.minimum(((k - lowest) / (k.max() - lowest) * _RINGS).astype(np.int64), _RINGS - 1)
     waves = np.bincount(ring, minlength=_RINGS).astype(np.float64)
     full = waves > 0
-    means = [np.bincount(ring, each, _RINGS)[full] / waves[full] for each in (k, power)]
+    means = [np.bincount(ring, values, _RINGS)[full] / waves[full] for values in (k, power)]
     if not np.all(means[1] > 0.0):
         raise ImageError("image: its spectrum has rings without power, allowed: one with values of its own everywhere")
     return means[0], means[1], waves[full] / DEPENDENT_WAVES

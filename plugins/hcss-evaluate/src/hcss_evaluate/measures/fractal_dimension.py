@@ -66,13 +66,13 @@ class EstimatorCalibration:
         surfaces measured; beyond the largest it is constant with ``larger``, else NaN. The distance of an estimate from
         the range 2 to 3 is added in quadrature.
         """
-        place = math.log(size)
-        if place > self.log_size[-1] + 1e-9 and not larger:
+        log_size = math.log(size)
+        if log_size > self.log_size[-1] + 1e-9 and not larger:
             return math.nan
         bias = self.mean[method] - self.dimension
         by_size = np.array([np.interp(dimension, self.dimension, row) for row in np.hypot(bias, self.spread[method])])
         outside = max(2.0 - dimension, 0.0, dimension - 3.0)
-        return math.hypot(float(np.interp(place, self.log_size, by_size)), outside)
+        return math.hypot(float(np.interp(log_size, self.log_size, by_size)), outside)
 
     def calibrated(self, method: str, value: float, size: float) -> float:
         """Return the D for which the mean estimate of ``method`` is ``value``, in images of side ``size``.
@@ -80,10 +80,10 @@ class EstimatorCalibration:
         Interpolation and extrapolation are linear: beyond the roughest and smoothest surfaces with the slope of the
         last two, beyond the largest with the slope in the logarithm of the size.
         """
-        table, place = self.mean[method], math.log(size)
-        upper = int(np.clip(np.searchsorted(self.log_size, place), 1, self.log_size.size - 1))
+        table, log_size = self.mean[method], math.log(size)
+        upper = int(np.clip(np.searchsorted(self.log_size, log_size), 1, self.log_size.size - 1))
         step = self.log_size[upper] - self.log_size[upper - 1]
-        share = (place - self.log_size[upper - 1]) / step
+        share = (log_size - self.log_size[upper - 1]) / step
         expected = (1.0 - share) * table[upper - 1] + share * table[upper]
         after = int(np.clip(np.searchsorted(expected, value), 1, expected.size - 1))
         slope = (self.dimension[after] - self.dimension[after - 1]) / (expected[after] - expected[after - 1])
@@ -163,8 +163,8 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
     mean_power = np.bincount(ring, share * power.ravel()[inside], rings)[full] / waves[full]
     if not np.all(mean_power > 0.0):
         raise ImageError("image: no power in part of the band, allowed: power at all wavenumbers")
-    place = np.bincount(ring, share * logs, rings)[full] / waves[full]
-    slope = float(np.polyfit(place, np.log(mean_power), 1, w=np.sqrt(waves[full]))[0])
+    log_wavenumber = np.bincount(ring, share * logs, rings)[full] / waves[full]
+    slope = float(np.polyfit(log_wavenumber, np.log(mean_power), 1, w=np.sqrt(waves[full]))[0])
     dimension = 4.0 + slope / 2.0
     error = estimator_calibration().standard_error("spectrum", dimension, side) if band is None else math.nan
     return DimensionEstimate(dimension, error, f"spectrum, {low:.3g} to {high:.3g} cycles per pixel")

@@ -110,8 +110,8 @@ def joint_histogram(
     if valid is not None and not valid.all():
         both = checked_mask("valid", valid, image.shape)
         both = both[:, :-1] & both[:, 1:]
-        place = image[:, :-1][both].astype(np.int64) * levels + image[:, 1:][both]
-        return np.bincount(place, minlength=levels * levels).reshape(levels, levels)
+        cell = image[:, :-1][both].astype(np.int64) * levels + image[:, 1:][both]
+        return np.bincount(cell, minlength=levels * levels).reshape(levels, levels)
     counts: NDArray[np.int64] = _pair_counts(np.ascontiguousarray(image), levels)
     return counts
 

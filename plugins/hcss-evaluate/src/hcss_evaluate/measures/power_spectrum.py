@@ -95,18 +95,18 @@ def _directions(rings: Rings, oriented: NDArray[np.bool_]) -> tuple[Array, float
     ring, angle = rings.ring[chosen], rings.angle[chosen]
     relative = rings.wave_power[chosen] / rings.power[ring]
     sector = np.rint(np.mod(angle, np.pi) * SECTORS / np.pi).astype(np.int64) % SECTORS
-    place = ring * SECTORS + sector
+    cell = ring * SECTORS + sector
     size = oriented.size * SECTORS
-    count = np.bincount(place, minlength=size).reshape(-1, SECTORS)[oriented]
-    total = np.bincount(place, relative, size).reshape(-1, SECTORS)[oriented]
+    count = np.bincount(cell, minlength=size).reshape(-1, SECTORS)[oriented]
+    total = np.bincount(cell, relative, size).reshape(-1, SECTORS)[oriented]
     filled = count > 0
     means = np.divide(total, count, out=np.zeros_like(total), where=filled)
     by_direction: Array = means.sum(axis=0) / np.maximum(filled.sum(axis=0), 1)
     # Subtract the mean over the available waves, because the pixel grid has preferred directions of its own.
     moments = []
     for wave in (np.cos(2.0 * angle), np.sin(2.0 * angle)):
-        each = np.bincount(ring, (relative - 1.0) * wave, oriented.size)[oriented] / rings.waves[oriented]
-        moments.append(float(np.mean(each)))
+        moment = np.bincount(ring, (relative - 1.0) * wave, oriented.size)[oriented] / rings.waves[oriented]
+        moments.append(float(np.mean(moment)))
     return by_direction, moments[0], moments[1]
 
 
@@ -148,6 +148,6 @@ def spectral_distance_db(first: PowerSpectrum | None, second: PowerSpectrum | No
     at = first.wavenumber[first.wavenumber >= low * (1.0 - 1e-9)]
     if at.size == 0 or first.power.min() <= 0.0 or second.power.min() <= 0.0:
         return math.nan
-    own = np.interp(np.log(at), np.log(first.wavenumber), np.log10(first.power))
+    log_power = np.interp(np.log(at), np.log(first.wavenumber), np.log10(first.power))
     other = np.interp(np.log(at), np.log(second.wavenumber), np.log10(second.power))
-    return 10.0 * math.sqrt(float(np.mean((own - other) ** 2)))
+    return 10.0 * math.sqrt(float(np.mean((log_power - other) ** 2)))

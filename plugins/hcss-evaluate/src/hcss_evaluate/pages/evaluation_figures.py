@@ -111,8 +111,8 @@ def draw_histograms(evaluation: Evaluation) -> tuple[Figure, Figure]:
         axes.set_yscale("log")
     axes.set_ylabel(f"share of pixels per {evaluation.unit or 'level'}", fontsize=_SMALL)
     sums.set_ylabel("share of pixels up to here", fontsize=_SMALL)
-    for each in (axes, sums):
-        _finish(each, name)
+    for axis in (axes, sums):
+        _finish(axis, name)
     return counted, summed
 
 
@@ -128,8 +128,8 @@ def draw_spectra(evaluation: Evaluation) -> list[Figure]:
     unit = f"{evaluation.unit}²" if evaluation.unit else "levels²"
     figures = []
     for by_km in scales:
-        each = new_figure(5.4, 3.8)
-        axes = each.subplots()
+        figure = new_figure(5.4, 3.8)
+        axes = figure.subplots()
         for (label, colour, style), side in zip(_STYLES, (evaluation.real, evaluation.sim), strict=True):
             if side.spectrum is None:
                 continue
@@ -139,7 +139,7 @@ def draw_spectra(evaluation: Evaluation) -> list[Figure]:
         cycle = "km" if by_km else "pixel"
         axes.set_ylabel(f"power ({unit} per (cycle per {cycle})²)", fontsize=_SMALL)
         _finish(axes, f"wavenumber (cycles per {cycle})")
-        figures.append(each)
+        figures.append(figure)
     return figures
 
 
@@ -170,15 +170,15 @@ def draw_directions(evaluation: Evaluation) -> Figure | None:
 def draw_correlation(evaluation: Evaluation) -> Figure | None:
     """Draw the correlation over time; None if neither side has several frames."""
     sides = [side.temporal for side in (evaluation.real, evaluation.sim)]
-    if all(each is None for each in sides):
+    if all(correlation is None for correlation in sides):
         return None
-    timed = all(each is None or not np.isnan(each.lag_s).any() for each in sides)
+    timed = all(correlation is None or not np.isnan(correlation.lag_s).any() for correlation in sides)
     figure = new_figure(5.4, 3.6)
     axes = figure.subplots()
-    for (label, colour, style), each in zip(_STYLES, sides, strict=True):
-        if each is not None:
-            lags = each.lag_s if timed else each.lag
-            axes.plot(lags, each.correlation, style, color=colour, ms=4, lw=1.2, label=label)
+    for (label, colour, style), correlation in zip(_STYLES, sides, strict=True):
+        if correlation is not None:
+            lags = correlation.lag_s if timed else correlation.lag
+            axes.plot(lags, correlation.correlation, style, color=colour, ms=4, lw=1.2, label=label)
     axes.axhline(1.0 / math.e, color="0.6", lw=0.7)
     axes.text(0.99, 1.0 / math.e, "1/e", transform=axes.get_yaxis_transform(), fontsize=7, ha="right", va="bottom")
     axes.set_ylim(min(-0.05, axes.get_ylim()[0]), 1.05)

@@ -66,7 +66,7 @@ def _summary(evaluation: Evaluation) -> list[Block]:
         printed, corrected = (rmse_text(evaluation, mode) for mode in ("as-printed", "corrected"))
         content.append(paragraph(f"RMSE as printed {printed}; corrected {corrected}."))
     texts = (_PRINTED_RMSE, _largest(evaluation), _in_values(evaluation))
-    return [*content, *map(paragraph, texts), *(note(each, "fair") for each in evaluation.notes)]
+    return [*content, *map(paragraph, texts), *(note(text, "fair") for text in evaluation.notes)]
 
 
 def _eq_24(evaluation: Evaluation, mode: Mode) -> Table:
@@ -100,8 +100,8 @@ def _largest(evaluation: Evaluation) -> str:
     if not known:
         return "No comparable measure differs."
     listed = "; ".join(
-        f"{each.name} {percent(each.relative)} ({each.meaning.partition(';')[0].partition(':')[0]})"
-        for each in sorted(known, key=lambda each: -abs(each.relative))[:_LISTED]
+        f"{metric.name} {percent(metric.relative)} ({metric.meaning.partition(';')[0].partition(':')[0]})"
+        for metric in sorted(known, key=lambda metric: -abs(metric.relative))[:_LISTED]
     )
     return f"Largest differences of comparable measures: {listed}."
 
@@ -174,8 +174,8 @@ def _values(evaluation: Evaluation) -> list[Block]:
 
 def _spectra(evaluation: Evaluation) -> list[Block]:
     shown = [
-        picture(each, "power spectra of both sides by wavenumber", "Radially averaged, four rings per octave.")
-        for each in drawn.draw_spectra(evaluation)
+        picture(figure, "power spectra of both sides by wavenumber", "Radially averaged, four rings per octave.")
+        for figure in drawn.draw_spectra(evaluation)
     ]
     directions = drawn.draw_directions(evaluation)
     if directions is not None:
@@ -200,7 +200,7 @@ def _over_time(evaluation: Evaluation) -> list[Block]:
         f"{_pairing(evaluation)} Correlation is at fixed pixels: motion by wind or platform decreases it, and so does "
         "evolution of the scene."
     )
-    shown = [picture(each, f"{name} of every frame") for name, each in drawn.draw_frames(evaluation)]
+    shown = [picture(figure, f"{name} of every frame") for name, figure in drawn.draw_frames(evaluation)]
     correlation = drawn.draw_correlation(evaluation)
     if correlation is not None:
         shown.insert(0, picture(correlation, "correlation of frames versus the time between them"))

@@ -46,7 +46,7 @@ def _lines(evaluation: Evaluation) -> Iterator[str]:
     if not all(metric.comparable for metric in evaluation.metrics):
         yield NOT_COMPARABLE
     notes = (("", evaluation.notes), ("real: ", evaluation.real.notes), ("simulated: ", evaluation.sim.notes))
-    yield from (f"note: {title}{each}" for title, listed in notes for each in listed)
+    yield from (f"note: {title}{note}" for title, listed in notes for note in listed)
 
 
 def side_text(side: Side) -> str:
@@ -115,7 +115,7 @@ def marked(name: str, comparable: bool) -> str:
 
 def rmse_text(evaluation: Evaluation, mode: str) -> str:
     """Return the RMSE in one definition."""
-    errors = next(each for name, each in evaluation.errors.items() if name == mode)
+    errors = next(errors_of_mode for name, errors_of_mode in evaluation.errors.items() if name == mode)
     if not errors:
         return "none: a divisor is 0"
     values = [100 * error.rmse for error in errors]

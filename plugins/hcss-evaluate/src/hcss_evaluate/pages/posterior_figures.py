@@ -124,7 +124,7 @@ def corner_plot(draws: Mapping[str, Array]) -> Figure:
 
 def _range(values: Array) -> tuple[float, float]:
     """Return the range of all but a thousandth of the draws, with a margin."""
-    low, high = (float(each) for each in np.quantile(values, (0.0005, 0.9995)))
+    low, high = (float(quantile) for quantile in np.quantile(values, (0.0005, 0.9995)))
     margin = 0.04 * (high - low) or max(abs(low), 1.0) * 1e-3
     return low - margin, high + margin
 

@@ -78,7 +78,10 @@ def read_contents(path: Path) -> PosteriorContents:
     with open_netcdf(path, PosteriorError) as file:
         file.set_auto_mask(False)
         chains = {name: file[name] for name in posterior.chains}
-        attributes = {name: {each: own.getncattr(each) for each in own.ncattrs()} for name, own in chains.items()}
+        attributes = {
+            name: {attribute: chain.getncattr(attribute) for attribute in chain.ncattrs()}
+            for name, chain in chains.items()
+        }
         return PosteriorContents(posterior, attributes, _traces(file), _variogram(file))
 
 
@@ -191,8 +194,8 @@ def _images(contents: PosteriorContents) -> Iterator[Block]:
 def _convergence(contents: PosteriorContents) -> Iterator[Block]:
     yield element("p", badge("converged", "good"))  # without convergence there is no page
     rows = [
-        [name, *(f"{float(each[key]):{digits}}" for key, digits in _DIAGNOSTICS.items())]
-        for name, each in contents.posterior.diagnostics.items()
+        [name, *(f"{float(diagnostics[key]):{digits}}" for key, digits in _DIAGNOSTICS.items())]
+        for name, diagnostics in contents.posterior.diagnostics.items()
     ]
     header = ["parameter", "autocorrelation time, steps", "bulk ESS", "tail ESS", "rank-normalized split R-hat"]
     draws = next(iter(contents.posterior.chains.values()))
@@ -267,7 +270,9 @@ def _prediction(contents: PosteriorContents) -> Iterator[Block]:
 def _provenance(contents: PosteriorContents, path: Path) -> Iterator[Block]:
     attributes = contents.posterior.attributes
     keys = {"source": "source", "seed": "seed", "hcss_version": "hcss-twin"}
-    inputs = [(str(each.get("name")), str(each.get("sha256"))) for each in json_attribute(attributes, "inputs", [])]
+    inputs = [
+        (str(source.get("name")), str(source.get("sha256"))) for source in json_attribute(attributes, "inputs", [])
+    ]
     file = f"{path.name}, {path.stat().st_size / 1e6:.2f} MB"
     yield from provenance(attributes, file, keys, inputs, names_in(_SHOWN, "fixed_"))
     priors = json_attribute(attributes, "priors", {})

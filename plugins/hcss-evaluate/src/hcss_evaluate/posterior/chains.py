@@ -105,7 +105,7 @@ class Convergence:
         """Approximate progress toward convergence; 1 or more if the chains have converged."""
         parts = [
             self.steps / (LONGEST * float(np.max(self.autocorrelation_time))),
-            float(np.min([each.smallest_size for each in self.mixing.values()])) / self.wanted,
+            float(np.min([mixing.smallest_size for mixing in self.mixing.values()])) / self.wanted,
             # The excess of R-hat above 1 of a stationary chain is inversely proportional to its length.
             (LARGEST_R_HAT - 1.0) / max(float(np.max(self._r_hat)) - 1.0, 1e-9),
         ]
@@ -128,7 +128,7 @@ class Convergence:
                 f"{names[worst]} ({tau[worst]:.0f} steps), needed: {LONGEST:g}"
             )
         for kind in ("bulk", "tail"):
-            size = [getattr(each, f"{kind}_effective_sample_size") for each in self.mixing.values()]
+            size = [getattr(mixing, f"{kind}_effective_sample_size") for mixing in self.mixing.values()]
             worst = int(np.argmin(np.nan_to_num(size, nan=-math.inf)))
             if not size[worst] >= self.wanted:
                 found = f"{kind} effective sample size of {parameters[worst]} {size[worst]:.0f}"
@@ -149,7 +149,7 @@ class Convergence:
 
     @property
     def _r_hat(self) -> list[float]:
-        return [each.rank_normalized_split_r_hat for each in self.mixing.values()]
+        return [mixing.rank_normalized_split_r_hat for mixing in self.mixing.values()]
 
 
 def judge(model: PosteriorModel, chain: Array, wanted: float) -> Convergence:

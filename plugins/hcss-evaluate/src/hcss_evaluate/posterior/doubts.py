@@ -117,7 +117,7 @@ def _few_cells(name: str, likelihood: ImageLikelihood, values: Array, space: Spa
     data = likelihood.data
     last_is_known = likelihood.variogram.octaves.known is not None
     concerned = ("gamma", "Lx", "Ly", "coverage") if last_is_known else ("H", "gamma", "Lx", "Ly", "coverage")
-    free = tuple(each for each in concerned if each in space.names)
+    free = tuple(name for name in concerned if name in space.names)
     sides = {"Lx": data.columns * data.pixel_size_m, "Ly": data.rows * data.pixel_size_m}
     cells = {
         axis: float(np.median(values[:, SHAPE.index(axis)])) * side / REFERENCE_LENGTH_M for axis, side in sides.items()

@@ -173,9 +173,9 @@ def _mean_and_deviation(features: Array, linear: Array, residuals: Array) -> tup
     for _ in range(_TURNS):
         precision = np.exp(-2.0 * (linear @ slopes))
         precision /= precision.mean(axis=0)
-        for each in range(residuals.shape[1]):
-            weighted = features * precision[:, each, None]
-            mean[:, each] = np.linalg.solve(weighted.T @ features + ridge, weighted.T @ residuals[:, each])
+        for measure in range(residuals.shape[1]):
+            weighted = features * precision[:, measure, None]
+            mean[:, measure] = np.linalg.solve(weighted.T @ features + ridge, weighted.T @ residuals[:, measure])
         square = (residuals - features @ mean) ** 2 * np.exp(-2.0 * (linear @ slopes))
         step = cho_solve(information, linear.T @ (square - 1.0) - prior * slopes)
         slopes += np.clip(step, -_FARTHEST, _FARTHEST)

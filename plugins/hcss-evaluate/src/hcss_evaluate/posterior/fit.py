@@ -100,15 +100,15 @@ def fit_targets(
     data = [ImageData.of(target.image, options.smallest_lag) for target in targets]
     several = len(data) > 1
     from_image = options.fixed.get("coverage") == "image"
-    coverage = float(np.mean([each.coverage for each in data]))
-    frames = [(each.rows, each.columns, each.pixel_size_m) for each in data]
+    coverage = float(np.mean([image.coverage for image in data]))
+    frames = [(image.rows, image.columns, image.pixel_size_m) for image in data]
     space, spreads = space_of(options, coverage, frames, several=several)
     octaves = Octaves.of(options.octaves)
-    likelihoods = [ImageLikelihood.of(each, octaves, not from_image, options.misfit) for each in data]
+    likelihoods = [ImageLikelihood.of(image, octaves, not from_image, options.misfit) for image in data]
     digest = hashlib.sha256(repr(from_image).encode())
-    for each in data:
-        digest.update(repr((each.rows, each.columns, each.pixel_size_m, each.cloudy)).encode())
-        digest.update(each.variogram.tobytes())
+    for image in data:
+        digest.update(repr((image.rows, image.columns, image.pixel_size_m, image.cloudy)).encode())
+        digest.update(image.variogram.tobytes())
     run = FitRun(output, options, space, spreads, digest.hexdigest(), progress)
     state = run.checkpoint.read()
     if state is None:

@@ -137,8 +137,8 @@ def space_of(
     if fixed.get("coverage") == "image":
         fixed["coverage"] = coverage
     numbers = {name: fixed_number(name, value) for name, value in fixed.items()}
-    own = {name: text for name, text in options.priors.items() if not name.startswith(SPREAD)}
-    space = Space.of(numbers, own, usual_priors(frames))
+    stated_priors = {name: text for name, text in options.priors.items() if not name.startswith(SPREAD)}
+    space = Space.of(numbers, stated_priors, usual_priors(frames))
     return space, _spread_priors(space, options.priors, several)
 
 

@@ -101,7 +101,7 @@ class ScoreSemivariance:
     def __init__(self, coverage: float) -> None:
         self.field = np.geomspace(_SMALLEST, _LARGEST, _TABLE_NODES)
         threshold = -math.inf if coverage >= 1.0 else float(ndtri(1.0 - coverage))
-        self.scores = np.array([clipped_semivariance(each, threshold) for each in self.field])
+        self.scores = np.array([clipped_semivariance(field, threshold) for field in self.field])
         self._logarithms = np.log(self.field), np.log(self.scores)
 
     @property
@@ -234,7 +234,7 @@ class ImageData:
 
         Returns its normal scores (rows, columns), and the threshold of the field V above which its pixels are cloudy.
         """
-        hurst, gamma, cells_x, cells_y = (float(each) for each in shape)
+        hurst, gamma, cells_x, cells_y = (float(value) for value in shape)
         parameters = FractalParameters(gamma=gamma, H=hurst, L=(cells_x, cells_y), k=octaves)
         field = still_field(parameters, Grid(self.rows, self.columns, self.pixel_size_m), seed)
         lowest, _ = highest_values(field, self.coverage)

@@ -39,11 +39,11 @@ class Mixing:
 def mixing(draws: Array) -> Mixing:
     """Return the diagnostics of draws (chain, draw), or the worst of draws (chain, draw, image) of several images."""
     if draws.ndim == 3:
-        each = [mixing(draws[..., image]) for image in range(draws.shape[2])]
+        of_images = [mixing(draws[..., image]) for image in range(draws.shape[2])]
         return Mixing(
-            float(np.min([one.bulk_effective_sample_size for one in each])),
-            float(np.min([one.tail_effective_sample_size for one in each])),
-            float(np.max([one.rank_normalized_split_r_hat for one in each])),
+            float(np.min([one.bulk_effective_sample_size for one in of_images])),
+            float(np.min([one.tail_effective_sample_size for one in of_images])),
+            float(np.max([one.rank_normalized_split_r_hat for one in of_images])),
         )
     if draws.shape[1] < _FEWEST_DRAWS or not np.ptp(draws) > 0.0:
         return Mixing(math.nan, math.nan, math.nan)

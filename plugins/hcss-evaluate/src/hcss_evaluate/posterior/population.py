@@ -44,16 +44,16 @@ class PopulationModel:
     def names(self) -> tuple[str, ...]:
         """Means, spreads, and the parameters of each image."""
         free = self.space.names
-        each = (f"{name}[{image}]" for image in range(len(self.likelihoods)) for name in free)
-        return (*(f"mean_{name}" for name in free), *(f"spread_{name}" for name in free), *each)
+        of_images = (f"{name}[{image}]" for image in range(len(self.likelihoods)) for name in free)
+        return (*(f"mean_{name}" for name in free), *(f"spread_{name}" for name in free), *of_images)
 
     def log_probability(self, position: Array) -> Array:
         """Return the log posterior density (N,) of positions (N, D)."""
-        mean, log_spread, own = self.parts(position)
-        given = self.log_given(own, mean, log_spread).sum(axis=1)
+        mean, log_spread, of_images = self.parts(position)
+        given = self.log_given(of_images, mean, log_spread).sum(axis=1)
         total: Array = np.sum(self.log_hyperprior(mean, log_spread) + given, axis=1)
         for image in range(len(self.likelihoods)):
-            total = total + self.log_likelihood(image, own[:, image], np.isfinite(total))
+            total = total + self.log_likelihood(image, of_images[:, image], np.isfinite(total))
         return total
 
     def parts(self, position: Array) -> tuple[Array, Array, Array]:
@@ -70,22 +70,22 @@ class PopulationModel:
             total[:, column] += prior.log_density(spread[:, column])
         return np.where(np.isnan(total), -np.inf, total)
 
-    def log_given(self, own: Array, mean: Array, log_spread: Array) -> Array:
+    def log_given(self, of_images: Array, mean: Array, log_spread: Array) -> Array:
         """Return the log density of the images' parameters (N, I, P) in a population; -inf outside the limits."""
         low, high = self.space.limits
         spread = np.exp(log_spread)
         with np.errstate(divide="ignore", invalid="ignore"):
             inside = log_normal_between((low - mean) / spread, (high - mean) / spread)
             whole = log_spread + inside
-            density = -0.5 * ((own - mean[:, None]) / spread[:, None]) ** 2 - whole[:, None]
-        possible = (own > low) & (own < high) & ~np.isnan(density)
+            density = -0.5 * ((of_images - mean[:, None]) / spread[:, None]) ** 2 - whole[:, None]
+        possible = (of_images > low) & (of_images < high) & ~np.isnan(density)
         return np.where(possible, density, -np.inf)
 
-    def log_likelihood(self, image: int, own: Array, wanted: NDArray[np.bool_]) -> Array:
+    def log_likelihood(self, image: int, parameters: Array, wanted: NDArray[np.bool_]) -> Array:
         """Return an image's log-likelihood (N,) at its parameters (N, P) where requested, else -inf."""
-        total = np.full(own.shape[0], -np.inf)
+        total = np.full(parameters.shape[0], -np.inf)
         if wanted.any():
-            computed = self.likelihoods[image](self.space.complete(own[wanted]))
+            computed = self.likelihoods[image](self.space.complete(parameters[wanted]))
             total[wanted] = np.where(np.isnan(computed), -np.inf, computed)
         return total
 
@@ -104,9 +104,9 @@ class PopulationModel:
             values[name] = scale.back(position[..., 2 * count + column :: count])
         return values
 
-    def start(self, rng: np.random.Generator, each: Sequence[Array]) -> Array:
+    def start(self, rng: np.random.Generator, of_images: Sequence[Array]) -> Array:
         """Return the start positions of walkers (N, D), from positions (N, free) of each image fitted alone."""
-        alone = np.stack(each, axis=1)
+        alone = np.stack(of_images, axis=1)
         low, high = (np.array(ends) for ends in zip(*((p.low, p.high) for p in self.spreads), strict=True))
         spread = np.maximum(alone.std(axis=1), _MIN_SPREAD)
         spread = spread * np.exp(_SCATTER * rng.standard_normal(spread.shape))
@@ -155,14 +155,14 @@ class PopulationSweep(Move):  # type: ignore[misc]
         whole = _WalkerSet.of(self._model, state.coords, self._likelihood)
         walkers = state.coords.shape[0]
         shuffled = random.permutation(walkers)
-        for own in (shuffled[: walkers // 2], shuffled[walkers // 2 :]):
-            half, others = whole.take(own), np.delete(whole.own, own, axis=0)
+        for members in (shuffled[: walkers // 2], shuffled[walkers // 2 :]):
+            half, others = whole.take(members), np.delete(whole.of_images, members, axis=0)
             for _ in range(_OF_IMAGES):
                 for image in range(others.shape[1]):
                     half.move_image(image, others[:, image], random)
             half.move_population(random)
             half.move_together(others, random)
-            whole.put(own, half)
+            whole.put(members, half)
         self._likelihood = whole.likelihood
         coords = whole.position()
         moved = np.any(coords != state.coords, axis=1)
@@ -172,33 +172,37 @@ class PopulationSweep(Move):  # type: ignore[misc]
 class _WalkerSet:
     """Walkers (N): means and logarithms of spreads (N, P), parameters (N, I, P) and likelihoods (N, I) of images."""
 
-    def __init__(self, model: PopulationModel, mean: Array, log_spread: Array, own: Array, likelihood: Array) -> None:
+    def __init__(
+        self, model: PopulationModel, mean: Array, log_spread: Array, of_images: Array, likelihood: Array
+    ) -> None:
         self._model = model
-        self.mean, self.log_spread, self.own, self.likelihood = mean, log_spread, own, likelihood
+        self.mean, self.log_spread, self.of_images, self.likelihood = mean, log_spread, of_images, likelihood
 
     @classmethod
     def of(cls, model: PopulationModel, position: Array, likelihood: Array | None) -> _WalkerSet:
-        mean, log_spread, own = (part.copy() for part in model.parts(position))
+        mean, log_spread, of_images = (part.copy() for part in model.parts(position))
         if likelihood is None:
             everywhere = np.ones(position.shape[0], dtype=np.bool_)
-            each = [model.log_likelihood(image, own[:, image], everywhere) for image in range(own.shape[1])]
-            likelihood = np.stack(each, axis=1)
-        return cls(model, mean, log_spread, own, likelihood)
+            likelihoods = [
+                model.log_likelihood(image, of_images[:, image], everywhere) for image in range(of_images.shape[1])
+            ]
+            likelihood = np.stack(likelihoods, axis=1)
+        return cls(model, mean, log_spread, of_images, likelihood)
 
     def take(self, walkers: NDArray[np.intp]) -> _WalkerSet:
         return _WalkerSet(
-            self._model, self.mean[walkers], self.log_spread[walkers], self.own[walkers], self.likelihood[walkers]
+            self._model, self.mean[walkers], self.log_spread[walkers], self.of_images[walkers], self.likelihood[walkers]
         )
 
     def put(self, walkers: NDArray[np.intp], half: _WalkerSet) -> None:
         self.mean[walkers], self.log_spread[walkers] = half.mean, half.log_spread
-        self.own[walkers], self.likelihood[walkers] = half.own, half.likelihood
+        self.of_images[walkers], self.likelihood[walkers] = half.of_images, half.likelihood
 
     def position(self) -> Array:
-        return np.concatenate([self.mean, self.log_spread, self.own.reshape(self.own.shape[0], -1)], axis=1)
+        return np.concatenate([self.mean, self.log_spread, self.of_images.reshape(self.of_images.shape[0], -1)], axis=1)
 
     def log_probability(self) -> Array:
-        given = self._model.log_given(self.own, self.mean, self.log_spread).sum(axis=1)
+        given = self._model.log_given(self.of_images, self.mean, self.log_spread).sum(axis=1)
         prior = self._model.log_hyperprior(self.mean, self.log_spread)
         return np.asarray(np.sum(prior + given, axis=1) + self.likelihood.sum(axis=1))
 
@@ -213,16 +217,16 @@ class _WalkerSet:
         else:
             within = 1.0 / np.sqrt(np.exp(-2.0 * self.log_spread) + 1.0 / others.var(axis=0))
             step = _BEST / np.sqrt(count) * within * random.standard_normal((walkers, count))
-        proposed = self.own[:, image] + step
-        gain = self._given(proposed[:, None]) - self._given(self.own[:, image, None])
+        proposed = self.of_images[:, image] + step
+        gain = self._given(proposed[:, None]) - self._given(self.of_images[:, image, None])
         likelihood = self._model.log_likelihood(image, proposed, np.isfinite(gain.sum(axis=(1, 2))))
         taken = _taken(gain.sum(axis=(1, 2)) + likelihood - self.likelihood[:, image], random)
-        self.own[taken, image] = proposed[taken]
+        self.of_images[taken, image] = proposed[taken]
         self.likelihood[taken, image] = likelihood[taken]
 
     def move_population(self, random: Any) -> None:
         """Move each mean and each spread separately, with steps scaled to the number and scatter of the images."""
-        images = self.own.shape[1]
+        images = self.of_images.shape[1]
         density = self._hyper(self.mean, self.log_spread)
         for _ in range(_OF_POPULATION):
             width = _BEST / np.sqrt(images) * np.exp(self.log_spread)
@@ -246,40 +250,40 @@ class _WalkerSet:
         The posterior of a narrow population is a funnel, in which separate moves are small.
         """
         walkers, count = self.mean.shape
-        images = self.own.shape[1]
+        images = self.of_images.shape[1]
         which = random.randint(count)
-        mean, log_spread, own = self.mean.copy(), self.log_spread.copy(), self.own.copy()
+        mean, log_spread, of_images = self.mean.copy(), self.log_spread.copy(), self.of_images.copy()
         if random.rand() < 0.5:
             size = _BEST / np.sqrt(np.sum(1.0 / others[..., which].var(axis=0)))
             step = size * random.standard_normal(walkers)
             mean[:, which] += step
-            own[..., which] += step[:, None]
+            of_images[..., which] += step[:, None]
             volume = 0.0
         else:
             # Steps of all sizes, because the length of the funnel is unknown.
             step = 10.0 ** random.uniform(-1.5, 0.0) * random.standard_normal(walkers)
             log_spread[:, which] += step
             center = mean[:, which, None]
-            own[..., which] = center + (own[..., which] - center) * np.exp(step)[:, None]
+            of_images[..., which] = center + (of_images[..., which] - center) * np.exp(step)[:, None]
             volume = images * step
         model = self._model
         before = np.sum(self._hyper(self.mean, self.log_spread), axis=1)
         after = np.sum(
-            model.log_hyperprior(mean, log_spread) + model.log_given(own, mean, log_spread).sum(axis=1), axis=1
+            model.log_hyperprior(mean, log_spread) + model.log_given(of_images, mean, log_spread).sum(axis=1), axis=1
         )
         possible = np.isfinite(after)
-        likelihood = np.stack([model.log_likelihood(i, own[:, i], possible) for i in range(images)], axis=1)
+        likelihood = np.stack([model.log_likelihood(i, of_images[:, i], possible) for i in range(images)], axis=1)
         gain = after - before + volume + likelihood.sum(axis=1) - self.likelihood.sum(axis=1)
         taken = _taken(gain, random)
         self.mean[taken], self.log_spread[taken] = mean[taken], log_spread[taken]
-        self.own[taken], self.likelihood[taken] = own[taken], likelihood[taken]
+        self.of_images[taken], self.likelihood[taken] = of_images[taken], likelihood[taken]
 
-    def _given(self, own: Array) -> Array:
-        return self._model.log_given(own, self.mean, self.log_spread)
+    def _given(self, of_images: Array) -> Array:
+        return self._model.log_given(of_images, self.mean, self.log_spread)
 
     def _hyper(self, mean: Array, log_spread: Array) -> Array:
         """Return the log density of each mean and spread (N, P), given the images' parameters."""
-        given = self._model.log_given(self.own, mean, log_spread).sum(axis=1)
+        given = self._model.log_given(self.of_images, mean, log_spread).sum(axis=1)
         return np.asarray(self._model.log_hyperprior(mean, log_spread) + given)
 
 

@@ -110,7 +110,7 @@ class Posterior:
         mean as the image's.
         """
         found = np.atleast_1d(self.attributes.get("predictive_p_value", [])).tolist()
-        names = [str(each["name"]) for each in json.loads(self.attributes["inputs"])] if found else []
+        names = [str(source["name"]) for source in json.loads(self.attributes["inputs"])] if found else []
         return list(zip(names, found, strict=True))
 
 
@@ -202,11 +202,13 @@ def read_posterior(path: str | os.PathLike[str]) -> Posterior:
         if _LAST_OCTAVE in dataset.variables:
             last_octave = np.asarray(np.ma.getdata(dataset[_LAST_OCTAVE][...]), dtype=np.int64)
         kept = fields(Diagnostic) + (fields(Mixing) if attributes[VERSION_ATTRIBUTE] == VERSION else ())
-        diagnostics = {name: {each.name: dataset[name].getncattr(each.name) for each in kept} for name in chains}
+        diagnostics = {
+            name: {statistic.name: dataset[name].getncattr(statistic.name) for statistic in kept} for name in chains
+        }
     if not chains or not all(values.size and np.isfinite(values).all() for values in chains.values()):
         raise PosteriorError(f"cannot read {path}: damaged: no draws, or draws that are not finite")
     if attributes[VERSION_ATTRIBUTE] == 1:  # whose sizes were those of the chains before they were thinned
-        diagnostics = {name: each | asdict(mixing(chains[name])) for name, each in diagnostics.items()}
+        diagnostics = {name: attributes | asdict(mixing(chains[name])) for name, attributes in diagnostics.items()}
     fixed = {name.removeprefix(_FIXED): float(value) for name, value in attributes.items() if name.startswith(_FIXED)}
     return Posterior(chains, fixed, attributes, diagnostics, last_octave)
 

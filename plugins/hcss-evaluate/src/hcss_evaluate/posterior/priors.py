@@ -52,7 +52,7 @@ class Prior:
         if kind not in _KINDS:
             raise PosteriorOptionError(f"prior of {name}: '{kind}' given, {choose_from(kind, _KINDS)}")
         try:
-            first, second = (float(each) for each in rest)
+            first, second = (float(number) for number in rest)
         except ValueError:
             raise PosteriorOptionError(
                 f"prior of {name}: '{text}' given, allowed: {kind}:{_KINDS[kind]}, two numbers"
@@ -113,7 +113,7 @@ class Prior:
         """Cumulative probability of the untruncated normal or lognormal distribution at the two limits."""
         low, high, centre = self.low, self.high, self.first
         if self.kind == "lognormal":
-            low, high = (math.log(each) if each > 0.0 else -math.inf for each in (low, high))
+            low, high = (math.log(limit) if limit > 0.0 else -math.inf for limit in (low, high))
             centre = math.log(centre)
         return float(ndtr((low - centre) / self.second)), float(ndtr((high - centre) / self.second))
 

@@ -41,7 +41,7 @@ def predictive_check(
     far from the mean as the image (squared Mahalanobis distance; A. Gelman et al., Bayesian Data Analysis, 3rd ed.,
     section 6.3).
     """
-    lags = np.unique(np.concatenate([each.data.lags for each in likelihoods]))
+    lags = np.unique(np.concatenate([likelihood.data.lags for likelihood in likelihoods]))
     count = len(likelihoods)
     observed = np.full((count, lags.size, 2), np.nan)
     error = np.full((count, lags.size, 2), np.nan)
@@ -113,21 +113,21 @@ def write_result(
     drawn = [
         space.complete(_position(model, draws, image)).reshape(-1, len(KINDS)) for image in range(len(likelihoods))
     ]
-    lasts = [each.draw_lasts(own, rng) for each, own in zip(likelihoods, drawn, strict=True)]
-    of_images = [each for each in likelihoods if isinstance(each, ImageLikelihood)]
+    lasts = [likelihood.draw_lasts(draws, rng) for likelihood, draws in zip(likelihoods, drawn, strict=True)]
+    of_images = [likelihood for likelihood in likelihoods if isinstance(likelihood, ImageLikelihood)]
     if of_images:
         variogram, p_values = predictive_check(of_images, drawn, lasts, rng)
-        unlike = [unlikeness(*each, rng) for each in zip(images, of_images, drawn, lasts, strict=True)]
+        unlike = [unlikeness(*image_parts, rng) for image_parts in zip(images, of_images, drawn, lasts, strict=True)]
         more["predictive_p_value"] = p_values
         more["unlikeness"] = unlike
-        more["image_coverage"] = [each.data.coverage for each in of_images]
-        more["pixel_size_m"] = [each.data.pixel_size_m for each in of_images]
+        more["image_coverage"] = [likelihood.data.coverage for likelihood in of_images]
+        more["pixel_size_m"] = [likelihood.data.pixel_size_m for likelihood in of_images]
         names = [name for name, _ in inputs]
         each_image = zip(names, of_images, drawn, p_values, unlike, strict=True)
         found = [
             asdict(doubt)
-            for name, likelihood, own, p_value, ratio in each_image
-            for doubt in doubts(name, likelihood, own, space, p_value, ratio, about.get("cloud_type"))
+            for name, likelihood, draws, p_value, ratio in each_image
+            for doubt in doubts(name, likelihood, draws, space, p_value, ratio, about.get("cloud_type"))
         ]
         more["doubts"] = json.dumps(found)
     more["notes"] = "\n".join(notes)
@@ -163,8 +163,8 @@ def _last_octaves(
     """Return the draws of unknown last octaves (chain, draw) or (chain, draw, image)."""
     if likelihoods[0].variogram.octaves.known:
         return None
-    each = np.stack([last.reshape(shape) for last in lasts], axis=-1)
-    return each if len(lasts) > 1 else each[..., 0]
+    octaves = np.stack([last.reshape(shape) for last in lasts], axis=-1)
+    return octaves if len(lasts) > 1 else octaves[..., 0]
 
 
 def _position(model: SingleModel | PopulationModel, positions: Array, image: int) -> Array:
@@ -184,7 +184,9 @@ def _diagnostics(
     """Return the attributes of each variable; for parameters of several images, the longest time of all images."""
     diagnostics = {}
     for name in values:
-        columns = [i for i, each in enumerate(model.names) if each == name or each.startswith(f"{name}[")]
+        columns = [
+            i for i, column_name in enumerate(model.names) if column_name == name or column_name.startswith(f"{name}[")
+        ]
         plain = name.removeprefix("mean_").removeprefix("spread_")
         kind = KINDS[plain]
         meaning, prior = kind.long_name, priors.get(name, priors[plain])

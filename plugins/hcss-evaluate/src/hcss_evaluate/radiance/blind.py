@@ -108,8 +108,8 @@ def blind_test(
     # Of several, the one whose middle is closest.
     reference = min(inside, key=lambda name: abs(sum(limits_um[name]) / 2.0 - REFERENCE_UM))
     spots = read_spots(path, channels, reference)
-    kinds = list(dict.fromkeys(each.kind for each in spots))
-    chosen = [spot for kind in kinds for spot in _spaced([each for each in spots if each.kind == kind], most)]
+    kinds = list(dict.fromkeys(spot.kind for spot in spots))
+    chosen = [spot for kind in kinds for spot in _spaced([spot for spot in spots if spot.kind == kind], most)]
     if not chosen:
         raise ImageError(f"{path}: no uniform pixels of clear sea or opaque cloud in which all channels have values")
     done, simulated, notes = [], [], []
@@ -119,8 +119,8 @@ def blind_test(
         try:
             simulated.append(simulated_kelvin(spot, limits_um, reference))
         except ScenarioError as error:  # ice, or no ships: the climatology lacks the place
-            place = f"{spot.latitude:.1f} N, {spot.longitude:.1f} E"
-            notes.append(f"left out, {spot.kind} at {place}: {' '.join(str(error).split())}")
+            position = f"{spot.latitude:.1f} N, {spot.longitude:.1f} E"
+            notes.append(f"left out, {spot.kind} at {position}: {' '.join(str(error).split())}")
         else:
             done.append(spot)
     if not done:
@@ -159,7 +159,7 @@ def channel_limits(name: str) -> tuple[float, float]:
 
 def _spaced(spots: list[Spot], most: int) -> list[Spot]:
     at = np.unique(np.linspace(0, len(spots) - 1, min(most, len(spots))).round().astype(int))
-    return [spots[each] for each in at]
+    return [spots[index] for index in at]
 
 
 def simulated_kelvin(spot: Spot, limits_um: Mapping[str, tuple[float, float]], reference: str) -> dict[str, float]:
@@ -204,11 +204,11 @@ def _differences(
     spots: list[Spot], simulated: list[dict[str, float]], channels: list[str]
 ) -> tuple[ChannelDifference, ...]:
     found = []
-    for kind in dict.fromkeys(each.kind for each in spots):
-        own = [(spot, kelvin) for spot, kelvin in zip(spots, simulated, strict=True) if spot.kind == kind]
+    for kind in dict.fromkeys(spot.kind for spot in spots):
+        pairs = [(spot, kelvin) for spot, kelvin in zip(spots, simulated, strict=True) if spot.kind == kind]
         for name in channels:
-            difference = np.array([kelvin[name] - spot.kelvin[name] for spot, kelvin in own])
-            sd = float(difference.std(ddof=1)) if len(own) > 1 else float("nan")
-            measured = float(np.mean([spot.kelvin[name] for spot, _ in own]))
-            found.append(ChannelDifference(name, kind, len(own), float(difference.mean()), sd, measured))
+            difference = np.array([kelvin[name] - spot.kelvin[name] for spot, kelvin in pairs])
+            sd = float(difference.std(ddof=1)) if len(pairs) > 1 else float("nan")
+            measured = float(np.mean([spot.kelvin[name] for spot, _ in pairs]))
+            found.append(ChannelDifference(name, kind, len(pairs), float(difference.mean()), sd, measured))
     return tuple(found)

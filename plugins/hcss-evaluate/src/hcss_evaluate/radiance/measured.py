@@ -88,12 +88,12 @@ def read_spots(path: Path, channels: Sequence[str], reference: str) -> list[Spot
         wrong += [name for name in NAMES if not set(file[name].dimensions) <= set(dimensions)]
         if wrong or len(dimensions) < 2:
             raise CatalogError(f"{path}: {wrong or reference} must have the dimensions {dimensions} or, places, some")
-        own = {name: file[name].dimensions for name in (*channels, *NAMES)}
+        dimensions_of = {name: file[name].dimensions for name in (*channels, *NAMES)}
         times = _times(file)
     spots = []
     for index in product(*(range(sizes[name]) for name in dimensions[:-2])):
         at = dict(zip(dimensions[:-2], index, strict=True))
-        image = {name: _part(values[name], own[name], at, dimensions[-2:], sizes) for name in values}
+        image = {name: _part(values[name], dimensions_of[name], at, dimensions[-2:], sizes) for name in values}
         spots += _of_image(image, channels, reference, times[at.get("time", 0) if len(times) > 1 else 0])
     return spots
 
@@ -107,15 +107,15 @@ def _times(file: Any) -> list[datetime]:
 
     item = file["time"]
     found: Any = netCDF4.num2date(np.atleast_1d(item[...]), item.units, only_use_cftime_datetimes=False)
-    return [datetime.fromisoformat(str(each)).replace(tzinfo=UTC) for each in found]
+    return [datetime.fromisoformat(str(text)).replace(tzinfo=UTC) for text in found]
 
 
 def _part(
-    values: Array, own: tuple[str, ...], at: Mapping[str, int], last: tuple[str, ...], sizes: Mapping[str, int]
+    values: Array, dimensions: tuple[str, ...], at: Mapping[str, int], last: tuple[str, ...], sizes: Mapping[str, int]
 ) -> Array:
     """Return the values (rows, columns) of one image."""
-    part = values[tuple(at[name] if name in at else slice(None) for name in own)]
-    kept = [name for name in own if name not in at]
+    part = values[tuple(at[name] if name in at else slice(None) for name in dimensions)]
+    kept = [name for name in dimensions if name not in at]
     shape = [sizes[name] if name in kept else 1 for name in last]
     return np.broadcast_to(part.reshape(shape), [sizes[name] for name in last])
 

@@ -37,7 +37,7 @@ def blind_table(test: BlindTest) -> Table:
 
 def blind_text(test: BlindTest) -> str:
     """Return the table, and what it means."""
-    return "\n".join((*blind_table(test).lines(), _MEANING, *(f"note: {each}" for each in test.notes)))
+    return "\n".join((*blind_table(test).lines(), _MEANING, *(f"note: {text}" for text in test.notes)))
 
 
 def blind_page(test: BlindTest) -> Page:
@@ -52,7 +52,7 @@ def blind_page(test: BlindTest) -> Page:
     ]  # fmt: skip
     header = ["spot", "time, UTC", "latitude", "longitude", "view zenith", "pixels", *test.limits_um]
     sections = [
-        Section("Differences", [blind_table(test), paragraph(_MEANING), *(note(each) for each in test.notes)]),
+        Section("Differences", [blind_table(test), paragraph(_MEANING), *(note(text) for text in test.notes)]),
         Section("Spots", [Table(header, rows, "Simulated / measured brightness temperature, K", text_columns=2)]),
     ]
     return Page("Simulated and measured radiance", f"{len(test.spots)} spots | hcss {__version__}", sections)

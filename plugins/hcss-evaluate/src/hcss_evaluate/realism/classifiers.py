@@ -109,8 +109,8 @@ def auc_interval(
     found = []
     for _ in range(resamples):
         weight = np.zeros(len(names))
-        for each in np.unique(kind):
-            members = np.flatnonzero(kind == each)
+        for group in np.unique(kind):
+            members = np.flatnonzero(kind == group)
             weight[members] = rng.multinomial(len(members), np.full(len(members), 1.0 / len(members)))
         drawn = weight[index]
         found.append(auc(score, simulated, drawn))

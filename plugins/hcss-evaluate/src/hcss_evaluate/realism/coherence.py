@@ -27,7 +27,7 @@ def motion(first: Array, second: Array) -> tuple[int, int]:
     """Return the motion between two frames (rows, columns) in whole pixels, at most a quarter of the frame."""
     correlation = irfft2(np.conj(_waves(first)) * _waves(second), first.shape)
     near = [np.arange(-(length // 4), length // 4 + 1) for length in first.shape]
-    row, column = np.unravel_index(correlation[np.ix_(*near)].argmax(), [len(each) for each in near])
+    row, column = np.unravel_index(correlation[np.ix_(*near)].argmax(), [len(lags) for lags in near])
     return int(near[0][row]), int(near[1][column])
 
 

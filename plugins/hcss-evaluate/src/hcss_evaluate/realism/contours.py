@@ -25,7 +25,7 @@ def euler_number(masks: NDArray[np.bool_]) -> Array:
     """
     pairs_y, pairs_x = masks[:, 1:] & masks[:, :-1], masks[:, :, 1:] & masks[:, :, :-1]
     counts = [
-        np.count_nonzero(each, axis=(1, 2)) for each in (masks, pairs_y, pairs_x, pairs_x[:, 1:] & pairs_x[:, :-1])
+        np.count_nonzero(mask, axis=(1, 2)) for mask in (masks, pairs_y, pairs_x, pairs_x[:, 1:] & pairs_x[:, :-1])
     ]
     return np.asarray(counts[0] - counts[1] - counts[2] + counts[3], dtype=np.float64)
 

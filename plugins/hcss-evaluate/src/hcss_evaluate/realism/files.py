@@ -69,7 +69,7 @@ def compare_files(
     """
     first, second = _read("REAL", real, real_choice), _read("SIM", simulated, simulated_choice)
     stated = [*first.sizes_m, *second.sizes_m]
-    sizes = [each for each in stated if each is not None]
+    sizes = [size for size in stated if size is not None]
     if sizes and max(sizes) > min(sizes) * (1.0 + _SAME_SIZE):
         raise ImageError(
             f"pixel sizes: from {min(sizes):.6g} to {max(sizes):.6g} m, allowed: the same on both sides within 5 %; "
@@ -117,7 +117,7 @@ def _files(title: str, path: Path) -> list[Path]:
     if not path.is_dir() or is_cube(path):
         return [path]
     files = sorted(
-        each for each in path.iterdir() if not each.name.startswith(".") and (each.is_file() or is_cube(each))
+        file for file in path.iterdir() if not file.name.startswith(".") and (file.is_file() or is_cube(file))
     )
     if not files:
         raise CatalogError(f"{title}: no file in the folder {path}; allowed: images or cubes")

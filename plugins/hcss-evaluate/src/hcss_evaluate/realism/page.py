@@ -60,7 +60,7 @@ def _scores(realism: Realism) -> list[Block]:
                 f"the largest correlation is {copies.largest:.3f}."
             )
         )
-    return [*content, *(note(each, "fair") for each in realism.notes)]
+    return [*content, *(note(text, "fair") for text in realism.notes)]
 
 
 def _features(realism: Realism) -> list[Block]:
@@ -101,7 +101,7 @@ def _coherence(realism: Realism) -> list[Block]:
     return [
         Table(
             ["time, s", "whole", *bands],
-            [[number(lag), *(f"{each:.3f}" for each in found)] for lag, found in realism.coherence[side].items()],
+            [[number(lag), *(f"{value:.3f}" for value in found)] for lag, found in realism.coherence[side].items()],
             f"{title} frames: correlation after a time, moved onto each other, whole and by wavelength",
         )
         for side, title in (("real", "Measured"), ("simulated", "Simulated"))

@@ -224,8 +224,8 @@ def compare(
         # Most features do not depend on the unit.
         known = {(difference.name, difference.auc) for difference in differences}
         found = _differences(names, values, label, scale)
-        differences += [each for each in found if (each.name, each.auc) not in known]
-    differences.sort(key=lambda each: -abs(each.auc - 0.5))
+        differences += [difference for difference in found if (difference.name, difference.auc) not in known]
+    differences.sort(key=lambda difference: -abs(difference.auc - 0.5))
     wavenumber, density, _ = power_by_ring(sides[0].kelvin)
     both = (density, power_by_ring(sides[1].kelvin)[1])
     times = {"real": (real, real_number, real_time_s), "simulated": (simulated, simulated_number, simulated_time_s)}
@@ -233,7 +233,7 @@ def compare(
         scores=tuple(scores),
         features=tuple(differences),
         copies=_copies(sides[1], real, real_number, copies, size, streams[2]) if copies else None,
-        spectrum=_curve(wavenumber, *(each.mean(axis=0) for each in both)),
+        spectrum=_curve(wavenumber, *(power.mean(axis=0) for power in both)),
         structure=_curve(np.array(LAGS, dtype=np.float64), *(structure_function(side.kelvin) for side in sides)),
         coherence={side: _coherence(*given) for side, given in times.items()},
         patches=(len(sides[0].scene), len(sides[1].scene)),
@@ -272,7 +272,7 @@ def _differences(names: list[str], values: Array, label: NDArray[np.bool_], scal
 
 
 def _curve(axis: Array, real: Array, simulated: Array) -> Curve:
-    return Curve(*(tuple(map(float, each)) for each in (axis, real, simulated)))
+    return Curve(*(tuple(map(float, values)) for values in (axis, real, simulated)))
 
 
 def _copies(
@@ -286,8 +286,8 @@ def _copies(
     largest = np.empty(len(chosen))
     for number in np.unique(simulated.scene[chosen]):
         at = simulated.scene[chosen] == number
-        own = [field for field, each in zip(real, real_scene, strict=True) if each == number or not common.any()]
-        largest[at] = largest_correlations(simulated.kelvin[chosen[at]], [Example(field, size) for field in own])
+        fields = [field for field, scene in zip(real, real_scene, strict=True) if scene == number or not common.any()]
+        largest[at] = largest_correlations(simulated.kelvin[chosen[at]], [Example(field, size) for field in fields])
     return Copies(
         patches=len(chosen),
         examples="real images of the same scene" if common.any() else "all real images",
@@ -301,5 +301,5 @@ def _coherence(fields: Fields, scene: NDArray[np.int64], times: Times | None) ->
     if times is None:
         return {}
     members = [np.flatnonzero(scene == number).tolist() for number in np.unique(scene)]
-    found = coherence(([fields[each] for each in at], [times[each] for each in at]) for at in members)
+    found = coherence(([fields[index] for index in at], [times[index] for index in at]) for at in members)
     return {lag: tuple(map(float, values)) for lag, values in found.items()}

@@ -44,11 +44,11 @@ def power_by_ring(patches: Array) -> tuple[Array, Array, Array]:
     window = hann(size)[:, None] * hann(size)
     deviation = patches - patches.mean(axis=(1, 2), keepdims=True)
     power = (np.abs(rfft2(deviation * window)) ** 2 / np.sum(window**2)).reshape(len(patches), -1)
-    ring, wavenumber, direction = (each.ravel() for each in _rings(size))
+    ring, wavenumber, direction = (values.ravel() for values in _rings(size))
     member = ring == np.arange(ring.max() + 1)[:, None]
     density = power @ (member / member.sum(axis=1, keepdims=True)).T
     turn = power @ (member * np.exp(2j * direction)).T / (power @ member.T)
-    middle = np.array([np.exp(np.mean(np.log(wavenumber[each]))) for each in member])
+    middle = np.array([np.exp(np.mean(np.log(wavenumber[in_ring]))) for in_ring in member])
     return middle, density, 2.0 * np.abs(turn.mean(axis=1))
 
 

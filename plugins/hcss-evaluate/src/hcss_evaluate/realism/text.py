@@ -50,7 +50,7 @@ def _lines(realism: Realism) -> Iterator[str]:
         yield from aligned(
             [*([name, f"{100.0 * share:.1f} %"] for name, share in shares), ["largest", f"{copies.largest:.3f}"]]
         )
-    wavelengths = tuple(1.0 / each for each in realism.spectrum.axis)
+    wavelengths = tuple(1.0 / frequency for frequency in realism.spectrum.axis)
     yield "Power spectral density, K^2 per (cycle per pixel)^2"
     yield from _curve("wavelength, px", replace(realism.spectrum, axis=wavelengths))
     yield "Structure function (mean squared difference), K^2"
@@ -61,7 +61,10 @@ def _lines(realism: Realism) -> Iterator[str]:
             yield f"Correlation of {side} frames after a time, moved onto each other, whole and by wavelength"
             yield from aligned(
                 [["s", "whole", *bands]]
-                + [[number(lag), *(f"{each:.3f}" for each in found)] for lag, found in realism.coherence[side].items()]
+                + [
+                    [number(lag), *(f"{value:.3f}" for value in found)]
+                    for lag, found in realism.coherence[side].items()
+                ]
             )
     yield from (f"note: {note}" for note in realism.notes)
 

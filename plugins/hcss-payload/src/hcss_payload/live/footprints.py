@@ -43,10 +43,10 @@ class PassFootprints:
         every = [
             self._seen(float(time), float(width[0]) / fineness) for time, width in zip(times_s, widths, strict=True)
         ]
-        self.removed = min(each.removed for each in every), max(each.removed for each in every)
+        self.removed = min(octaves.removed for octaves in every), max(octaves.removed for octaves in every)
         change = np.abs(np.diff(np.log(widths), axis=0)).max(initial=0.0)
         longest = _CHANGE * (times_s[-1] - times_s[0]) / max(change * (times_s.size - 1), 1e-9)
-        self.interval_s = min(keyframe_interval_s(each.octaves, longest) for each in every)
+        self.interval_s = min(keyframe_interval_s(octaves.octaves, longest) for octaves in every)
 
     def point_m(self, keyframe: int) -> float:
         """Return the distance of the points of tiles: in steps of a factor, so that most keyframes share it."""
@@ -60,7 +60,7 @@ class PassFootprints:
     def of_frame(self, time_s: float) -> SeenOctaves:
         """Return the octaves of a frame, which are those of the keyframes before and after it."""
         number = int(np.floor(time_s / self.interval_s))
-        before, after = (self.of_tiles(each * self.interval_s, number) for each in (number, number + 1))
+        before, after = (self.of_tiles(keyframe * self.interval_s, number) for keyframe in (number, number + 1))
         between = blended(before, after, time_s / self.interval_s - number)
         return replace(between, footprint=self._footprint_m(time_s))
 
@@ -69,9 +69,9 @@ class PassFootprints:
         return seen_octaves(shape_of(self._plan), motion, point_m, self._footprint_m(time_s))
 
     def _footprint_m(self, time_s: float) -> Array:
-        place = np.interp(time_s, self._times, np.arange(self._times.size))
-        first = min(int(place), max(0, self._times.size - 2))
+        position = np.interp(time_s, self._times, np.arange(self._times.size))
+        first = min(int(position), max(0, self._times.size - 2))
         after = min(first + 1, self._times.size - 1)
         change = self._footprints[after] - self._footprints[first]
-        footprint: Array = self._footprints[first] + (place - first) * change
+        footprint: Array = self._footprints[first] + (position - first) * change
         return footprint

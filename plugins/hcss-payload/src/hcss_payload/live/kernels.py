@@ -194,10 +194,10 @@ def _gather_points(pool: Any, places: Any, around: Any) -> None:
     """
     one, line, both = np.uint32(1), np.uint32(WIDE), np.uint32(WIDE + 1)
     beside, below, across = around[1], around[2], around[3]
-    here = around[0]
+    nearest = around[0]
     for x in range(places.size):
         k = places[x]
-        here[x], beside[x], below[x], across[x] = pool[k], pool[k + one], pool[k + line], pool[k + both]
+        nearest[x], beside[x], below[x], across[x] = pool[k], pool[k + one], pool[k + line], pool[k + both]
 
 
 @inner(error_model="numpy")
@@ -208,9 +208,9 @@ def _look_up_points(around: Any, across: Any, down: Any, later: Any, field: Any)
     """
     f, i = np.float32, np.int32
     low = np.int32(16)
-    here, beside, below, opposite = around[0], around[1], around[2], around[3]
+    nearest, beside, below, opposite = around[0], around[1], around[2], around[3]
     for x in range(field.size):
-        p, q, r, s = here[x], beside[x], below[x], opposite[x]
+        p, q, r, s = nearest[x], beside[x], below[x], opposite[x]
         a, b = f(i(p << low) >> low), f(i(q << low) >> low)
         c, d = f(i(r << low) >> low), f(i(s << low) >> low)
         a += later * (f(p >> low) - a)
@@ -301,8 +301,8 @@ def sky_rows(
             for y in range(by * step, min((by + 1) * step, height)):
                 part = (y - by * step) / step
                 for b in range(right - left):
-                    own, block = corners[b], of_blocks[b]
-                    _place_points(own, block, part, step, slots, first, b * step, places, across, down)
+                    corner, block = corners[b], of_blocks[b]
+                    _place_points(corner, block, part, step, slots, first, b * step, places, across, down)
                 _gather_points(pool, places[:count], around)
                 _look_up_points(around, across, down, later, field[:count])
                 _place_values(field[:count], per, middle, most, np.uint32(2 * bands), across, places)

@@ -37,8 +37,10 @@ class Kernels:
 
     def __init__(self, weights: Weights) -> None:
         self.down, self.across = (
-            np.append(own[0], np.zeros(-own.shape[1] % TOGETHER, np.float32)) if len(own) else np.empty(0, np.float32)
-            for own in (weights.down, weights.across)
+            np.append(axis_weights[0], np.zeros(-axis_weights.shape[1] % TOGETHER, np.float32))
+            if len(axis_weights)
+            else np.empty(0, np.float32)
+            for axis_weights in (weights.down, weights.across)
         )
         self.reach = weights.reach
 
@@ -133,13 +135,13 @@ def _mirrored(index: Any, size: Any) -> Any:
 
 
 @inner(error_model="numpy")
-def _pattern_row(pattern: Any, y: Any, own: Any) -> None:
+def _pattern_row(pattern: Any, y: Any, pattern_row: Any) -> None:
     # Loops over pixels compile in a tenth of the time of assignments to slices.
-    if pattern.size and pattern.shape[1] == own.size:
-        for x in range(own.size):
-            own[x] = pattern[y, x]
+    if pattern.size and pattern.shape[1] == pattern_row.size:
+        for x in range(pattern_row.size):
+            pattern_row[x] = pattern[y, x]
     elif pattern.size:
-        _fill(own, pattern[y, 0])
+        _fill(pattern_row, pattern[y, 0])
 
 
 @inner(error_model="numpy")
@@ -177,13 +179,18 @@ def _add_noise(signal: Any, gain: Any, offset: Any, normals: Any, detector: Any)
     The noise is that of :func:`hcss_twin.models.sensor.rows.measure`.
     """
     f = np.float32
-    scale, dark, shot, own = f(detector.per_radiance), f(detector.dark), f(detector.shot), f(detector.deviation**2)
+    scale, dark, shot, added_variance = (
+        f(detector.per_radiance),
+        f(detector.dark),
+        f(detector.shot),
+        f(detector.deviation**2),
+    )
     least, most = f(FEW if detector.shot else -np.inf), f(MAX_COUNTED)
     sixth, half, once, one, apart = f(1.0 / 6.0), f(0.5), f(1.5), f(1.0), np.int32(0)
     for x in range(signal.size):
         excess = signal[x] * scale * (one + gain[x]) + offset[x]
         mean = shot * (excess + dark)
-        variance = mean + own
+        variance = mean + added_variance
         # 1 / sqrt(variance) within 5e-6
         root = np.int32(_SQUARE_ROOT - (np.float32(variance).view(np.int32) >> np.int32(1))).view(np.float32)
         root *= once - half * variance * root * root

@@ -48,8 +48,8 @@ def cell_covariance() -> Array:
     weights = np.asarray(cubic_weights(fraction))  # of nodes -1, 0, 1, 2
     covariance = np.zeros(4 * _STEPS + 1)
     for lag in range(covariance.size):
-        place = np.arange(_STEPS) + lag
-        other, shift = weights[place % _STEPS], place // _STEPS
+        position = np.arange(_STEPS) + lag
+        other, shift = weights[position % _STEPS], position // _STEPS
         for node in range(4):
             same = node - shift
             inside = (same >= 0) & (same < 4)
@@ -66,11 +66,11 @@ def separations(footprint: Array, lag: Array) -> tuple[Array, Array]:
         Sides of the parallelogram, x and y: to the next column and to the next row.
     """
     # Along a side separations have the density 1 - |u|; near 0, where fine octaves matter, they are dense.
-    place = (np.arange(_PAIRS) + 0.5) / _PAIRS
-    apart, share = place**2, 2.0 * place / _PAIRS * (1.0 - place**2)
+    position = (np.arange(_PAIRS) + 0.5) / _PAIRS
+    apart, share = position**2, 2.0 * position / _PAIRS * (1.0 - position**2)
     side, weight = np.concatenate((-apart[::-1], apart)), np.concatenate((share[::-1], share))
     weight /= weight.sum()
-    u, v = (each.ravel() for each in np.meshgrid(side, side))
+    u, v = (coordinate.ravel() for coordinate in np.meshgrid(side, side))
     return lag + u[:, None] * footprint[0] + v[:, None] * footprint[1], np.outer(weight, weight).ravel()
 
 
@@ -79,7 +79,7 @@ def field_covariance(octave: Octave, separation_m: Array, point_m: float) -> Arr
     covariance = cell_covariance()
     distance = np.abs(separation_m) * (_STEPS / point_m) * np.array([octave.x.step, octave.y.step])
     # A product of both axes; beyond the last sample nothing is correlated.
-    x, y = (np.interp(each, np.arange(covariance.size), covariance, right=0.0) for each in distance.T)
+    x, y = (np.interp(axis_distance, np.arange(covariance.size), covariance, right=0.0) for axis_distance in distance.T)
     product: Array = x * y
     return product
 
@@ -97,8 +97,8 @@ def between(cells: float, lag: float = 0.0) -> float:
     away = np.abs(lag - points)
     # The cubic B-spline, which is the covariance of the weights; at a lag of 0: 2/3 + C/3.
     weight = np.where(away < 1.0, 2.0 / 3.0 - away**2 + 0.5 * away**3, np.maximum(0.0, 2.0 - away) ** 3 / 6.0)
-    own = np.interp(np.abs(points) * cells * _STEPS, np.arange(covariance.size), covariance, right=0.0)
-    return float(weight @ own)
+    covariances = np.interp(np.abs(points) * cells * _STEPS, np.arange(covariance.size), covariance, right=0.0)
+    return float(weight @ covariances)
 
 
 def shape_of(plan: Plan) -> FractalParameters:
@@ -134,8 +134,8 @@ class SeenOctaves:
 
     def true_covariance(self, separation_m: Array) -> Array:
         """Return the covariance (N,) of the sky at separations (N, 2)."""
-        each = (octave.variance * field_covariance(octave, separation_m, self.point_m) for octave in self.every)
-        return np.sum(list(each), axis=0)  # type: ignore[no-any-return]
+        of_octaves = (octave.variance * field_covariance(octave, separation_m, self.point_m) for octave in self.every)
+        return np.sum(list(of_octaves), axis=0)  # type: ignore[no-any-return]
 
     def kept_covariance(self, lag_m: Array) -> float:
         """Return the covariance of the interpolated field of tiles at a lag (2,)."""
@@ -168,9 +168,9 @@ def seen_octaves(shape: FractalParameters, motion: Motion, point_m: float, footp
         cells = [scale.step * width / point_m for scale, width in zip((octave.x, octave.y), width_m, strict=True)]
         if max(cells) < FINEST_CELLS:
             fading = min(1.0, (FINEST_CELLS - max(cells)) / (FINEST_CELLS - FADING_CELLS))
-            own = fading * octave.variance * float(field_covariance(octave, within, point_m) @ share)
-            kept.append(replace(octave, variance=own / (between(octave.x.step) * between(octave.y.step))))
-            left += own
+            seen_variance = fading * octave.variance * float(field_covariance(octave, within, point_m) @ share)
+            kept.append(replace(octave, variance=seen_variance / (between(octave.x.step) * between(octave.y.step))))
+            left += seen_variance
     if not kept:
         raise PayloadError(
             f"camera: pixels of {width_m[0]:.4g} m x {width_m[1]:.4g} m on the ground hold several cells of the "
@@ -185,8 +185,8 @@ def blended(before: SeenOctaves, after: SeenOctaves, later: float) -> SeenOctave
         {octave.k: weight * np.sqrt(octave.variance) for octave in seen.octaves}
         for weight, seen in ((1.0 - later, before), (later, after))
     ]
-    sums = {each.k: sum(amplitude.get(each.k, 0.0) for amplitude in amplitudes) for each in before.every}
-    octaves = tuple(replace(each, variance=sums[each.k] ** 2) for each in before.every if sums[each.k] > 0.0)
+    sums = {octave.k: sum(amplitude.get(octave.k, 0.0) for amplitude in amplitudes) for octave in before.every}
+    octaves = tuple(replace(octave, variance=sums[octave.k] ** 2) for octave in before.every if sums[octave.k] > 0.0)
     footprint = before.footprint + later * (after.footprint - before.footprint)
     seen = replace(before, octaves=octaves, footprint=footprint)
     return replace(seen, removed=max(0.0, 1.0 - seen.kept_covariance(np.zeros(2))))

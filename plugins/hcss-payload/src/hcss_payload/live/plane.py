@@ -74,7 +74,7 @@ def fit_plane(
 
     def sampled(count: int) -> tuple[Array, Array, Array]:
         nodes = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-        x, y = (each.ravel() for each in np.meshgrid(nodes, nodes))
+        x, y = (coordinate.ravel() for coordinate in np.meshgrid(nodes, nodes))
         flat = middle + half * (x[:, None] * east + y[:, None] * north)
         # Down to the surface along the local vertical; a few steps, since it is curved.
         for _ in range(20):
@@ -82,11 +82,11 @@ def fit_plane(
             flat = flat - (height * SEMI_MAJOR_AXIS_M)[:, None] * up
         place_latitude, place_longitude, _ = geographic(flat)
         try:
-            place = np.stack(to_plane(place_latitude, place_longitude, latitude, longitude), axis=-1)
+            position = np.stack(to_plane(place_latitude, place_longitude, latitude, longitude), axis=-1)
         except ValueError as error:
             raise PayloadError(f"trajectory: the pass sees {error}") from error
         away = flat - middle
-        return away @ (east / half), away @ (north / half), place
+        return away @ (east / half), away @ (north / half), position
 
     known, others = sampled(_POINTS), sampled(_POINTS - 3)
     error_m = np.inf

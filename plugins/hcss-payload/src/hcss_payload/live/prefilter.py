@@ -74,16 +74,16 @@ def sharpness(radiance: Callable[[Array], Array], edge: float, seen: SeenOctaves
     pairs = [seen.true_covariance(separations(seen.footprint, lag)[0]) for lag in (0.0 * along, along, down)]
     weight = separations(seen.footprint, along)[1]
     kept, *beside = (seen.kept_covariance(lag) for lag in (0.0 * along, along, down))
-    for own in radiance_covariance(radiance, edge):
+    for band_covariance in radiance_covariance(radiance, edge):
 
-        def g(covariance: Array, own: Array = own) -> Array:
-            falling = np.minimum(covariance, 0.0) * (own[-2] / (1.0 - _BLUR[-2] ** 2))
-            values: Array = np.interp(np.sqrt(1.0 - np.clip(covariance, 0.0, 1.0)), _BLUR, own) + falling
+        def g(covariance: Array, band_covariance: Array = band_covariance) -> Array:
+            falling = np.minimum(covariance, 0.0) * (band_covariance[-2] / (1.0 - _BLUR[-2] ** 2))
+            values: Array = np.interp(np.sqrt(1.0 - np.clip(covariance, 0.0, 1.0)), _BLUR, band_covariance) + falling
             return values
 
         same, *others = (float(g(pair) @ weight) for pair in pairs)
         share = 1.0 - (1.0 - 0.5 * kept) * np.linspace(1.0, 0.0, 257) ** 2
-        shown = g(share) - 0.5 * sum(g(share * each / kept) for each in beside)
+        shown = g(share) - 0.5 * sum(g(share * neighbour / kept) for neighbour in beside)
         result.append(float(np.interp(same - 0.5 * sum(others), np.maximum.accumulate(shown), share)))
     shares = np.array(result)
     return Sharpness(np.sqrt(1.0 - shares), np.sqrt(shares / kept))

@@ -167,9 +167,9 @@ def intervals(radiance: Callable[[Array], Array], edge: float, shown: Sharpness)
     middle = edge + cell * (np.arange(-half - reach, half + reach) + 0.5)
     nodes = edge + cell * np.arange(-half, half + 1)[1:-1]
     result = []
-    for own, width, scale in zip(radiance(middle), sigma, shown.scale, strict=True):
+    for band_radiance, width, scale in zip(radiance(middle), sigma, shown.scale, strict=True):
         weight = np.diff(ndtr(cell * np.arange(-reach, reach + 1) / width))
-        averaged = np.convolve(own, weight / weight.sum(), mode="valid")
+        averaged = np.convolve(band_radiance, weight / weight.sum(), mode="valid")
         result.append(np.interp(scale * value, nodes, averaged[1:-1]))
     fine = np.stack(result)
     return fine[:, :-1], fine[:, 1:]

@@ -224,9 +224,9 @@ class Ring:
             if before == after:
                 return None
             number, values, count = int(header["pose_number"]), header["pose"].copy(), int(header["targets"])
-            own = header["target"][: max(0, min(count, MOST_TARGETS)), : TARGET_VALUES + self.shape.bands].copy()
+            targets = header["target"][: max(0, min(count, MOST_TARGETS)), : TARGET_VALUES + self.shape.bands].copy()
             if before % 2 == 0 and int(header["letter"]) == before:
-                return Letter(before, number, values, count, own)
+                return Letter(before, number, values, count, targets)
         return None
 
     def publish(self, number: int, pose_number: int, pose: NDArray[np.float64], published_ns: int) -> None:
@@ -285,7 +285,7 @@ def _shape_in(memory: shared_memory.SharedMemory) -> RingShape | None:
     header = np.ndarray((), _HEADER, memory.buf)
     if int(header["magic"]) != MAGIC or int(header["version"]) != VERSION or int(header["type"]) >= len(TYPES):
         return None
-    slots, bands, rows, columns = (int(header[each]) for each in ("slots", "bands", "rows", "columns"))
+    slots, bands, rows, columns = (int(header[key]) for key in ("slots", "bands", "rows", "columns"))
     if not 4 <= slots <= MOST_SLOTS:
         return None
     shape = RingShape(slots, bands, rows, columns, TYPES[int(header["type"])])

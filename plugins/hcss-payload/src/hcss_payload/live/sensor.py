@@ -81,7 +81,7 @@ class LiveSensor:
                 f"sensor: {', then '.join(stage.entry.name for stage in stages)}; allowed: one "
                 "'radiometer', for live frames"
             )
-        cut = {name: shortened(each, BLUR_LEFT_OUT) for name, each in sensor.blur.weights.items()}
+        cut = {name: shortened(weights, BLUR_LEFT_OUT) for name, weights in sensor.blur.weights.items()}
         sensor.blur.weights = {name: weights for name, (weights, _) in cut.items()}
         self.blur_left_out = max((left_out for _, left_out in cut.values()), default=0.0)
         self.smear_time_s = smear_time_s(stages[0].parameters) or 0.0
@@ -92,7 +92,7 @@ class LiveSensor:
         ends = range(0, camera.rows, _LINES) if sensor.any_rows else (0,)
         step = _LINES if sensor.any_rows else camera.rows
         self._parts = [(band, first, first + step) for band in range(len(plan.bands)) for first in ends]
-        self._results = {name: each for name, each in sensor.arrays(self.scene.shape).items() if name != "radiance"}
+        self._results = {name: array for name, array in sensor.arrays(self.scene.shape).items() if name != "radiance"}
         self._none = np.empty((0, 0), np.int32)
 
     @property
@@ -101,13 +101,13 @@ class LiveSensor:
         return "digital_number" in self._results
 
     def measure(
-        self, time_s: float, radiance: NDArray[np.float32], each: Each, points: Points | None = None
+        self, time_s: float, radiance: NDArray[np.float32], in_parts: Each, points: Points | None = None
     ) -> NDArray[np.int32] | None:
         """Measure ``scene``: write the radiance, and return the digital numbers, which the next call overwrites.
 
         Parameters
         ----------
-        each : callable
+        in_parts : callable
             Runs work for each of several parts of a frame.
         points : Points, optional
             Targets, which ``scene`` lacks.
@@ -121,8 +121,8 @@ class LiveSensor:
             added = self._sensor.blur.of_points(points, *self.scene.shape[1:])
         keys = [np.uint64(key_of(self._seed, "rows", channel.band.name, number)) for channel in channels]
 
-        def part(own: tuple[int, int, int]) -> None:
-            (band, *lines), channel = own, channels[own[0]]
+        def part(band_rows: tuple[int, int, int]) -> None:
+            (band, *lines), channel = band_rows, channels[band_rows[0]]
             kernels, detector = self._kernels[band], channel.detector
             counts = detector.shot and not detector.deviation  # whole electrons
             drawn = kernels is not None and not counts and measure_rows(
@@ -132,7 +132,7 @@ class LiveSensor:
             if not drawn:
                 self._sensor.measure_into(self.scene, number, results, slice(band, band + 1), tuple(lines), added)
 
-        each(part, self._parts)
+        in_parts(part, self._parts)
         return written
 
 
@@ -145,15 +145,15 @@ def shortened(weights: Weights | None, share: float) -> tuple[Weights | None, fl
     if weights is None or len(weights.down) != 1 or max(weights.reach) <= LEAST:
         return weights, 0.0
     result, left_out = [], 0.0
-    for own, reach in zip((weights.down[0], weights.across[0]), weights.reach, strict=True):
-        size = np.abs(own[reach : 2 * reach + 1].astype(np.float64))
+    for axis_weights, reach in zip((weights.down[0], weights.across[0]), weights.reach, strict=True):
+        size = np.abs(axis_weights[reach : 2 * reach + 1].astype(np.float64))
         beyond = 2.0 * (size.sum() - np.cumsum(size))
         # The reach whose weights fill whole groups: more of them cost nothing.
-        least = int(np.argmax(beyond <= share * np.abs(own).sum()))
+        least = int(np.argmax(beyond <= share * np.abs(axis_weights).sum()))
         new = min(reach, -(-(2 * least + 1) // TAPS_AT_ONCE) * TAPS_AT_ONCE // 2 - 1)
         new = max(new, least)
-        kept = own[reach - new : reach + new + 1].astype(np.float64)
-        changed = kept * (own.sum(dtype=np.float64) / kept.sum() - 1.0)
+        kept = axis_weights[reach - new : reach + new + 1].astype(np.float64)
+        changed = kept * (axis_weights.sum(dtype=np.float64) / kept.sum() - 1.0)
         left_out = max(left_out, float(np.sqrt(2.0 * np.sum(size[new + 1 :] ** 2) + np.sum(changed**2))))
         padded = np.zeros((1, kept.size + -kept.size % TAPS_AT_ONCE), np.float32)
         padded[0, : kept.size] = kept + changed

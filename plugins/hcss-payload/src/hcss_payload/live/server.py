@@ -56,7 +56,7 @@ class Server:
 
     def serve(self, ready: Callable[[], None]) -> None:
         """Serve until SIGTERM, SIGINT, the client's stop, or the end of the parent; then delete the memory."""
-        before = {each: signal.signal(each, self._stop) for each in (signal.SIGTERM, signal.SIGINT)}
+        before = {number: signal.signal(number, self._stop) for number in (signal.SIGTERM, signal.SIGINT)}
         try:
             self._warm_up()
             self._ring.header["ready"] = 1
@@ -116,7 +116,7 @@ class Server:
             raise PayloadError(f"targets: {letter.target_count}; allowed: up to {MOST_TARGETS}")
         posted = None if letter.target_count < 0 else letter.targets
         pose = Pose(float(values[0]), values[1:4], values[4:])
-        targets = None if posted is None else [PointTarget.of_values(each.tolist()) for each in posted]
+        targets = None if posted is None else [PointTarget.of_values(values.tolist()) for values in posted]
         target = self._ring.begin(number)
         if self._radiance is None:
             self._live.frame(pose.time_s, pose, target, targets)  # type: ignore[arg-type]

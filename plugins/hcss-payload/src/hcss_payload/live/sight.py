@@ -80,9 +80,9 @@ class Sight:
         around = self.camera.directions(
             np.array([row - 0.5, row + 0.5])[:, None], np.array([column - 0.5, column + 0.5])
         )
-        place = self.places(pose, directions=np.ascontiguousarray(around))
-        along = 0.5 * (place[0, 1] - place[0, 0] + place[1, 1] - place[1, 0])
-        down = 0.5 * (place[1, 0] - place[0, 0] + place[1, 1] - place[0, 1])
+        corners = self.places(pose, directions=np.ascontiguousarray(around))
+        along = 0.5 * (corners[0, 1] - corners[0, 0] + corners[1, 1] - corners[1, 0])
+        down = 0.5 * (corners[1, 0] - corners[0, 0] + corners[1, 1] - corners[0, 1])
         return np.stack((along, down))
 
 
@@ -111,13 +111,13 @@ def seen_m(camera: Camera, pose: Pose, altitude_m: float) -> NDArray[np.float64]
 
 def view_of_axis(plan: Plan, camera: Camera, pose: Pose) -> View:
     """Return the direction toward the camera from the sea on its optical axis, in the plane of the scene."""
-    row, column = (np.array(each) for each in camera.centre)
+    row, column = (np.array(coordinate) for coordinate in camera.centre)
     met = meet(pose.position_m, pose.to_earth(camera.directions(row, column)))
     if np.isnan(met).any():
         raise PayloadError(f"attitude: the optical axis misses the Earth at time {pose.time_s:g} s; allowed: the sea")
     latitude, longitude, _ = geographic(met)
     place = plan.scenario.place
-    x, y = (each[0] for each in to_plane(latitude[None], longitude[None], place.latitude, place.longitude))
+    x, y = (coordinate[0] for coordinate in to_plane(latitude[None], longitude[None], place.latitude, place.longitude))
     _, _, turn = to_geographic_with_turn(x, y, place.latitude, place.longitude)
     ray = pose.position_m - met
     east, north, up = (float(axis @ ray) for axis in east_north_up(latitude, longitude))

@@ -102,9 +102,9 @@ class Sky:
 
     def keyframe(self, time_s: float) -> tuple[int, np.float32]:
         """Return the keyframe before a time, and the weight of the next one."""
-        place = time_s / self._interval_s
-        number = int(np.floor(place))
-        return number, np.float32(place - number)
+        position = time_s / self._interval_s
+        number = int(np.floor(position))
+        return number, np.float32(position - number)
 
     def require(self, tiles: Tiles) -> NDArray[np.int64]:
         """Return the positions (rows, columns) of tiles in the pool; they stay until the next call."""

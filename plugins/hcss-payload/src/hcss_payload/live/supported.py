@@ -2,34 +2,44 @@
 
 from __future__ import annotations
 
-from hcss_payload.checks import PayloadError
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.plan import Plan
 
 
 def require_supported(plan: Plan) -> None:
-    """Raise a :class:`PayloadError` that names what live frames cannot show."""
-    scenario = plan.scenario
-    generators = plan.assembly.generators
-    unsupported = {
-        "clouds: not one layer": len(plan.layers) != 1,
-        "clouds: no coverage": not any(plan.assembly.cloudy_layers),
-        "clouds.generator other than 'fractal'": any(not hasattr(generator, "octaves") for generator in generators),
-        "clouds.coverage_mode = 'frame', which has no meaning for a moving camera": any(
-            layer.coverage_mode != "field" for layer in plan.layers
-        ),
-        "clouds: tops of their own": plan.tops is not None,
-        "sea.waves: resolved waves": plan.waves is not None,
-        "surfaces": plan.surfaces is not None,
-        "elements: live frames have a target of their own": bool(plan.assembly.elements),
-        "sea.temperature_texture": (scenario.sea.temperature_texture or 0.0) > 0.0,
-        "atmosphere.water_vapour_texture": scenario.atmosphere.water_vapour_texture > 0.0,
-        "radiance.light: light between columns": plan.light is not None,
-        "image.window": scenario.image.window is not None,
-        "camera: the twin has its own, as live_pass() gives it": not plan.is_grid,
-        "slant.shadows": scenario.slant.shadows,
-        "slant.parallax: the camera has its own": scenario.slant.parallax,
-        "motion.platform_speed: the trajectory moves the camera": scenario.motion.platform_speed != 0.0,
-    }
-    names = [name for name, present in unsupported.items() if present]
-    if names:
-        raise PayloadError(f"scenario: {'; '.join(names)}; allowed: scenarios without, for live frames")
+    """Refuse a scene that live frames cannot show.
+
+    Raises
+    ------
+    ScenarioError
+        Names the field of everything that they cannot show.
+    """
+    require_none("live frames", excluded_beside_live_frames(plan))
+
+
+def excluded_beside_live_frames(plan: Plan) -> tuple[Excluded, ...]:
+    """Return what live frames cannot show: beyond one layer of fractal clouds over the sea, nearly all."""
+    scenario, assembly = plan.scenario, plan.assembly
+    sea, slant, clear = scenario.sea, scenario.slant, not any(assembly.cloudy_layers)
+    fractal = all(hasattr(generator, "octaves") for generator in assembly.generators)
+    frames = any(layer.coverage_mode != "field" for layer in plan.layers)
+    vapour, texture = scenario.atmosphere.water_vapour_texture > 0.0, (sea.temperature_texture or 0.0) > 0.0
+    speed = scenario.motion.platform_speed != 0.0
+    return (
+        Excluded("clouds.layers", len(plan.layers) != 1, f"{len(plan.layers)} layers of cloud", "one layer"),
+        Excluded("clouds.layers", len(plan.layers) == 1 and clear, "a layer without coverage", "some coverage"),
+        Excluded("clouds.generator", not fractal, "clouds that are no fractal field", "'fractal'"),
+        Excluded("clouds.coverage_mode", frames, "'frame', one coverage of every image,", "'field'"),
+        Excluded("clouds.generator", assembly.tops_vary, "cloud tops that vary with the generator", "one without"),
+        Excluded("sea.waves", plan.waves is not None, "a sea of resolved waves", "'averaged'"),
+        Excluded("surfaces", assembly.surfaces is not None, "a map of the ground", "sea everywhere"),
+        Excluded("elements", bool(assembly.elements), "elements", "the target of the frames"),
+        Excluded("sea.temperature_texture", texture, "texture of the sea", "0"),
+        Excluded("atmosphere.water_vapour_texture", vapour, "texture of vapour", "0"),
+        Excluded("radiance.light", plan.light is not None, "light between columns", "'columns'"),
+        Excluded("image.window", scenario.image.window is not None, "a part of an image", "to leave it out"),
+        Excluded("camera", not plan.is_grid, "another camera", "that of live_pass()"),
+        Excluded("slant.shadows", slant.shadows, "shadows", "false"),
+        Excluded("slant.parallax", slant.parallax, "parallax of flat layers", "false"),
+        Excluded("motion.platform_speed", speed, "motion of another platform", "0"),
+    )

@@ -166,9 +166,9 @@ class TargetLight:
     def _arriving(self, target: PointTarget) -> Array:
         """Return the shares (T, 1 + N, B) of a target."""
         self._require_bands(target)
-        own = self._own.get((target.altitude_m, target.temperature_K))
-        if own is not None:
-            return own
+        arriving = self._own.get((target.altitude_m, target.temperature_K))
+        if arriving is not None:
+            return arriving
         highest = float(self._nodes_m[-1]) if self._nodes_m.size else 0.0
         if target.temperature_K is not None or not (self._nodes_m.size and target.altitude_m <= highest):
             raise PayloadError(
@@ -193,33 +193,33 @@ class TargetLight:
         ray = target.position_m(time_s) - pose.position_m
         distance = float(np.linalg.norm(ray))
         toward = pose.to_body(ray / distance)
-        row, column = self.place(target, time_s, pose)
+        row, column = self.pixel_of(target, time_s, pose)
         if not (-1.0 < row < self._camera.rows and -1.0 < column < self._camera.columns):
             return None
         if self._is_hidden(pose, ray, distance):
             return None
         share = self._share(self._arriving(target), time_s, field_at(toward))
         # The solid angle of a pixel falls with the third power of the cosine of its distance from the axis.
-        across = self._camera.directions(*(np.array(each) for each in (row, column)))
-        axis = self._camera.directions(*(np.array(each) for each in self._camera.centre))
+        across = self._camera.directions(*(np.array(coordinate) for coordinate in (row, column)))
+        axis = self._camera.directions(*(np.array(coordinate) for coordinate in self._camera.centre))
         solid_angle = self._camera.pixel_rad**2 * float(across @ axis) ** 3
         return SeenTarget(row, column, share * np.array(target.intensity) / (distance**2 * solid_angle))
 
-    def place(self, target: PointTarget, time_s: float, pose: Pose) -> tuple[float, float]:
+    def pixel_of(self, target: PointTarget, time_s: float, pose: Pose) -> tuple[float, float]:
         """Return the row and column of a target from a pose, centres of pixels being whole numbers."""
         row, column = self._camera.pixels(pose.to_body(target.position_m(time_s) - pose.position_m))
         return float(row), float(column)
 
     def _share(self, along: Array, time_s: float, field: float) -> Array:
         """Return the share (B,) of the light that arrives through the cloud of a value of the field."""
-        place = float(np.interp(time_s, self._times, np.arange(self._times.size)))
-        before = min(int(place), max(0, self._times.size - 2))
+        position = float(np.interp(time_s, self._times, np.arange(self._times.size)))
+        before = min(int(position), max(0, self._times.size - 2))
         after = min(before + 1, self._times.size - 1)
-        table = along[before] + (place - before) * (along[after] - along[before])
+        table = along[before] + (position - before) * (along[after] - along[before])
         if self._has_gaps and field < self._edge:
             clear: Array = table[0]
             return clear
-        share: Array = np.array([np.interp(field, self._field, each) for each in table[1:].T])
+        share: Array = np.array([np.interp(field, self._field, curve) for curve in table[1:].T])
         return share
 
     def _shares(self, zenith_deg: float, altitude: float, temperature_K: float | None) -> Array:
@@ -232,7 +232,7 @@ class TargetLight:
         heights = paths.heights_above([thickness], altitude)
         clouds = [paths.through_cloud(heights[:, n : n + 1], zenith_deg) for n in range(thickness.size)]
         arriving = [air, *(air * cloud for cloud in clouds)]
-        return np.stack([paths.band_mean(each, temperature_K) for each in arriving])
+        return np.stack([paths.band_mean(radiance, temperature_K) for radiance in arriving])
 
     def _is_hidden(self, pose: Pose, ray: Array, distance: float) -> bool:
         """Return whether the Earth is in front of the target."""

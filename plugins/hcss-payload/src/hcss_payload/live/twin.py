@@ -82,8 +82,8 @@ class LiveTwin:
 
     Raises
     ------
-    PayloadError
-        If the scenario has what live frames cannot show.
+    ScenarioError
+        If the scenario has what live frames cannot show; names the fields.
     """
 
     def __init__(self, scenario: Scenario, camera: Camera, threads: int = 2, fineness: float = FINENESS) -> None:
@@ -182,13 +182,13 @@ class PreparedPass:
         poses = [pose_at(float(time), trajectory, attitude) for time in times]
         height = reference_height_m(plan.layers[0])
         seen = np.concatenate([seen_m(camera, pose, height) for pose in poses])
-        place = plan.scenario.place.latitude, plan.scenario.place.longitude
+        centre_deg = plan.scenario.place.latitude, plan.scenario.place.longitude
         seen_deg = np.stack(geographic(seen)[:2], axis=-1)
         apart_m = float(np.linalg.norm(np.ptp(seen[: len(seen) // times.size], axis=0)))
         positions_m = np.array([pose.position_m for pose in poses])
-        self.notes = (*doubts, *examine_place(place, seen_deg, apart_m, positions_m))
+        self.notes = (*doubts, *examine_place(centre_deg, seen_deg, apart_m, positions_m))
         step = mesh_step(camera, poses[:: max(1, len(poses) // 4)], height)
-        fit = fit_plane(seen, height, *place, 0.02 * _shortest(camera, poses), _MARGIN_M)
+        fit = fit_plane(seen, height, *centre_deg, 0.02 * _shortest(camera, poses), _MARGIN_M)
         self._sight = Sight(camera, fit, step)
         footprints_m = np.array([self._sight.footprint_m(pose) for pose in poses])
         self._seen = PassFootprints(plan, times, footprints_m, twin.fineness)
@@ -288,15 +288,15 @@ class PreparedPass:
         self._fill(time_s, pose, scene)
         seen = list[tuple[PointTarget, SeenTarget]]()
         for target in self._targets if targets is None else targets:
-            own = self._light.seen(target, time_s, pose, lambda direction: self._field(time_s, pose, direction))
-            if own is not None:
-                seen.append((target, own))
+            target_seen = self._light.seen(target, time_s, pose, lambda direction: self._field(time_s, pose, direction))
+            if target_seen is not None:
+                seen.append((target, target_seen))
         number = None
         if self._sensor is not None:
             number = self._sensor.measure(time_s, radiance, self._each, self._points(seen, time_s))
         else:
-            for _, own in seen:
-                own.add(scene)
+            for _, target_seen in seen:
+                target_seen.add(scene)
         return Frame(pose, radiance, number)
 
     def close(self) -> None:
@@ -322,11 +322,11 @@ class PreparedPass:
         if ends[1] > ends[0]:
             before, after = (pose_at(end, self.trajectory, self.attitude) for end in ends)
             for rate, (target, _) in zip(rates, seen, strict=True):
-                places = [self._light.place(target, pose.time_s, pose) for pose in (before, after)]
+                places = [self._light.pixel_of(target, pose.time_s, pose) for pose in (before, after)]
                 rate[:] = np.subtract(places[1], places[0]) / (ends[1] - ends[0])
-        place = np.array([(each.row + 0.5, each.column + 0.5) for _, each in seen])
-        light = np.stack([each.light for _, each in seen], axis=1)
-        return Points(place[:, 0], place[:, 1], rates[:, 0], rates[:, 1], light)
+        position = np.array([(target_seen.row + 0.5, target_seen.column + 0.5) for _, target_seen in seen])
+        light = np.stack([target_seen.light for _, target_seen in seen], axis=1)
+        return Points(position[:, 0], position[:, 1], rates[:, 0], rates[:, 1], light)
 
     def _fill(self, time_s: float, pose: Pose, radiance: NDArray[np.float32]) -> None:
         nodes = self._sight.places(pose, self._nodes)
@@ -362,9 +362,9 @@ class PreparedPass:
 
     def _field(self, time_s: float, pose: Pose, direction: Array) -> float:
         """Return the field in a direction (3,) of the body within the image of the last frame."""
-        place = self._sight.places(pose, directions=direction.reshape(1, 1, 3))
-        tiles = self._tiles(time_s, place)
-        return self.sky.value(place[0, 0], tiles, self.sky.require(tiles), float(self.sky.keyframe(time_s)[1]))
+        position = self._sight.places(pose, directions=direction.reshape(1, 1, 3))
+        tiles = self._tiles(time_s, position)
+        return self.sky.value(position[0, 0], tiles, self.sky.require(tiles), float(self.sky.keyframe(time_s)[1]))
 
     def _view(self, time_s: float) -> View:
         """Return the nominal view of the optical axis."""

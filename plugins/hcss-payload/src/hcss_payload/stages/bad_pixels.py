@@ -62,13 +62,13 @@ class BadPixels:
         shape = inputs.grid.rows, inputs.grid.columns
         elapsed = time_s / (0.5 * self._of.dwell_time)
         whole = int(np.floor(elapsed))
-        for band, own in zip(inputs.bands, on, strict=True):
+        for band, band_is_on in zip(inputs.bands, on, strict=True):
             begun = elapsed - whole >= uniform(self._key("start", band.name), shape, inputs.corner)
             states = [
                 uniform(self._key(f"state {number}", band.name), shape, inputs.corner) < 0.5
                 for number in (whole - 1, whole)
             ]
-            own[:] = np.where(begun, states[1], states[0])
+            band_is_on[:] = np.where(begun, states[1], states[0])
         return on
 
     def _key(self, purpose: str, band: str) -> int:

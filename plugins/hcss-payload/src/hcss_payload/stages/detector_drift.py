@@ -74,8 +74,8 @@ class DetectorDrift:
     def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
         """Return the radiance with the offsets of a time."""
         measured = np.array(radiance, dtype=np.float64)
-        for own, band in zip(measured, self._inputs.bands, strict=True):
-            own += self.offset(band.name, time_s)
+        for band_image, band in zip(measured, self._inputs.bands, strict=True):
+            band_image += self.offset(band.name, time_s)
         return Measured(measured)
 
     def offset(self, band: str, time_s: float) -> Array:
@@ -106,9 +106,9 @@ def _add_sinusoids(offsets: Any, turns: Any, amplitude: Any, key: Any, first_row
     for y in range(offsets.shape[0]):
         own_row = row_key(key, np.int64(first_row + y))
         for x in range(offsets.shape[1]):
-            own = pixel_key(own_row, np.int64(first_column + x))
+            key_of_pixel = pixel_key(own_row, np.int64(first_column + x))
             total = 0.0
             for k in range(turns.size):
-                phase = float(row_key(own, np.int64(k)) >> np.uint64(12)) * 2.0**-52
+                phase = float(row_key(key_of_pixel, np.int64(k)) >> np.uint64(12)) * 2.0**-52
                 total += amplitude[k] * math.sin(2.0 * math.pi * (turns[k] + phase))
             offsets[y, x] += total

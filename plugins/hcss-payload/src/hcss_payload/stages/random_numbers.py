@@ -14,9 +14,9 @@ from hcss_twin.models.sensor.noise import pixel_key, row_key
 @kernel()
 def _fill(numbers: Any, key: Any, first_row: Any, first_column: Any) -> None:
     for y in range(numbers.shape[0]):
-        own = row_key(key, np.int64(first_row + y))
+        key_of_row = row_key(key, np.int64(first_row + y))
         for x in range(numbers.shape[1]):
-            bits = pixel_key(own, np.int64(first_column + x)) >> np.uint64(12)
+            bits = pixel_key(key_of_row, np.int64(first_column + x)) >> np.uint64(12)
             numbers[y, x] = (float(bits) + 0.5) * 2.0**-52
 
 

@@ -25,14 +25,14 @@ def find_example(name: str, catalog: Catalog) -> Path:
     CatalogError
         If there is none.
     """
-    own = shipped()
-    if name in own:
-        return catalog.file(own[name])
+    shipped_examples = shipped()
+    if name in shipped_examples:
+        return catalog.file(shipped_examples[name])
     try:
         return catalog.find(name, FOLDER, SUFFIX, beside=True)
     except CatalogError as error:
         beside = [path.stem for path in (catalog.base / FOLDER).glob(f"[!.]*{SUFFIX}")]
         raise CatalogError(
             f"no example '{name}': neither shipped, nor in {catalog.base / FOLDER}, nor a file; "
-            f"{choose_from(name, {*own, *beside})}"
+            f"{choose_from(name, {*shipped_examples, *beside})}"
         ) from error

@@ -96,9 +96,9 @@ def _place(values: Any, bin_of: Any, ends: Any) -> Any:
     # From last to first, so that each bin fills from its end and keeps the order of the indices.
     for i in range(values.size - 1, -1, -1):
         next_free[bin_of[i]] -= 1
-        place = next_free[bin_of[i]]
-        order[place] = i
-        keys[place] = values[i]
+        free = next_free[bin_of[i]]
+        order[free] = i
+        keys[free] = values[i]
     start = 0
     for b in range(ends.size):
         for i in range(start + 1, ends[b]):

@@ -1,1 +1,0 @@
-"""Export of cubes to the formats of other programs, one module per format."""

@@ -1,0 +1,63 @@
+"""Combinations of effects that are refused: one table an effect, in its own file, and one message for all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from hcss_twin.core.errors import Problem, ScenarioError
+
+
+class Excluded(NamedTuple):
+    """What a scene may not have beside an effect.
+
+    Attributes
+    ----------
+    field : str
+        Key of the scenario that brings it.
+    present : bool
+        Whether this scene has it.
+    what : str
+        What it is, as the subject of the message.
+    allowed : str
+        Value of the key that the effect allows.
+    """
+
+    field: str
+    present: bool
+    what: str
+    allowed: str
+
+
+def present(table: Iterable[Excluded]) -> Iterator[Excluded]:
+    """Yield what a scene has of a table."""
+    return (excluded for excluded in table if excluded.present)
+
+
+def problems_beside(effect: str, table: Iterable[Excluded], otherwise: str = "") -> list[Problem]:
+    """Return a problem for everything of a table that a scene has.
+
+    Parameters
+    ----------
+    effect : str
+        What excludes it, with its key and value where it has one.
+    otherwise : str
+        What else is allowed, for all of them: how to do without the effect.
+    """
+    rest = f", or {otherwise}" if otherwise else ""
+    return [
+        Problem(field, f"{what} cannot be computed with {effect}; allowed: {allowed}{rest}")
+        for field, _, what, allowed in present(table)
+    ]
+
+
+def require_none(effect: str, table: Iterable[Excluded], otherwise: str = "") -> None:
+    """Refuse a scene that has anything of a table.
+
+    Raises
+    ------
+    ScenarioError
+        Names the field of everything that it has.
+    """
+    if problems := problems_beside(effect, table, otherwise):
+        raise ScenarioError(problems)

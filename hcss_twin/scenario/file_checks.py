@@ -1,0 +1,65 @@
+"""Checks of files that describe more than one scene: `hcss validate` asks the package that computes them.
+
+A package names a function in the entry point group ``hcss_twin.checks``; the name of the entry point is the section of
+a scenario file that makes it a file of the package, such as ``sweep``. The function takes the name of the file and the
+overrides (dotted key to value), and returns a :class:`FileCheck`; it raises ScenarioError with all problems.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hcss_twin.core.errors import HcssError, ScenarioError
+from hcss_twin.core.plugins import FAILURES, describe, installed
+from hcss_twin.scenario.models import ScenarioModel
+from hcss_twin.scenario.scenario import SWEEP, Scenario, read_scenario_file
+
+GROUP = "hcss_twin.checks"
+
+FOLDERS = ("scenarios", "sweeps")
+"""Catalog folders in which names are looked up."""
+
+
+@dataclass(frozen=True)
+class FileCheck:
+    """What a check found in a valid file.
+
+    Attributes
+    ----------
+    text : str
+        One line.
+    values : mapping
+        The same for ``--json``.
+    """
+
+    text: str
+    values: Mapping[str, Any]
+
+
+def check_of(source: str) -> Callable[[str, Mapping[str, Any]], FileCheck] | None:
+    """Return the function that checks a file of another package; None for a scenario, or if it cannot be read.
+
+    Raises
+    ------
+    ScenarioError
+        If it is the file of a sweep and the package that computes sweeps is not installed.
+    HcssError
+        If the function cannot be imported.
+    """
+    try:
+        raw: Any = read_scenario_file(source, FOLDERS)[0]
+    except ScenarioError:
+        return None
+    unknown = set(raw) - set(ScenarioModel.model_fields) if isinstance(raw, Mapping) else set()
+    for origin, entry in installed(GROUP) if unknown else ():
+        if not isinstance(entry, BaseException) and entry.name in unknown:
+            try:
+                found: Callable[[str, Mapping[str, Any]], FileCheck] = entry.load()
+            except FAILURES as error:
+                raise HcssError(f"check '{entry.name}' of {origin} cannot be imported: {describe(error)}") from error
+            return found
+    if SWEEP in unknown:
+        Scenario.from_dict(raw, origin=source)  # names the package
+    return None

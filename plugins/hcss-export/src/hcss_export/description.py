@@ -1,0 +1,80 @@
+"""Description of exported images in words and numbers, as the formats write it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_export.projection import Projection
+from hcss_twin import __version__
+from hcss_twin.core.json_numbers import json_value
+from hcss_twin.cube.frame_selection import FrameSelection, Plane, SelectedFrame
+
+
+def description(selection: FrameSelection, projection: Projection, source: str) -> dict[str, Any]:
+    """Return what an export is of, without its values, for JSON: readers of a format get all of it.
+
+    Parameters
+    ----------
+    projection : Projection
+        Of the cube.
+    source : str
+        Name of the cube's file.
+    """
+    grid = selection.grid
+    return {
+        "exported_by": f"hcss_twin {__version__}",
+        "cube": source,
+        "variable": selection.variable,
+        "units": selection.units,
+        "long_name": selection.long_name,
+        "standard_name": selection.standard_name,
+        "comment": selection.comment,
+        "rows": selection.rows,
+        "columns": selection.columns,
+        "plane_kind": selection.plane_kind,
+        "planes": [asdict(plane) for plane in selection.planes],
+        "frames": [asdict(frame) for frame in selection.frames],
+        "grid": {
+            "projection": "azimuthal equidistant",
+            **asdict(projection),
+            "west_pixel_centre_m": grid.west_m,
+            "south_pixel_centre_m": grid.south_m,
+            "pixel_size_x_m": grid.step_x_m,
+            "pixel_size_y_m": grid.step_y_m,
+            "wkt": projection.esri_wkt,
+        },
+        "attributes": selection.attributes,
+    }
+
+
+def json_text(document: dict[str, Any]) -> str:
+    """Serialise a document as ASCII JSON; non-finite numbers become null."""
+    return json.dumps(json_value(document), indent=1, allow_nan=False) + "\n"
+
+
+def headline(selection: FrameSelection) -> str:
+    """Return a one-line title, for formats that display one."""
+    units = f", {selection.units}" if selection.units not in ("", "1") else ""
+    return f"{selection.long_name or selection.variable}{units}"
+
+
+def image_name(frame: SelectedFrame, plane: Plane) -> str:
+    """Return the name of one exported image."""
+    named = plane.name or "image"
+    return named if frame.number is None else f"{named} frame {frame.number} ({frame.time})"
+
+
+def ascii_text(text: str) -> str:
+    """Escape non-ASCII characters and replace line breaks by spaces: many formats allow printable ASCII only."""
+    flat = " ".join(text.split())
+    return flat.encode("ascii", "backslashreplace").decode()
+
+
+def count_missing(values: NDArray[Any]) -> int:
+    """Return the number of NaN values; integers have none."""
+    return int(np.count_nonzero(np.isnan(values))) if values.dtype.kind == "f" else 0

@@ -1,0 +1,94 @@
+"""``hcss sweep``: many scenes."""
+
+from __future__ import annotations
+
+import json
+import sys
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hcss_twin.cli.options import FOLDER, NEW_FILE, Stop, assigned, json_option, progress, set_option, with_size
+
+if TYPE_CHECKING:
+    from hcss_sweep.run import SweepResult
+
+EXIT_FAILED = 1
+
+
+@click.command("sweep")
+@click.argument("sweep")
+@set_option
+@click.option(
+    "--over", "swept", multiple=True, metavar="KEY=VALUES", help="Sweep a key: 'view.zenith=[0, 30]'; repeat."
+)
+@click.option("-o", "--output", type=FOLDER, help="Folder; default: SWEEP-sweep. An unfinished sweep continues.")
+@click.option("--workers", default=1, type=click.IntRange(min=1), help="Processes on this machine.")
+@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute, tcp://HOST:PORT.")
+@click.option(
+    "--wait-workers",
+    type=click.FloatRange(min=0),
+    metavar="SECONDS",
+    help="With --scheduler: end when it has had no workers for so long; default: wait.",
+)
+@click.option("--dataset", type=NEW_FILE, help="Also write one file with the swept keys as dimensions.")
+@click.option("--force", is_flag=True, help="Delete the results in the folder and start again.")
+@json_option
+@click.pass_context
+def sweep_command(
+    context: click.Context,
+    sweep: str,
+    assignments: tuple[str, ...],
+    swept: tuple[str, ...],
+    output: Path | None,
+    workers: int,
+    scheduler: str | None,
+    wait_workers: float | None,
+    dataset: Path | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Simulate all points of SWEEP: a shipped sweep, a scenario, or a TOML file.
+
+    Finished points are not computed again. A point that fails is reported and does not stop the others.
+    """
+    if scheduler is not None and workers != 1:
+        raise click.UsageError("--workers with --scheduler, which has its own; allowed: one of the two")
+    if wait_workers is not None and scheduler is None:
+        raise click.UsageError("--wait-workers without --scheduler; allowed: with it")
+    overrides, over = assigned(assignments), assigned(swept, "--over")
+    from hcss_sweep.run import sweep as run_sweep
+    from hcss_twin.core.environment import announce_compilation
+
+    with announce_compilation(partial(click.echo, err=True)):
+        result = run_sweep(
+            sweep,
+            output or Path(f"{Path(sweep).stem}-sweep"),
+            over=over,
+            overrides=overrides,
+            workers=workers,
+            scheduler=scheduler,
+            wait_workers_s=wait_workers,
+            dataset=dataset,
+            force=force,
+            progress=partial(progress, context.ensure_object(Stop), label="points"),
+        )
+    click.echo(json.dumps(result.as_dict()) if as_json else _sweep_text(result))
+    if result.failed:
+        click.echo(f"error: {len(result.failed)} of {len(result.points)} points failed", err=True)
+        sys.exit(EXIT_FAILED)
+
+
+def _sweep_text(result: SweepResult) -> str:
+    size = sum(record.bytes or 0 for record in result.points)
+    before = len(result.points) - len(result.computed)
+    lines = [
+        f"{result.folder}  {len(result.points)} points, {size / 1e6:.1f} MB",
+        f"  computed {len(result.computed)}" + (f", already computed {before}" if before else ""),
+    ]
+    for record in result.failed:
+        values = ", ".join(f"{key} = {value}" for key, value in record.values.items())
+        lines.append(f"  failed: point {record.point}, {values}: {record.error}")
+    return "\n".join([*lines, *([] if result.dataset is None else [with_size(result.dataset)])])
