@@ -8,19 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cheap import CHEAP, CHEAP_OPTIONS
-from click.testing import CliRunner
+from command import hcss
 from PIL import Image
 from sample_data import sample_file
 
 from hcss_twin import Scenario, open_cube, simulate
-from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.clouds.database import read_entry
 from hcss_twin.plan.make_plan import make_plan
-
-
-def hcss(*arguments, catch=False):
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=catch)
 
 
 @pytest.fixture
