@@ -117,7 +117,7 @@ def test_states_are_not_written_all_the_time(tmp_path):
     assert checkpoint.read() is None
 
 
-def test_apilot_draws_leaves_a_point_that_most_of_its_candidates_are():
+def test_a_pilot_leaves_a_point_that_most_of_its_candidates_are():
     """Walkers that all begin at one point have no differences to jump by, and looked converged."""
     candidates = np.concatenate([np.tile(MEAN, (500, 1)), np.random.default_rng(0).standard_normal((200, 2))])
     drawn = pilot_draws(NORMAL, candidates, np.random.default_rng(1))
