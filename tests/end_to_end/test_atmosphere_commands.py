@@ -56,7 +56,7 @@ def test_plot_of_a_table_with_one_height_and_angle(tmp_path):
 
 
 def test_plot_names_what_there_is(tmp_path):
-    with pytest.raises(CatalogError, match=r"neither a provider \(.*table.*\) nor an atmosphere table"):
+    with pytest.raises(CatalogError, match=r"'tabel' is neither .*allowed: .*closest is 'table'"):
         invoke("atmosphere", "plot", "tabel", "-o", tmp_path / "x.png")
     assert "one to plot, or two" in invoke("atmosphere", "plot", "a", "b", "c", "-o", tmp_path / "x.png").output
     with pytest.raises(CatalogError, match="no common wavenumbers"):

@@ -216,6 +216,8 @@ def test_samples_are_listed_with_their_licences_and_one_that_is_not_installed_sa
         hcss("clouds", "import", "--sample", listed[0]["name"])
     with pytest.raises(CatalogError, match="closest is 'modis-cumulus'"):
         hcss("clouds", "import", "--sample", "modis-cumuls")
+    with pytest.raises(CatalogError, match="no sample ''; allowed: modis-cumulus"):
+        hcss("clouds", "import", "--sample", "")
     for arguments in ((), ("sea.png", "--sample", "modis-cumulus")):
         assert hcss("clouds", "import", *arguments).exit_code == 2
     assert not (working_folder / "clouds").exists()
