@@ -102,7 +102,10 @@ def import_command(
 
         found = measured(sample, Catalog())
         image, name = found.path(), sample if name is None else name
-        options |= {key: value for key, value in found.stated.items() if options[key] is None}
+        stated = {key: value for key, value in found.stated.items() if options[key] is None}
+        options |= stated
+        if stated.get("pixel_size_m") is not None:
+            options["pixel_size_from"] = "sample"
     assert image is not None
     from hcss_evaluate.database.cloud_import import ImportOptions, import_image
     from hcss_evaluate.database.folder import valid_entry_name
