@@ -171,6 +171,37 @@ def choose_plane(path: Path, variable: str | None, planes: list[str], known: lis
     raise SeveralImagesError(path, planes, hint)
 
 
+ORIENTATION = 274
+"""Tag of TIFF and EXIF; 1 is upright, and values beyond 8 mean nothing."""
+
+_ORIENTATIONS = MappingProxyType(
+    {
+        2: "mirrored left to right",
+        3: "turned by 180 degrees",
+        4: "mirrored top to bottom",
+        5: "mirrored and turned by 90 degrees",
+        6: "turned by 90 degrees clockwise",
+        7: "mirrored and turned by 270 degrees",
+        8: "turned by 90 degrees anticlockwise",
+    }
+)
+
+
+def require_upright(path: Path, orientation: object) -> None:
+    """Refuse a picture that viewers turn or mirror: north would not be where the user sees it.
+
+    Raises
+    ------
+    CatalogError
+        If its orientation is one of 2 to 8.
+    """
+    if isinstance(orientation, int) and orientation in _ORIENTATIONS:
+        raise CatalogError(
+            f"{path}: orientation {int(orientation)} in TIFF or EXIF data (shown {_ORIENTATIONS[orientation]}); "
+            "allowed: 1, stored as shown; turn the pixels and save the picture"
+        )
+
+
 def square_side(path: Path, side_x: float, side_y: float) -> float:
     """Return the side, in m, of a square pixel of the same area.
 
