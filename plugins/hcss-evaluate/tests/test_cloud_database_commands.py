@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from cheap import CHEAP, CHEAP_OPTIONS
+<<<<<<< HEAD
 from command import hcss
+=======
+from click.testing import CliRunner
+from hcss_evaluate.database.samples import Sample
+>>>>>>> 5adb2004eae0c29af9484fa5396c922089dca2b1
 from PIL import Image
 from sample_data import sample_file
 
@@ -211,9 +218,22 @@ def test_samples_are_listed_with_their_licences_and_one_that_is_not_installed_sa
         hcss("clouds", "import", "--sample", listed[0]["name"])
     with pytest.raises(CatalogError, match="closest is 'modis-cumulus'"):
         hcss("clouds", "import", "--sample", "modis-cumuls")
+    with pytest.raises(CatalogError, match="no sample ''; allowed: modis-cumulus"):
+        hcss("clouds", "import", "--sample", "")
     for arguments in ((), ("sea.png", "--sample", "modis-cumulus")):
         assert hcss("clouds", "import", *arguments).exit_code == 2
     assert not (working_folder / "clouds").exists()
+
+
+@pytest.mark.parametrize(("options", "who"), [((), "sample"), (("--pixel-size", "1 km"), "user")])
+def test_an_entry_says_who_stated_its_pixel_size(working_folder, monkeypatch, options, who):
+    digest = hashlib.sha256((working_folder / "sea.png").read_bytes()).hexdigest()
+    drawn = Sample("a sea", "drawn", "sea.png", digest, [0, 0, 120, 150], "grey", "today", "drawn", "CC0", 2000.0)
+    monkeypatch.setattr("hcss_evaluate.database.samples.samples", lambda catalog: {"sea": drawn})
+    package = SimpleNamespace(submodule_search_locations=[str(working_folder)])
+    monkeypatch.setattr("hcss_evaluate.database.samples.find_spec", lambda name: package)
+    assert f"(from the {who})" in hcss("clouds", "import", "--sample", "sea", *options).output
+    assert read_entry(working_folder / "clouds" / "sea.nc").facts.pixel_size_from == who
 
 
 def test_a_part_of_an_image_has_the_clouds_of_that_part_and_is_named(working_folder):
