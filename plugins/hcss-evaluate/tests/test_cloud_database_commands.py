@@ -10,12 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from cheap import CHEAP, CHEAP_OPTIONS
-<<<<<<< HEAD
 from command import hcss
-=======
-from click.testing import CliRunner
 from hcss_evaluate.database.samples import Sample
->>>>>>> 5adb2004eae0c29af9484fa5396c922089dca2b1
 from PIL import Image
 from sample_data import sample_file
 
