@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.effects import Effect
-from hcss_twin.plan.few_columns import SAFETY_FACTOR, few_columns, largest_change
+from hcss_twin.plan.few_columns import SAFETY_FACTOR, few_columns
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -148,7 +149,7 @@ def plan_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccurac
         ends = np.stack([at(altitude_m) for altitude_m in (bottom, middle, top)])
         guess = np.einsum("np,ncb->pcb", parabola(np.array(_BETWEEN)), ends)
         exact = np.stack([at(bottom + position * (top - bottom)) for position in _BETWEEN])
-        error = SAFETY_FACTOR * largest_change(guess, exact)
+        error = SAFETY_FACTOR * largest_error(guess, exact)
         if error <= SHARE * accuracy.relative:
             nodes += [middle, top]
             worst = max(worst, error)

@@ -142,12 +142,6 @@ def few_columns(assembly: Assembly, per_band: int = PER_BAND) -> FewColumns:
     return FewColumns(grid.wavenumber_cm1[places], summed, assembly.extreme_thicknesses_m, assembly.has_clear_sky)
 
 
-def largest_change(changed: Array, known: Array) -> float:
-    """Return the largest relative change of any column in any band."""
-    lit = known > 0.0
-    return float(np.max(np.abs(changed - known)[lit] / known[lit], initial=0.0))
-
-
 def largest_contrast(assembly: Assembly, known: Sequence[Mapping[str, Array]]) -> float:
     """Return the largest difference between two pixels of a frame in any band, relative to the darker one.
 

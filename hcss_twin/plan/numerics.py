@@ -16,8 +16,9 @@ from math import floor, log2
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns, largest_change
+from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
 from hcss_twin.providers import CloudLayer, Sun, View
 
 PER_BAND = 3
@@ -123,7 +124,7 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
         return columns.totals_in(scene.model, [scene.setting(sun) for sun in dict.fromkeys(suns)])
 
     def change(level: int, finer: int, steps: int) -> float:
-        return max(largest_change(one, other) for one, other in zip(at(level, steps), at(finer, steps), strict=True))
+        return max(largest_error(one, other) for one, other in zip(at(level, steps), at(finer, steps), strict=True))
 
     @cache
     def error(level: int, steps: int = 0) -> float:
@@ -167,9 +168,9 @@ def refine_toward(
             return [np.concatenate([sum(terms.values()) for terms in of_view]) for of_view in of_views]
 
         finer, here, coarser = at(level + 1), at(level), at(level - 1) if level > 0 else None
-        changes = [largest_change(one, other) for one, other in zip(here, finer, strict=True)]
+        changes = [largest_error(one, other) for one, other in zip(here, finer, strict=True)]
         if coarser is not None:
-            before = (largest_change(one, other) for one, other in zip(coarser, finer, strict=True))
+            before = (largest_error(one, other) for one, other in zip(coarser, finer, strict=True))
             changes = [max(change, far / FASTEST_CONVERGENCE) for change, far in zip(changes, before, strict=True)]
         return [SAFETY_FACTOR * change for change in changes]
 
@@ -230,7 +231,7 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
         return np.concatenate((total, clouds(narrow_cm1, np.intersect1d(narrow_cm1, grid.ends_cm1)) @ weights.T))
 
     def error(refinement: int) -> float:
-        return largest_change(at(refinement), at(refinement + 1))
+        return largest_error(at(refinement), at(refinement + 1))
 
     refinement = 0
     while error(refinement) > tolerance and refinement < FINEST_GRID:

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.air_over_field import Air
@@ -18,7 +19,6 @@ from hcss_twin.plan.few_columns import (
     FewColumns,
     Omission,
     few_columns,
-    largest_change,
     largest_contrast,
     typical_contrast,
 )
@@ -276,7 +276,7 @@ def _changes_of_air(
             ends.totals_in(assembly.model, [_in_air(assembly.setting(sun), air_of_profile) for _, sun in known])
             for air_of_profile in pair
         )
-        changes = (largest_change(one, other) for one, other in zip(guess, exact, strict=True))
+        changes = (largest_error(one, other) for one, other in zip(guess, exact, strict=True))
         largest = max(largest, *(factor * change for change in changes))
     if not largest:
         return

@@ -8,10 +8,11 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.core.errors import ProviderError, ScenarioError
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, Omission, largest_change
+from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.views import ImageViews
 from hcss_twin.providers import Sun, View
@@ -154,5 +155,5 @@ def _bound_of_suns(
 def _change(columns: FewColumns, scene: Assembly, sun: Sun | None, known: Array, corner: int) -> float:
     """Return the largest change; after the first corner only for clear sky, which is the most sensitive to azimuth."""
     if corner == 0 or not columns.clear:
-        return largest_change(columns.total(scene, sun), known)
-    return largest_change(columns.only(np.zeros(1, dtype=np.intp)).total(scene, sun), known[:1])
+        return largest_error(columns.total(scene, sun), known)
+    return largest_error(columns.only(np.zeros(1, dtype=np.intp)).total(scene, sun), known[:1])

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics import quadrature
@@ -23,7 +24,7 @@ from hcss_twin.plan.accuracy import SHARES, RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.effects import Effect
-from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns, largest_change
+from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns
 from hcss_twin.plan.scene_analysis import SceneAnalysis, strictest
 from hcss_twin.plan.surface_classes import SEA, SceneClass, SurfaceState
 from hcss_twin.plan.waves import WAVES
@@ -176,7 +177,7 @@ def _nodes(assembly: Assembly, class_: SceneClass, tolerance: float) -> tuple[tu
         between, exact = at(quadrature.between(order))
         weights = TemperatureAxis(assembly.spectral_grid, kelvin).weights(np.array(between))
         guess = np.einsum("nbt,ncb->tcb", weights, values)
-        error = SAFETY_FACTOR * largest_change(guess, exact)
+        error = SAFETY_FACTOR * largest_error(guess, exact)
         if error <= tolerance:
             break
     return tuple(kelvin), error

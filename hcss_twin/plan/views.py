@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.physics import quadrature
@@ -199,10 +200,8 @@ def _lost(values: Array, order: int) -> float:
 def difference(guess: Array, exact: Array) -> float:
     """Greatest difference of totals and terms (..., K, B), relative to the total."""
     total = np.sum(exact, axis=-2, keepdims=True)
-    off = np.maximum(
-        np.max(np.abs(guess - exact), axis=-2, keepdims=True), np.abs(np.sum(guess, axis=-2, keepdims=True) - total)
-    )
-    return float(np.max(np.divide(off, total, out=np.zeros_like(off), where=total > 0.0), initial=0.0))
+    of_terms = largest_error(guess, exact, total)
+    return max(of_terms, largest_error(np.sum(guess, axis=-2, keepdims=True), total))
 
 
 def _centres(count: int) -> Array:

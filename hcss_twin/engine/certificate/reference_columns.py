@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import REFERENCES, recall_or_compute
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.certificate.reference_curve import ReferenceCurve, reference_curve
 from hcss_twin.engine.compile import table_key
-from hcss_twin.engine.tables.thickness_axis import relative, total
+from hcss_twin.engine.tables.thickness_axis import total
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, all_nodes, choose_nodes
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.numerics import for_spectra, reference_level
@@ -135,7 +136,7 @@ class References:
         exact = self._columns(plan, thickness_m[drawn], *of_drawn, nodes or AFRESH_NODES_TOLERANCE)
         known, result[drawn] = result[drawn], exact
         self.checked += drawn.size
-        self.check_error = max(self.check_error, relative(total(known), total(result[drawn])))
+        self.check_error = max(self.check_error, largest_error(total(known), total(result[drawn])))
         return result
 
     def _shared(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views) -> Array:

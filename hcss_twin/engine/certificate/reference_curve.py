@@ -15,7 +15,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.engine.tables.thickness_axis import breakpoints, relative, total
+from hcss_twin.core.error_norm import largest_error
+from hcss_twin.engine.tables.thickness_axis import breakpoints, total
 from hcss_twin.providers import CloudLayer
 
 NODES_PER_E_FOLD = 7.0
@@ -90,7 +91,7 @@ def reference_curve(columns: ColumnsAt, layer: CloudLayer, level_m: Array, toler
         )
         curve = ReferenceCurve(ends, coefficients, thickness.size, 0.0)
         checks = np.concatenate([checks for _, checks in segments])
-        error = relative(total(curve.terms(checks)), total(np.concatenate(values[1::2])))
+        error = largest_error(total(curve.terms(checks)), total(np.concatenate(values[1::2])))
         if error <= tolerance:
             return ReferenceCurve(ends, coefficients, thickness.size, error)
     return None

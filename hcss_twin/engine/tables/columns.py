@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.tables.layer_pair import LayerPair
 from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities
-from hcss_twin.engine.tables.thickness_axis import ColumnsAt, ThicknessAxis, relative, spline_through, total
+from hcss_twin.engine.tables.thickness_axis import ColumnsAt, ThicknessAxis, spline_through, total
 from hcss_twin.engine.tables.waves import probe_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import ColumnSetting, ColumnStates, RadianceModel, Sun
+from hcss_twin.providers import ColumnSetting, ColumnStates, RadianceModel, Sun, View
 from hcss_twin.providers.column_states import spectra_of
 
 Places = NDArray[np.intp]
@@ -59,7 +60,7 @@ def single_layer(columns: ColumnsAt, thickness_m: Array, known: Array, tolerance
     near = _combination(known, places, values)
     while new.size:
         guess = near[new] + spline_through(thickness_m[places], values - near[places])(np.log(thickness_m[new]))
-        error = relative(total(guess), total(exact))
+        error = largest_error(total(guess), total(exact))
         order = np.argsort(np.concatenate((places, new)))
         places = np.concatenate((places, new))[order]
         values = np.concatenate((values, exact))[order]
@@ -115,7 +116,7 @@ def layer_pair(columns: ColumnsAt, low_m: Array, high_m: Array, known: Array, to
         between = _between(low), _between(high)
         exact = _product(columns, low_m[between[0]], high_m[between[1]])
         guess = columns_at[np.ix_(*between)]
-        if relative(np.sum(guess, axis=2), np.sum(exact, axis=2)) <= tolerance:
+        if largest_error(np.sum(guess, axis=2), np.sum(exact, axis=2)) <= tolerance:
             return columns_at
         low, high = (np.union1d(old, new) for old, new in zip((low, high), between, strict=True))
     return None
@@ -185,9 +186,9 @@ class BandColumns:
         """Return the columns of another plan at the same wavenumbers."""
         return BandColumns(plan, self.nodes, self._known)
 
-    def under(self, suns: Sequence[Sun | None]) -> list[ColumnSetting]:
-        """Return the settings of the scene under some suns."""
-        return [self.plan.assembly.setting(sun) for sun in suns]
+    def toward(self, views: Sequence[View], suns: Sequence[Sun | None]) -> list[ColumnSetting]:
+        """Return the settings of the scene toward each view under the first sun, then the next."""
+        return [self.plan.assembly.setting(sun, view) for sun in suns for view in views]
 
     def clear(self, settings: Sequence[ColumnSetting]) -> Array:
         """Terms of clear sky in each setting, (S, K, B)."""

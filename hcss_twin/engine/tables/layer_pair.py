@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.engine.tables.thickness_axis import (
     LINEAR_SHARE,
     MAX_NODES,
@@ -286,7 +287,7 @@ def _misfits(columns: ColumnsAt, axes: list[ThicknessAxis], values: Array, which
         computed = columns(pairs if which == 0 else pairs[:, ::-1])
         exact = computed.reshape(middle.size, probes.size, *computed.shape[1:])
         guess = curve_through(segment, along[nodes])(np.log(middle))
-        error = float(np.max(np.abs(np.sum(guess, axis=2) / np.sum(exact, axis=2) - 1.0)))
+        error = largest_error(np.sum(guess, axis=2), np.sum(exact, axis=2))
         as_bands = (np.moveaxis(terms, 1, 2).reshape(middle.size, terms.shape[2], -1) for terms in (guess, exact))
         misfits.append(_Misfit(error, middle, worst(*as_bands)))
     return misfits

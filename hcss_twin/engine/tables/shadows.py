@@ -21,16 +21,14 @@ from hcss_twin.plan.slant_paths import sea_sun_terms
 FIRST_INTERVALS = 16
 
 
-def compile_shadows(plan: Plan, quantities: Quantities, time_s: Sequence[float], clear: Array) -> ShadowTables | None:
-    """Compute the shadow tables at the time nodes of the radiance tables; None if there are no shadows.
+def compile_shadows(plan: Plan, quantities: Quantities, time_s: Sequence[float], clear: Array) -> ShadowTables:
+    """Compute the shadow tables at the time nodes of the radiance tables.
 
     Parameters
     ----------
     clear : ndarray (T, K, B)
         Terms of the clear column as in the radiance tables.
     """
-    if not plan.has_shadows:
-        return None
     names = sea_sun_terms(plan.assembly.model)
     suns = [plan.sun_at(time) for time in time_s]
     loss = np.stack([_loss(terms, quantities, names) for terms in clear])

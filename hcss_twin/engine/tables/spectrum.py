@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.engine.tables.thickness_axis import breakpoints
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes, choose_nodes
 from hcss_twin.plan.plan import Plan
@@ -115,9 +116,7 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
         tried = _spectra(plan, tested, thickness, between, skies)
         places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
         total = np.sum(tried, axis=1)
-        exact = total @ grid.weights_cm1.T
-        away, lit = np.abs(total[:, places] @ nodes.weights_cm1.T - exact), exact > 0.0
-        error = float(np.max(away[lit] / exact[lit], initial=0.0)) if np.all(away[~lit] == 0.0) else np.inf
+        error = largest_error(total[:, places] @ nodes.weights_cm1.T, total @ grid.weights_cm1.T)
         if error <= TRIAL_SHARE * tolerance:
             return Spectrum(nodes, grid.wavenumber_cm1.size, tolerance)
         known = np.concatenate((known, tried))

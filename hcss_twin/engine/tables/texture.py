@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.engine.tables.columns import BandColumns, ExactColumns
 from hcss_twin.engine.tables.layer_pair import LayerPair
 from hcss_twin.engine.tables.radiance_tables import InstantTable, TextureTables
@@ -108,9 +109,7 @@ class OverWarmerSea(BandColumns):
 def _error(clear: Expansion, tried: Mapping[State, Array], places: int) -> float:
     """Largest error of the total of the clear column in the tried states."""
     guess = np.stack([clear.values[0] + clear(np.array(warmer), np.array(drier), places) for warmer, drier in tried])
-    exact = np.stack(list(tried.values()))
-    away, whole = np.abs(guess - exact)[:, 0], np.abs(exact)[:, 0]
-    return float(np.max(np.divide(away, whole, out=np.zeros_like(whole), where=whole > 0.0)))
+    return largest_error(guess[:, 0], np.stack(list(tried.values()))[:, 0])
 
 
 def _ratio(part: Array, whole: Array) -> Array:

@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import CloudLayer
 
@@ -239,7 +240,8 @@ def _segment(
     values, exact = first[: nodes.size], first[nodes.size :]
     while True:
         guess = curve_through(nodes, values)(np.log(middle))
-        error = of_total(total_and_terms(guess), total_and_terms(exact))
+        with_total = total_and_terms(exact)
+        error = largest_error(total_and_terms(guess), with_total, with_total[:, :1])
         order = np.argsort(np.concatenate((nodes, middle)))
         nodes = np.concatenate((nodes, middle))[order]
         values = np.concatenate((values, exact))[order]
@@ -313,13 +315,3 @@ def total_and_terms(terms: Array) -> Array:
     does not depend on those that are written.
     """
     return np.concatenate((total(terms)[:, None], terms / TERM_TOLERANCE), axis=1)
-
-
-def of_total(guess: Array, exact: Array) -> float:
-    """Largest difference of totals and terms (N, 1 + K, B) relative to the exact total, which is the first."""
-    return float(np.max(np.abs(guess - exact) / np.maximum(np.abs(exact[:, :1]), np.finfo(float).tiny)))
-
-
-def relative(guess: Array, exact: Array) -> float:
-    """Largest difference relative to ``exact``."""
-    return float(np.max(np.abs(guess - exact) / np.maximum(np.abs(exact), np.finfo(float).tiny)))

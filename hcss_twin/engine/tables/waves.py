@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import largest_error
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.tables.radiance_tables import Quantities, WaveTables
 from hcss_twin.models.sea.wave_field import MOST_SIGMAS
@@ -140,9 +141,7 @@ def _place(columns: _Columns, tolerance: float) -> tuple[tuple[int, int], float]
 
 def _difference(guess: Array, exact: Array) -> float:
     """Largest relative difference of totals."""
-    total = np.sum(exact, axis=2)
-    off = np.abs(np.sum(guess, axis=2) - total)
-    return float(np.max(np.divide(off, total, out=np.zeros_like(off), where=total > 0)))
+    return largest_error(np.sum(guess, axis=2), np.sum(exact, axis=2))
 
 
 def _interpolate(values: Array, places: tuple[Array, ...]) -> Array:
