@@ -119,7 +119,9 @@ def test_faint_sunlight_by_day(models, name, time):
     columns[1 : 1 + len(layers)] *= np.eye(len(layers))
     grid, model = plan.spectral_grid, plan.assembly.model
     sun = plan.sun_up_at(0.0)
-    with_sun, without = (reference_radiance(model, grid, columns, each, 8) for each in (sun, None))
+    with_sun, without = (
+        reference_radiance(model, plan.assembly.setting(each), grid, columns, 8) for each in (sun, None)
+    )
     assert 0.1 * bound < largest_change(with_sun, without) < bound
     lit = dataclasses.replace(plan, faint_sunlight=None)
     assert lit.sun_at(0.0) == sun
@@ -142,13 +144,13 @@ def test_sunlight_scattered_by_air_under_a_very_low_sun(monkeypatch):
     full = plan_of(models={}, **evening)
     assert not any("low sun" in item.what for item in full.omissions)
     sun = full.sun_up_at(0.0)
-    with_all = reached(full, full.assembly.model, sun)
+    with_all = reached(full, full.assembly, sun)
     monkeypatch.setattr(sunlight, "LOW_SUN_DEG", 70.0)
     monkeypatch.setattr(sunlight_in_air, "_MAX_SUN_ZENITH_DEG", 70.0)
     short = plan_of(models={}, **evening)
     bound = bound_of(short, "sunlight of a very low sun")
     assert 70.0 < sun.zenith_deg < 80.0
-    assert 0.2 * bound < largest_change(with_all, reached(short, short.assembly.model, sun)) < bound
+    assert 0.2 * bound < largest_change(with_all, reached(short, short.assembly, sun)) < bound
 
 
 def test_a_very_low_sun_is_told():
@@ -211,7 +213,8 @@ def test_tables_for_single_pixels():
     for time_s, frame in zip(plan.frame_times_s, frames_of(plan), strict=True):
         pixels = np.random.default_rng(1).choice(frame["cloud_thickness"].size, 16, replace=False)
         thickness = frame["cloud_thickness"].ravel()[pixels].astype(np.float64)
-        exact = reference_radiance(plan.assembly.model, plan.spectral_grid, thickness, plan.sun_up_at(float(time_s)))
+        setting = plan.assembly.setting(plan.sun_up_at(float(time_s)))
+        exact = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickness)
         assert largest_change(frame["radiance"].reshape(len(plan.bands), -1)[:, pixels].T, exact) < bound
 
 
@@ -219,11 +222,11 @@ LARGE = {"image.pixel_size": 1000.0, "frames.count": 1}
 PLACES = [(x, y) for x in (-8e3, -3e3, 0.0, 8e3) for y in (-8e3, 0.0, 5e3, 8e3)]
 
 
-def reached(plan, model, sun):
+def reached(plan, scene, sun):
     """Clear sky and clouds from the thinnest to the thickest."""
     layer = plan.layers[0]
     columns = np.concatenate(([0.0], np.geomspace(layer.thickness_min_m, layer.thickness_max_m, 3)))
-    return reference_radiance(model, plan.spectral_grid, columns, sun, 8)
+    return reference_radiance(scene.model, scene.setting(sun), plan.spectral_grid, columns, 8)
 
 
 @pytest.mark.parametrize(
@@ -245,11 +248,11 @@ def test_one_view_angle_for_all_pixels(models, changes):
     bound, sun = bound_of(plan, "view angles of single pixels"), plan.sun_up_at(0.0)
     zenith, azimuth = math.radians(plan.view.zenith_deg), math.radians(plan.view.azimuth_deg)
     foot = 800e3 * math.tan(zenith)
-    known, found = reached(plan, plan.assembly.model, sun), []
+    known, found = reached(plan, plan.assembly, sun), []
     for x, y in PLACES:
         east, north = foot * math.sin(azimuth) - x, foot * math.cos(azimuth) - y
         seen = View(math.degrees(math.atan(math.hypot(east, north) / 800e3)), math.degrees(math.atan2(east, north)))
-        found.append(largest_change(reached(plan, plan.assembly.model_toward(seen), sun), known))
+        found.append(largest_change(reached(plan, plan.assembly.toward(seen), sun), known))
     assert 0.2 * bound < max(found) < bound
 
 
@@ -260,12 +263,12 @@ def test_one_view_angle_seen_from_a_platform(altitude):
     assert plan.views is None
     (told,) = [item for item in plan.omissions if item.what == "view angles of single pixels"]
     assert f"seen from {altitude}" in told.why
-    sun, known, found = plan.sun_up_at(0.0), reached(plan, plan.assembly.model, plan.sun_up_at(0.0)), []
+    sun, known, found = plan.sun_up_at(0.0), reached(plan, plan.assembly, plan.sun_up_at(0.0)), []
     for x, y in PLACES:
         # Half an image is 320 m.
         seen = plan.assembly.lines_of_sight.from_points(np.array(x / 25.0), np.array(y / 25.0))
         view = View(float(seen.zenith_deg), float(seen.plane_azimuth_deg))
-        found.append(largest_change(reached(plan, plan.assembly.model_toward(view), sun), known))
+        found.append(largest_change(reached(plan, plan.assembly.toward(view), sun), known))
     assert 0.2 * told.bound < max(found) < told.bound
 
 
@@ -282,16 +285,14 @@ def test_one_view_angle_seen_from_a_platform(altitude):
 def test_one_sun_for_all_pixels(models, time):
     plan = plan_of(models=models, **LARGE, time=f"2024-04-20T{time}:00+10:00")
     bound = bound_of(plan, "sun angles of single pixels")
-    place, known = plan.scenario.place, reached(plan, plan.assembly.model, plan.sun_up_at(0.0))
+    place, known = plan.scenario.place, reached(plan, plan.assembly, plan.sun_up_at(0.0))
     found = []
     for x, y in PLACES:
         # Degrees on a sphere of 6371 km.
         north = place.latitude + y / 111_194.9
         east = place.longitude + x / (111_194.9 * math.cos(math.radians(place.latitude)))
         where = sun_position([plan.scenario.time], np.array([north]), np.array([east]))
-        found.append(
-            largest_change(reached(plan, plan.assembly.model, Sun(*(float(each[0]) for each in where))), known)
-        )
+        found.append(largest_change(reached(plan, plan.assembly, Sun(*(float(each[0]) for each in where))), known))
     assert 0.2 * bound < max(found) < bound
 
 
