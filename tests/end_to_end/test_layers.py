@@ -88,9 +88,9 @@ def test_where_one_layer_has_cloud_the_radiance_is_that_of_its_own_scene(both):
         plan = make_plan(scenario(layer))
         exact = reference_radiance(
             plan.assembly.model,
+            plan.assembly.setting(plan.sun_track.at(0.0)),
             plan.spectral_grid,
             thickness.sel(layer=name).values[where][:10],
-            plan.sun_track.at(0.0),
         )
         np.testing.assert_allclose(both.radiance[0].values[:, where][:, :10].T, exact, rtol=1e-4 + 3e-7)
 
@@ -138,9 +138,8 @@ def assert_tables_agree_with_the_reference_path(changes):
         )
         chosen = random.choice(np.flatnonzero(np.all(thickness > 0, axis=1)), 12)
         sun = plan.sun_track.at(float(time_s))
-        exact = reference_radiance(
-            plan.assembly.model, plan.spectral_grid, thickness[chosen], sun if sun.is_up else None
-        )
+        setting = plan.assembly.setting(sun if sun.is_up else None)
+        exact = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickness[chosen])
         found = frame["radiance"].reshape(BANDS, -1)[:, chosen].T
         np.testing.assert_allclose(found, exact, rtol=plan.budget.total + 3e-7)
         np.testing.assert_allclose(found, exact, rtol=tables.estimated_error + 3e-7)

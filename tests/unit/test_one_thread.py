@@ -70,25 +70,28 @@ assert threads() == {2}
 """)
 
 
-@pytest.mark.parametrize("call", ["clear(None, None)", "cloudy(None, scipy.linalg.hilbert(2)[:0, :0], None)"])
-def test_the_model_runs_in_one(call):
+@pytest.mark.parametrize("thickness_m", [0.0, 300.0])
+def test_the_model_runs_in_one(thickness_m):
     run(f"""
-from types import SimpleNamespace
+import numpy as np
+from hcss_twin.laws.samples import sample_radiance_inputs
 from hcss_twin.models.radiance.physical.model import Physical
+from hcss_twin.providers import ColumnStates
 
 class Asked(Exception):
     pass
 
 class Model(Physical):
     def __init__(self):
-        self._inputs = SimpleNamespace(layers=())
+        pass
 
-    def _scene(self, *_):
+    def _of_setting(self, setting):
         assert threads() == {{1}}
         raise Asked
 
+states = ColumnStates.product([sample_radiance_inputs().setting], np.array([[{thickness_m}]]))
 try:
-    Model().{call}
+    Model().columns(states, np.array([1000.0]))
 except Asked:
     assert threads() == {{2}}
 else:
