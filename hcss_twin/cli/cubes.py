@@ -192,9 +192,10 @@ def cache(context: click.Context, as_json: bool) -> None:
     """
     if context.invoked_subcommand is not None:
         return
-    from hcss_twin.core.cache import Store, cache_root, limit_bytes
+    from hcss_twin.core.cache import Store, cache_root, in_use, limit_bytes
 
     root, limit = cache_root(), limit_bytes()
+    in_use(root)  # warns of a folder that cannot be used
     kinds = {kind: _count(Store(kind, suffix).kept()) for kind, suffix in KINDS.items()}
     if as_json:
         folder = None if root is None else str(root)

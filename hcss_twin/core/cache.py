@@ -105,12 +105,23 @@ def limit_bytes() -> int:
 def in_use(folder: Path | None) -> Path | None:
     """Return a cache folder that may be read and written.
 
-    It is None if there is none, if the size limit is 0, or, with a CacheWarning, if other users could have written to
-    it: cached results determine the values of cubes.
+    It is None if there is none, if the size limit is 0, or, with a CacheWarning, if its place is taken by a file, or
+    other users could have written to it: cached results determine the values of cubes.
     """
-    if folder is None or limit_bytes() == 0 or not _trusted(folder) or not _trusted(folder.parent):
+    if folder is None or limit_bytes() == 0:
         return None
-    return folder
+    usable = _is_free(folder) and _trusted(folder) and _trusted(folder.parent)
+    return folder if usable else None
+
+
+def _is_free(folder: Path) -> bool:
+    """Whether a folder is there, or can be made; if a file has its name, or that of one above it, warn."""
+    there = next((each for each in (folder, *folder.parents) if each.exists()), folder)
+    if there.is_dir() or not there.exists():
+        return True
+    message = f"the cache is not used: {there} is no folder; set HCSS_CACHE_DIR to a folder, or HCSS_CACHE_MB to 0"
+    warnings.warn(message, CacheWarning, stacklevel=2)
+    return False
 
 
 def _trusted(path: Path) -> bool:

@@ -93,8 +93,10 @@ class Catalog:
         roots = [self.root, self.base] if beside else [self.root]
         for root in roots:
             named = root / folder / f"{name}{suffix}"
-            if "/" not in name and _is_file(named):
-                return self._record(named)
+            if "/" not in name:
+                if _is_file(named):
+                    return self._record(named)
+                require_no_stream(named, CatalogError)
         resolved = self._own(name)
         if resolved.suffix and _is_file(resolved):
             return self._record(resolved)

@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 
 import pluggy
 
-from hcss_twin.core.errors import HcssError, ProviderError, closest
+from hcss_twin.core.errors import HcssError, ProviderError, choose_from, closest
 from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, BrokenPlugin, Origin, Remark, describe, slow_import
 
 PROJECT = "hcss_twin"
@@ -159,7 +159,7 @@ def collect(
         group = name.rpartition(" ")[0]
         for command in claimants:
             if group and group not in groups:
-                refuse(command.origin, f"command '{name}': no group '{group}'; allowed: {', '.join(sorted(groups))}")
+                refuse(command.origin, f"command '{name}': no group '{group}'; {choose_from(group, groups)}")
                 continue
             others = [str(claimant.origin) for claimant in claimants if claimant is not command]
             others = [OWN_DISTRIBUTION, *others] if name in core else others

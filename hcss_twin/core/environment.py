@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from importlib import metadata
+from itertools import count
 from typing import Any
 
 LIBRARIES = ("numpy", "numba", "scipy", "xarray", "netCDF4", "pvlib", "pydantic", "pluggy")
@@ -40,9 +41,19 @@ COMPILING_EACH_TIME = (
 )
 
 
+@cache
+def _compilations() -> Iterator[int]:
+    """Numbers of the compilations of this process, from 0."""
+    return count()
+
+
+def _is_first_compilation() -> bool:
+    return next(_compilations()) == 0
+
+
 @contextmanager
 def announce_compilation(report: Callable[[str], object]) -> Iterator[None]:
-    """Call ``report`` with one line when the first kernel of this package is compiled in this block.
+    """Call ``report`` with one line when this process compiles its first kernel of this package, if in this block.
 
     Otherwise a user would take the pause for a hang. The compiler itself triggers the message, so it appears only for
     kernels that are missing from its cache or were compiled for another version or processor.
@@ -50,13 +61,10 @@ def announce_compilation(report: Callable[[str], object]) -> Iterator[None]:
     from numba.core import event
 
     class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
-        announced = False
-
         def on_start(self, event: Any) -> None:
             dispatcher = event.data["dispatcher"]
             module = dispatcher.py_func.__module__
-            if not self.announced and module.partition(".")[0] == __name__.partition(".")[0]:
-                self.announced = True
+            if module.partition(".")[0] == __name__.partition(".")[0] and _is_first_compilation():
                 report(COMPILING if dispatcher.stats.cache_path else COMPILING_EACH_TIME)
 
         def on_end(self, event: Any) -> None:

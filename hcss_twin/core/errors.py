@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import date, time
 
@@ -93,13 +93,42 @@ SPELLING_CUTOFF = 0.65
 """Minimum similarity (2 x equal letters / all letters) of two spellings of a word; zenith and azimuth have 0.62."""
 
 
-def closest(name: str, choices: Iterable[str]) -> str | None:
-    """Return the choice that ``name`` probably misspells or abbreviates; None if there is none.
+SYNONYMS = frozenset({"normal", "gaussian", "gauss"}), frozenset({"uniform", "flat", "rectangular"})
+"""Names of one thing that are spelt differently: distributions."""
 
-    Names are compared word by word, so that ``sensor_zenith`` is not taken for a misspelt ``solar_zenith``.
+
+def closest(name: str, choices: Iterable[str]) -> str | None:
+    """Return the choice that ``name`` probably misspells or abbreviates, or a synonym of it; None if there is none.
+
+    Names are compared word by word, so that ``sensor_zenith`` is not taken for a misspelt ``solar_zenith``. Of choices
+    that differ in their numbers alone, the one with the nearest numbers is closest: ``table-10`` to ``table-12``.
     """
-    best = max(choices, key=lambda choice: _similarity(name, choice), default=None)
-    return best if best is not None and _similarity(name, best) > 0.0 else None
+    known = list(choices)
+    best = max(known, key=lambda choice: _similarity(name, choice), default=None)
+    if best is None or _similarity(name, best) <= 0.0:
+        same = {other for names in SYNONYMS if name.casefold() in names for other in names}
+        return next((choice for choice in known if choice.casefold() in same), None)
+    alike = [choice for choice in known if _without_numbers(choice) == _without_numbers(best)]
+    numbers = _numbers(name)
+    if len(alike) == 1 or [each is None for each in numbers] != [each is None for each in _numbers(best)]:
+        return best
+    return min(alike, key=lambda choice: [abs(one - other) for one, other in _pairs(numbers, _numbers(choice))])
+
+
+def _numbers(name: str) -> list[int | None]:
+    """Return each word that is a number; None for other words."""
+    return [int(word) if word.isdecimal() else None for word in _words(name)]
+
+
+def _without_numbers(name: str) -> list[str | None]:
+    """Return each word that is no number; None for numbers."""
+    return [None if word.isdecimal() else word for word in _words(name)]
+
+
+def _pairs(some: Iterable[int | None], others: Iterable[int | None]) -> Iterator[tuple[int, int]]:
+    for one, other in zip(some, others, strict=True):
+        if one is not None and other is not None:
+            yield one, other
 
 
 def _similarity(name: str, choice: str) -> float:

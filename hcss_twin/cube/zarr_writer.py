@@ -93,7 +93,7 @@ class ZarrWriter(StreamedWriter):
         require_zarr(self.path)
         if self.path.exists() and not self.path.is_dir():
             raise CubeError(f"cannot write {self.path}: it is a file, but a Zarr store is a folder")
-        if self.path.is_dir() and any(self.path.iterdir()) and not _is_store(self.path):
+        if self.path.is_dir() and not _is_store(self.path):  # an empty one, too: somebody has made it
             raise CubeError(f"cannot write {self.path}: it is a folder that is not a Zarr store with a cube")
 
     def _create(self) -> None:
@@ -177,7 +177,8 @@ class ZarrWriter(StreamedWriter):
     def _replace(self) -> None:
         """Rename the store; an older one is moved aside first, and moved back if renaming fails.
 
-        Files in the older one that its metadata does not list are the user's: they are moved to the new one.
+        Files and empty folders in the older one that its metadata does not list are the user's: they are moved to the
+        new one.
         """
         old = self._partial.with_suffix(".old")
         if self.path.exists() and not self.replace:
@@ -193,10 +194,11 @@ class ZarrWriter(StreamedWriter):
         if old.is_symlink():
             old.unlink()
         elif old.exists():
-            for file in _unlisted(old):
-                target = self.path / file.relative_to(old)
+            for path in _unlisted(old):
+                target = self.path / path.relative_to(old)
                 target.parent.mkdir(parents=True, exist_ok=True)
-                os.replace(file, target)
+                if not (path.is_dir() and target.is_dir()):  # an array of the new store has the name of an empty folder
+                    os.replace(path, target)
             shutil.rmtree(old, ignore_errors=True)
 
     def _discard(self) -> None:
@@ -221,9 +223,11 @@ _CHUNK = re.compile(r"\d+([./]\d+)*")
 
 
 def _unlisted(store: Path) -> list[Path]:
-    """Return the files in a store that belong to none of the arrays that its metadata list."""
+    """Return the files and empty folders in a store that belong to none of the arrays that its metadata list."""
     arrays, found = _arrays_of(store), []
-    for path in (path for path in store.rglob("*") if path.is_symlink() or not path.is_dir()):
+    for path in store.rglob("*"):
+        if path.is_dir() and not path.is_symlink() and any(path.iterdir()):
+            continue
         name, _, rest = path.relative_to(store).as_posix().partition("/")
         is_of_zarr = rest in (".zarray", ".zattrs") or _CHUNK.fullmatch(rest) if rest else name in _GROUP
         if not is_of_zarr or (rest and name not in arrays):

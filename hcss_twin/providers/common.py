@@ -49,7 +49,7 @@ def check_options(provider: Any) -> None:
     ValueError
         If a value does not match ``...Options`` of its kind in ``hcss_twin.providers``.
     """
-    for name, (is_good, expected) in _OPTIONS.items():
+    for name, (is_good, expected) in OPTIONAL_MEMBERS.items():
         if hasattr(provider, name) and not is_good(getattr(provider, name)):
             raise ValueError(f"{name} is {getattr(provider, name)!r}; expected {expected}")
 
@@ -150,7 +150,7 @@ def _is_pairs(value: Any) -> bool:
     )
 
 
-_OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
+OPTIONAL_MEMBERS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "skipped": (_is_pairs, "a tuple of pairs of text: what is left out, and why"),
     "image_coverage": (lambda value: value is None or _is_number(value, 1.0), "None or a number from 0 to 1"),
     "honours": (
@@ -192,3 +192,4 @@ _OPTIONS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "worked_out": (lambda value: isinstance(value, Mapping), "a mapping of names to plain values"),
     "single_precision": (lambda value: isinstance(value, bool), "True or False"),
 }
+"""Members that a provider may have: whether a value is allowed, and what is."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, HcssError
+from hcss_twin.core.errors import CatalogError, HcssError, choose_from
 from hcss_twin.core.files import atomic_write
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
@@ -92,10 +92,8 @@ def open_source(name: str, profile: str = "us-standard-1976") -> AtmosphereSourc
     registry = Registry.discover()
     names = registry.names(Kind.ATMOSPHERE)
     if name not in names:
-        raise CatalogError(
-            f"'{name}' is neither a provider ({', '.join(names)}) nor an atmosphere table ({', '.join(tables)}) nor "
-            "a .nc file"
-        )
+        known = choose_from(name, (*names, *tables))
+        raise CatalogError(f"'{name}' is neither a provider nor an atmosphere table nor a .nc file; {known}")
     loaded = load_profile(profile, catalog)
     provider = registry.create(registry.resolve(Kind.ATMOSPHERE, name), AtmosphereInputs(loaded, catalog))
     return AtmosphereSource(name, provider, loaded)

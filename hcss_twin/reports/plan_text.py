@@ -16,7 +16,7 @@ from hcss_twin.plan.output import quantization_lines
 from hcss_twin.plan.packing import packing_lines
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.provider_cost import provider_costs
-from hcss_twin.providers import CloudLayer
+from hcss_twin.providers import CloudLayer, Grid
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.providers.registry.specs import Kind
@@ -56,7 +56,7 @@ def _rows(plan: Plan) -> Rows:
 
 
 def _scene(plan: Plan) -> Rows:
-    scenario, grid, place = plan.scenario, plan.grid, plan.scenario.place
+    scenario, image, place = plan.scenario, plan.image, plan.scenario.place
     north, east = "N" if place.latitude >= 0 else "S", "E" if place.longitude >= 0 else "W"
     frames = scenario.frames
     count = f"{frames.count} frames {frames.interval:g} s apart" if frames.count > 1 else "one frame"
@@ -65,15 +65,25 @@ def _scene(plan: Plan) -> Rows:
     yield "scene", f"{where}, {scenario.time.isoformat(' ')}; {count}{first}"
     speed = plan.assembly.motion.platform_speed_m_s
     motion = f", moving {'east' if speed > 0 else 'west'} at {abs(speed):g} m/s" if speed else ""
-    size = f"{grid.columns * grid.pixel_size_m / 1e3:.4g} x {grid.rows * grid.pixel_size_m / 1e3:.4g} km"
-    yield "image", f"{grid.rows} rows x {grid.columns} columns of {grid.pixel_size_m:g} m ({size}){motion}"
+    if plan.is_grid:
+        yield "image", f"{_pixels(image)}{motion}"
+    else:  # each pixel has a place and a size of its own
+        yield "image", f"{image.rows} rows x {image.columns} columns of about {image.pixel_size_m:.4g} m on the ground"
+        yield "plane", f"{_pixels(plan.grid)}{motion}, in which clouds, surfaces and elements are defined"
     if plan.is_window:
         rows, columns = plan.extent
         window = f"rows {rows.start} to {rows.stop - 1} and columns {columns.start} to {columns.stop - 1}"
         yield "window", f"{window} of the image ({plan.pixels[0]} x {plan.pixels[1]} pixels) are computed"
     points = plan.samples_per_pixel
     if points > 1:
-        yield "pixel", f"mean of {points} x {points} points, {grid.pixel_size_m / points:g} m apart"
+        spacing = image.pixel_size_m / points
+        apart = f"{spacing:g} m apart" if plan.is_grid else f"about {spacing:.4g} m apart"
+        yield "pixel", f"mean of {points} x {points} points, {apart}"
+
+
+def _pixels(grid: Grid) -> str:
+    size = f"{grid.columns * grid.pixel_size_m / 1e3:.4g} x {grid.rows * grid.pixel_size_m / 1e3:.4g} km"
+    return f"{grid.rows} rows x {grid.columns} columns of {grid.pixel_size_m:g} m ({size})"
 
 
 def _view(plan: Plan) -> Rows:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from hcss_author import PlainGas, PlainSea
+from installed_providers import install
 
 import hcss_twin
 from hcss_twin import Scenario, make_plan
@@ -16,7 +17,7 @@ from hcss_twin.core.errors import ProviderDefect
 from hcss_twin.plan import probes
 from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import CloudDeclaration
-from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
+from hcss_twin.providers.registry import ProviderSpec, hookimpl
 from hcss_twin.providers.registry.checks import keep_check
 from hcss_twin.reports.plan_text import plan_text
 
@@ -101,12 +102,8 @@ def spec(name, target):
 
 @pytest.fixture(autouse=True)
 def installed(monkeypatch, tmp_path):
-    registry = Registry.defaults_only()
-    registry.add(Plugin(), Origin("odd", "hcss-odd", "1.0"))
-    assert not registry.broken
-    monkeypatch.setattr(Registry, "discover", classmethod(lambda cls: registry))
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path))
-    return registry
+    return install(monkeypatch, Plugin(), "odd")
 
 
 def scene(**changes):

@@ -4,19 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command import hcss
 from PIL import Image
 
-from hcss_twin.cli.main import cli
 from hcss_twin.core.catalog import catalog_root
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.table_file import read_atmosphere_table, write_atmosphere_table
 
 SHIPPED = read_atmosphere_table(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
-
-
-def invoke(*arguments):
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=False)
 
 
 def part_of_the_shipped_table(path, heights, angles):
@@ -34,7 +29,7 @@ def is_a_drawing(path):
 
 
 def test_plot_draws_one_provider(tmp_path):
-    result = invoke("atmosphere", "plot", "table", "-o", tmp_path / "one.png")
+    result = hcss("atmosphere", "plot", "table", "-o", tmp_path / "one.png")
     assert result.output.strip() == str(tmp_path / "one.png")
     assert is_a_drawing(tmp_path / "one.png")
 
@@ -42,7 +37,7 @@ def test_plot_draws_one_provider(tmp_path):
 def test_plot_compares_two_and_says_how_they_differ(tmp_path):
     mine = part_of_the_shipped_table(tmp_path / "mine.nc", [0.0, 500.0, 1500.0], [0.0, 40.0, 60.0, 75.0])
     arguments = ["table", mine, "-o", tmp_path / "two.png", "--zenith", 0, "--zenith", 60]
-    said = invoke("atmosphere", "plot", *arguments).output
+    said = hcss("atmosphere", "plot", *arguments).output
     assert "mine - table: transmittance rms" in said
     assert "8-14 um: mean transmittance differs by up to" in said
     assert is_a_drawing(tmp_path / "two.png")
@@ -50,14 +45,14 @@ def test_plot_compares_two_and_says_how_they_differ(tmp_path):
 
 def test_plot_of_a_table_with_one_height_and_angle(tmp_path):
     part_of_the_shipped_table(tmp_path / "one.nc", [0.0], [40.0])
-    result = invoke("atmosphere", "plot", tmp_path / "one.nc", "-o", tmp_path / "one.png")
+    result = hcss("atmosphere", "plot", tmp_path / "one.nc", "-o", tmp_path / "one.png")
     assert result.exit_code == 0
     assert is_a_drawing(tmp_path / "one.png")
 
 
 def test_plot_names_what_there_is(tmp_path):
-    with pytest.raises(CatalogError, match=r"neither a provider \(.*table.*\) nor an atmosphere table"):
-        invoke("atmosphere", "plot", "tabel", "-o", tmp_path / "x.png")
-    assert "one to plot, or two" in invoke("atmosphere", "plot", "a", "b", "c", "-o", tmp_path / "x.png").output
+    with pytest.raises(CatalogError, match=r"'tabel' is neither .*allowed: .*closest is 'table'"):
+        hcss("atmosphere", "plot", "tabel", "-o", tmp_path / "x.png")
+    assert "one to plot, or two" in hcss("atmosphere", "plot", "a", "b", "c", "-o", tmp_path / "x.png").output
     with pytest.raises(CatalogError, match="no common wavenumbers"):
-        invoke("atmosphere", "plot", "table", "-o", tmp_path / "x.png", "--range-um", 100, 200)
+        hcss("atmosphere", "plot", "table", "-o", tmp_path / "x.png", "--range-um", 100, 200)

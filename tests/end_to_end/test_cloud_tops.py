@@ -5,13 +5,14 @@ import warnings
 import numpy as np
 import pytest
 from cheap import CHEAP
+from installed_providers import install
 
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.errors import ProviderError, ScenarioError
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.providers import CloudDeclaration
-from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
+from hcss_twin.providers.registry import ProviderSpec, hookimpl
 
 SCENE = """
 time = 2024-04-20T12:30:00+10:00
@@ -71,10 +72,8 @@ class Plugin:
 
 @pytest.fixture(scope="module", autouse=True)
 def installed():
-    registry = Registry.defaults_only()
-    registry.add(Plugin(), Origin("test", "hcss-test", "1.0"))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Registry, "discover", classmethod(lambda cls: registry))
+        install(patch, Plugin())
         yield
 
 

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from scipy.special import ndtr
+from whole_frames import first_frame
 
 from hcss_twin import Scenario, make_plan, open_cube, sense
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.variables import ELEMENT_PLACE, ELEMENT_RATE
-from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import run
-from hcss_twin.engine.stream import stream
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.viewing import LinesOfSight
 
@@ -32,10 +31,6 @@ STRENGTH = 1e5
 def planned(tracks, footprint=0.0, **changes):
     raw = {**CHEAP, **changes, "elements": [{"parameters": {"tracks": tracks, "footprint": footprint}}]}
     return make_plan(Scenario.from_toml(SCENE, raw))
-
-
-def frame(plan):
-    return next(stream(plan, tables_of(plan)))
 
 
 def source(x, y, **more):
@@ -62,7 +57,7 @@ def transmitted(plan, altitude_m, zenith_deg):
 )
 def test_an_image_has_the_share_of_a_source_that_lies_in_it(x, y, inside):
     plan = planned([source(x, y)], footprint=50.0)
-    result = frame(plan)
+    result = first_frame(plan)
     assert np.nansum(result["element_share"]) == pytest.approx(inside, abs=1e-6)
     flux = result["element_radiance"].sum() * 400.0 * math.cos(math.radians(plan.view.zenith_deg))
     assert flux == pytest.approx(inside * STRENGTH * transmitted(plan, 0.0, plan.view.zenith_deg), rel=1e-4, abs=1e-6)
@@ -74,7 +69,7 @@ def wide():
     tracks = [source(x, y, altitude=altitude, intensity=1e3 * STRENGTH) for x, y, altitude in places]
     plan = planned(tracks, footprint=4500.0, **WIDE, **{"view.zenith": 40.0})
     assert plan.views is not None
-    return plan, tracks, frame(plan)
+    return plan, tracks, first_frame(plan)
 
 
 def test_in_a_wide_field_each_source_has_the_path_of_the_line_of_sight_of_its_pixel(wide):
@@ -105,7 +100,7 @@ def test_a_window_of_a_wide_field_cuts_through_sources(wide):
     rows, columns = (14, 25), (17, 26)
     assert 0 < np.count_nonzero(result["element"][slice(*rows), slice(*columns)]) < np.count_nonzero(result["element"])
     window = {"image.window": {"rows": list(rows), "columns": list(columns)}}
-    part = frame(planned(tracks, footprint=4500.0, **WIDE, **window, **{"view.zenith": 40.0}))
+    part = first_frame(planned(tracks, footprint=4500.0, **WIDE, **window, **{"view.zenith": 40.0}))
     for name, values in part.items():
         assert values.tobytes() == result[name][(..., slice(*rows), slice(*columns))].tobytes(), name
 

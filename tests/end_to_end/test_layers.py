@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 from cheap import CHEAP
+from reference_agreement import assert_tables_agree_with_the_reference_path
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.engine.compile import compile_tables
-from hcss_twin.engine.stream import stream
 from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.plan.clouds import layer_seed
 from hcss_twin.plan.description import describe
@@ -95,6 +95,11 @@ def test_where_one_layer_has_cloud_the_radiance_is_that_of_its_own_scene(both):
         np.testing.assert_allclose(both.radiance[0].values[:, where][:, :10].T, exact, rtol=1e-4 + 3e-7)
 
 
+def under_both(random, thickness_m):
+    """Pixels under both layers."""
+    return random.choice(np.flatnonzero(np.all(thickness_m > 0, axis=1)), 12)
+
+
 CASES = {
     "day": {},
     "night": {"time": "2024-04-20T00:30:00+10:00"},
@@ -110,7 +115,8 @@ CASES = {
     + [pytest.param(case, 1e-4, marks=pytest.mark.long if case == "slant" else pytest.mark.campaign) for case in CASES],
 )
 def test_tables_of_two_layers_agree_with_the_reference_path(case, accuracy):
-    assert_tables_agree_with_the_reference_path({"accuracy": accuracy, **CASES[case]})
+    plan = make_plan(scenario(CUMULUS, CIRRUS, accuracy=accuracy, **CASES[case]))
+    assert_tables_agree_with_the_reference_path(plan, under_both)
 
 
 @pytest.mark.parametrize(
@@ -121,28 +127,8 @@ def test_tables_of_two_layers_agree_with_the_reference_path(case, accuracy):
     ],
 )
 def test_tables_of_two_layers_of_the_default_models_agree_with_the_reference_path(time):
-    assert_tables_agree_with_the_reference_path({**OWN, "accuracy": 1e-2, "time": time})
-
-
-def assert_tables_agree_with_the_reference_path(changes):
-    plan = make_plan(scenario(CUMULUS, CIRRUS, **changes))
-    tables = compile_tables(plan)
-    random = np.random.default_rng(0)
-    for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
-        thickness = np.stack(
-            [
-                generator.thickness_m(float(time_s), slice(0, 48), slice(0, 64)).ravel()
-                for generator in plan.assembly.generators
-            ],
-            axis=1,
-        )
-        chosen = random.choice(np.flatnonzero(np.all(thickness > 0, axis=1)), 12)
-        sun = plan.sun_track.at(float(time_s))
-        setting = plan.assembly.setting(sun if sun.is_up else None)
-        exact = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickness[chosen])
-        found = frame["radiance"].reshape(BANDS, -1)[:, chosen].T
-        np.testing.assert_allclose(found, exact, rtol=plan.budget.total + 3e-7)
-        np.testing.assert_allclose(found, exact, rtol=tables.estimated_error + 3e-7)
+    plan = make_plan(scenario(CUMULUS, CIRRUS, **{**OWN, "accuracy": 1e-2, "time": time}))
+    assert_tables_agree_with_the_reference_path(plan, under_both)
 
 
 def test_an_accuracy_that_needs_too_large_a_table_is_refused_with_one_that_does_not(monkeypatch):

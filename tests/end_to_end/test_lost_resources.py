@@ -132,7 +132,7 @@ def test_a_cluster_without_workers_is_reported_sparsely_and_given_up_after_the_l
     with caplog.at_level(logging.WARNING), pytest.raises(CubeError, match=r"no workers at tcp://here:1 for .*kept"):
         Cluster(Client(itertools.repeat(())), "tcp://here:1", CubeError, 0.6).wait(lambda: False)
     assert 0.6 <= time.monotonic() - start < 5.0
-    assert caplog.records[0].message == "no workers at tcp://here:1; waiting"
+    assert "no workers at tcp://here:1" in caplog.records[0].message
     assert 2 <= len(caplog.records) <= 3  # after 0, 0.15, 0.45 s
 
 

@@ -43,7 +43,7 @@ def asked(monkeypatch):
             for _, setting, thickness_m in states.groups():
                 cloudy = np.count_nonzero(np.any(thickness_m > 0.0, axis=1))
                 found.extend([Asked(wavenumber_cm1.size, setting.sun, False)] * (len(thickness_m) - cloudy))
-                found.extend([Asked(wavenumber_cm1.size * cloudy, setting.sun, True)] * (cloudy > 0))
+                found.extend([Asked(wavenumber_cm1.size * cloudy, setting.sun, True)] * int(cloudy > 0))
             return columns(self, states, wavenumber_cm1)
 
         monkeypatch.setattr(model, "columns", counted)

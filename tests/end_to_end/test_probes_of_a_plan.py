@@ -33,9 +33,7 @@ def test_a_model_that_refuses_a_low_sun_is_a_problem_of_the_time(monkeypatch):
         return clear(self, wavenumber, sun)
 
     monkeypatch.setattr(AsPrinted, "clear", up_to_35_deg)
-    with pytest.raises(
-        ScenarioError, match=r"time: with the sun at zenith .*no sun so low; allowed: times with the sun"
-    ):
+    with pytest.raises(ScenarioError, match=r"time: .*no sun so low; allowed: times"):
         make_plan(Scenario.load("stratus", {**SMALL, "time": "2024-04-20T16:30:00+10:00"}))
 
 

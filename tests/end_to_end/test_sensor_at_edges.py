@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
+from written_cubes import measured_and_clean
 
 import hcss_twin
 from hcss_twin.cli.main import cli
@@ -42,12 +43,7 @@ def planned(sensor, **changes):
 def measured(path, sensor, **changes):
     """The measured cube of a run, and its clean one."""
     run(planned(sensor, **changes), path)
-    return opened(path.with_name(f"{path.stem}.sensor.nc")), opened(path)
-
-
-def opened(path):
-    with hcss_twin.open_cube(path) as cube:
-        return cube.load()
+    return measured_and_clean(path)
 
 
 def assert_same(one, other, names=MEASURED):

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from cheap import CHEAP_OPTIONS
 from click.testing import CliRunner
+from written_cubes import loaded
 
 import hcss_twin
 from hcss_twin.cli.main import cli
@@ -60,13 +61,8 @@ def folder(tmp_path_factory):
     return folder
 
 
-def opened(path):
-    with hcss_twin.open_cube(path) as cube:
-        return cube.load()
-
-
 def test_a_sensor_leaves_the_clean_cube_as_it_is(folder):
-    one, other = opened(folder / "pair.nc"), opened(folder / "alone.nc")
+    one, other = loaded(folder / "pair.nc"), loaded(folder / "alone.nc")
     xr.testing.assert_identical(one.drop_attrs(), other.drop_attrs())
     assert not (folder / "alone.sensor.nc").exists()
     assert {name for name in other.attrs if one.attrs.get(name) != other.attrs[name]} <= {
@@ -79,7 +75,7 @@ def test_a_sensor_leaves_the_clean_cube_as_it_is(folder):
 
 
 def test_the_pair_has_the_same_axes_and_truth(folder):
-    clean, measured = opened(folder / "pair.nc"), opened(folder / "pair.sensor.nc")
+    clean, measured = loaded(folder / "pair.nc"), loaded(folder / "pair.sensor.nc")
     truth = set(clean.data_vars) - {"radiance", "radiance_sea_emission"}
     assert set(measured.data_vars) == truth | VARIABLES
     assert "cloud_top_altitude" in truth
@@ -90,7 +86,7 @@ def test_the_pair_has_the_same_axes_and_truth(folder):
 
 
 def test_what_is_measured_is_what_the_sensor_makes_of_the_clean_frames(folder):
-    clean, measured = opened(folder / "pair.nc"), opened(folder / "pair.sensor.nc")
+    clean, measured = loaded(folder / "pair.nc"), loaded(folder / "pair.sensor.nc")
     about = json.loads(measured.attrs["hcss_sensor"])
     assert about["model"] == "radiometer"
     assert about["seed"] == 5
@@ -113,8 +109,8 @@ def test_what_is_measured_is_what_the_sensor_makes_of_the_clean_frames(folder):
 
 
 def test_a_cube_measured_later_is_the_one_of_the_run_but_for_blur_at_its_edges(folder, tmp_path):
-    section = json.loads(opened(folder / "pair.sensor.nc").attrs["hcss_scenario"])["sensor"]
-    run, there = opened(folder / "pair.sensor.nc"), hcss_twin.sense(folder / "alone.nc", section)
+    section = json.loads(loaded(folder / "pair.sensor.nc").attrs["hcss_scenario"])["sensor"]
+    run, there = loaded(folder / "pair.sensor.nc"), hcss_twin.sense(folder / "alone.nc", section)
     assert set(run.variables) == set(there.variables)
     for name in set(run.variables) - VARIABLES:
         xr.testing.assert_identical(run[name].drop_attrs(), there[name].drop_attrs())
@@ -125,12 +121,12 @@ def test_a_cube_measured_later_is_the_one_of_the_run_but_for_blur_at_its_edges(f
     words = ("-o", tmp_path / "sharp.nc", *changed, *CHEAP_OPTIONS)
     assert hcss("run", folder / "pair.toml", *words).exit_code == 0
     xr.testing.assert_identical(
-        opened(tmp_path / "sharp.sensor.nc").drop_attrs(), hcss_twin.sense(folder / "alone.nc", sharp).drop_attrs()
+        loaded(tmp_path / "sharp.sensor.nc").drop_attrs(), hcss_twin.sense(folder / "alone.nc", sharp).drop_attrs()
     )
 
 
 def test_a_cube_is_measured_alike_however_it_is_given(folder, tmp_path):
-    section = json.loads(opened(folder / "pair.sensor.nc").attrs["hcss_scenario"])["sensor"]
+    section = json.loads(loaded(folder / "pair.sensor.nc").attrs["hcss_scenario"])["sensor"]
     there = hcss_twin.sense(folder / "alone.nc", section)
     with hcss_twin.open_cube(folder / "alone.nc") as cube:
         xr.testing.assert_identical(hcss_twin.sense(cube, section).drop_attrs(), there.drop_attrs())
@@ -149,7 +145,7 @@ def test_storage_is_that_of_the_clean_cube(folder, tmp_path):
     with netCDF4.Dataset(tmp_path / "packed.sensor.nc") as file:
         assert {file[name].filters()["complevel"] for name in VARIABLES} == {2}
     xr.testing.assert_identical(
-        opened(tmp_path / "packed.sensor.nc").drop_attrs(), opened(folder / "pair.sensor.nc").drop_attrs()
+        loaded(tmp_path / "packed.sensor.nc").drop_attrs(), loaded(folder / "pair.sensor.nc").drop_attrs()
     )
 
 
@@ -192,7 +188,7 @@ def test_a_users_sensor_with_a_kernel_is_found_from_where_the_user_works(folder,
         encoding="utf-8",
     )
     assert hcss("sense", folder / "alone.nc", "--sensor", "mine.toml", "-o", "later.nc").exit_code == 0
-    files = json.loads(opened(tmp_path / "later.nc").attrs["hcss_files_sha256"])
+    files = json.loads(loaded(tmp_path / "later.nc").attrs["hcss_files_sha256"])
     assert {str(tmp_path / "kernel.txt"), str(tmp_path / "mine.toml")} <= set(files)
     assert hcss("verify", "later.nc").exit_code == 0
 

@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from hcss_author import SensorContract, sample_sensor_inputs
+from installed_providers import install
 from pydantic import BaseModel, ConfigDict
+from written_cubes import loaded, measured_and_clean
 
 from hcss_twin import Scenario, make_plan, sense
 from hcss_twin.core.errors import CubeError, ProviderError, ScenarioError
-from hcss_twin.cube.reader import open_cube
 from hcss_twin.engine import parts
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.providers import Measured, SensorDeclaration
-from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
+from hcss_twin.providers.registry import ProviderSpec, hookimpl
 
 SPEED, DELAY, EXPOSURE = 130.0, 0.004, 0.9  # m/s, s per row, s
 BASE = {
@@ -153,10 +154,8 @@ class Plugin:
 
 @pytest.fixture(scope="module", autouse=True)
 def installed():
-    registry = Registry.defaults_only()
-    registry.add(Plugin(), Origin("test", "hcss-test", "1.0"))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Registry, "discover", classmethod(lambda cls: registry))
+        install(patch, Plugin())
         yield
 
 
@@ -178,12 +177,7 @@ def planned(stages, tracks=(), **changes):
 def measured(path, stages, tracks=(), **changes):
     """The measured cube of a run, and its clean one."""
     run(planned(stages, tracks, **changes), path)
-    return opened(path.with_name(f"{path.stem}.sensor.nc")), opened(path)
-
-
-def opened(path):
-    with open_cube(path) as cube:
-        return cube.load()
+    return measured_and_clean(path)
 
 
 def centroids(radiance):
@@ -260,7 +254,7 @@ def test_one_stage_is_the_single_sensor(tmp_path):
     chain, _ = measured(tmp_path / "one.nc", [("radiometer", noisy)], **CLOUDS)
     plan = planned([], **{"sensor": {"parameters": noisy}, **CLOUDS})
     run(plan, tmp_path / "alone.nc")
-    np.testing.assert_array_equal(chain.radiance, opened(tmp_path / "alone.sensor.nc").radiance)
+    np.testing.assert_array_equal(chain.radiance, loaded(tmp_path / "alone.sensor.nc").radiance)
     assert "stages" not in json.loads(plan.scenario.to_json())["sensor"]
 
 
@@ -280,7 +274,7 @@ def test_windows_tiles_and_verification_have_the_same_bits(tmp_path, whole):
     every = {"sensor.variables": ["all"], **CLOUDS}
     window = {"image.window": {"rows": [3, 9], "columns": [5, 31]}}
     part, _ = measured(tmp_path / "part.nc", CHAIN, sources(SPEED), **every, **window)
-    full = opened(whole)
+    full = loaded(whole)
     for name in ("radiance", "digital_number", "saturated"):
         np.testing.assert_array_equal(part[name], full[name][:, :, 3:9, 5:31], name)
     assert verify_cube(whole).verdict is Verdict.IDENTICAL
@@ -294,7 +288,7 @@ def test_windows_tiles_and_verification_have_the_same_bits(tmp_path, whole):
 
 
 def test_the_cube_names_every_stage_and_later_stages_have_noise_of_their_own(whole):
-    cube = opened(whole)
+    cube = loaded(whole)
     about, providers = json.loads(cube.attrs["hcss_sensor"]), json.loads(cube.attrs["hcss_providers"])
     assert [providers[f"sensors[{n}]"]["name"] for n in range(4)] == [model for model, _ in CHAIN]
     seeds = [stage["seed"] for stage in about["stages"]]
@@ -318,7 +312,7 @@ def test_by_day_the_sun_of_other_instants_is_known(tmp_path, band):
     late, clean = measured(tmp_path / "late.nc", [("rollingshutter", {"delay": 900.0})], **noon)
     after = {**noon, "time": "2024-04-20T12:15:00+10:00", "sensor": None}
     run(planned([], **after), tmp_path / "after.nc")
-    frame = opened(tmp_path / "after.nc").radiance.to_numpy()
+    frame = loaded(tmp_path / "after.nc").radiance.to_numpy()
     np.testing.assert_allclose(late.radiance.to_numpy()[:, :, 11], frame[:, :, 11], rtol=5e-3)
     assert not np.allclose(clean.radiance.to_numpy()[:, 0, 11], frame[:, 0, 11], rtol=4e-2)
 

@@ -108,6 +108,19 @@ with announce_compilation(print):
     assert python(again, cwd=tmp_path, **kept).stdout == f"{COMPILING}\n"
 
 
+def test_a_process_says_once_that_it_compiles_in_blocks_within_and_after_each_other(tmp_path):
+    code = """
+import numpy as np
+from hcss_twin.core.environment import announce_compilation
+from hcss_twin.plan.windows import pixel_sums
+with announce_compilation(print), announce_compilation(print):
+    pixel_sums(np.zeros((2, 2)), 2)
+with announce_compilation(print):
+    pixel_sums(np.zeros((2, 2), np.float32), 2)
+"""
+    assert python(code, cwd=tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "kernels")).stdout == f"{COMPILING}\n"
+
+
 @pytest.mark.parametrize(
     "way", [pytest.param("command", marks=pytest.mark.long), pytest.param("function", marks=pytest.mark.campaign)]
 )

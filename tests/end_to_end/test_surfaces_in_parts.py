@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from surface_files import write_half
+from written_cubes import assert_same_bits
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import HcssError, ScenarioError
@@ -68,26 +69,20 @@ def halves(folder):
     return written(folder, "halves.nc")
 
 
-def same(one, other, window=()):
-    with open_cube(one) as first, open_cube(other) as second:
-        for name in first.data_vars:
-            np.testing.assert_array_equal(first[name].to_numpy()[..., *window], second[name].to_numpy(), name)
-
-
 def test_windows_tiles_and_workers_have_the_same_bits(folder, whole):
     again = partial(written, folder, **MIXED | {"output.certificate": 0})
     part = {"image.window": {"rows": [11, 19], "columns": [17, 26]}}
-    same(whole, again("part.nc", **part), (slice(11, 19), slice(17, 26)))
+    assert_same_bits(whole, again("part.nc", **part), (slice(11, 19), slice(17, 26)))
     # Patches of its own, on which no analysis of the scene depends: that of the whole serves.
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stream, "windows", partial(windows, most_points=300))
         patch.setattr(over_points, "VALUES_AT_ONCE", 2000)
-        same(whole, again("strips.nc"))
+        assert_same_bits(whole, again("strips.nc"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(parts, "LARGEST_FRAME_BYTES", 1)
         patch.setattr(parts, "TILE_PIXELS", 90)
-        same(whole, again("tiles.nc"))
-        same(whole, again("workers.nc", workers=2))
+        assert_same_bits(whole, again("tiles.nc"))
+        assert_same_bits(whole, again("workers.nc", workers=2))
 
 
 def test_pixels_of_a_class_equal_the_scene_of_that_class_alone(folder, halves):
@@ -152,12 +147,14 @@ def test_the_certificate_draws_from_each_class_and_passes(whole):
 
 
 def test_the_certificate_sees_a_wrong_surface(folder, monkeypatch):
-    other = over_points.PointLookUp._of_points
+    fill = over_points.PointLookUp.fill
 
-    def wrong(self, *arguments):
-        return other(self, *arguments) * np.float32(1.01)
+    def wrong(self, radiance, *arguments):
+        own = np.full_like(radiance, np.nan)
+        fill(self, own, *arguments)
+        np.copyto(radiance, own * np.float32(1.01), where=~np.isnan(own))
 
-    monkeypatch.setattr(over_points.PointLookUp, "_of_points", wrong)
+    monkeypatch.setattr(over_points.PointLookUp, "fill", wrong)
     with pytest.warns(match="FAILED"):
         written(folder, "wrong.nc")
 
@@ -238,14 +235,12 @@ def test_wrong_sections_name_field_and_what_is_allowed(folder, changes, field, m
 
 
 def test_outside_the_raster_is_an_error_that_names_it(folder):
-    with pytest.raises(
-        HcssError, match=r"raster 'half.nc' covers latitude 34.9799 to 35.0201.*points of the scene lie outs"
-    ):
+    with pytest.raises(HcssError, match=r"'half.nc' covers .*34.9799 to 35.0201"):
         planned(folder, **{"image.pixel_size": 500.0})
-    with pytest.raises(HcssError, match=r"has the class 1, which parameters.classes does not name; allowed: 0"):
+    with pytest.raises(HcssError, match=r"class 1, .*parameters.classes .*allowed: 0"):
         planned(folder, **{"surfaces.parameters": {"file": "half.nc", "classes": {0: "sea"}}})
 
 
 def test_variables_of_surfaces_need_surfaces(folder):
-    with pytest.raises(ScenarioError, match=r"the scene is sea everywhere; allowed: with a section \[surfaces\]"):
+    with pytest.raises(ScenarioError, match=r"output\.variables.*allowed: .*\[surfaces\]"):
         Scenario.from_toml(SCENE, {"surfaces": None, "output.variables": ["surface_class"]}, base=folder)

@@ -133,18 +133,41 @@ def test_what_is_no_store_is_not_replaced(tmp_path):
     (tmp_path / "file.zarr").write_text("mine")
     (tmp_path / "folder.zarr").mkdir()
     (tmp_path / "folder.zarr" / "thesis.txt").write_text("mine")
+    (tmp_path / "empty.zarr").mkdir()
     for name, why in (
         ("file", "it is a file"),
         ("folder", "a folder that is not a Zarr store"),
+        ("empty", "a folder that is not a Zarr store"),
         ("no/such", "no folder"),
     ):
         with pytest.raises(CubeError, match=why), ZarrWriter(tmp_path / f"{name}.zarr", header):
             pass
     assert (tmp_path / "folder.zarr" / "thesis.txt").read_text() == "mine"
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["empty.zarr", "file.zarr", "folder.zarr"]
+    assert not list((tmp_path / "empty.zarr").iterdir())
     with pytest.raises(CubeError, match="cannot read"):
         open_cube(tmp_path / "folder.zarr")
     with pytest.raises(CubeError, match="no such file"):
         open_cube(tmp_path / "nothing.zarr")
+
+
+def test_empty_folders_of_the_user_in_and_beside_a_replaced_store_stay(tmp_path):
+    header, path = example_header(), tmp_path / "cube.zarr"
+    own = "cube.zarr/plans", "cube.zarr/radiance/mine", "cube.zarr/a/b", ".cube.zarr.partial", "cube.zarr.old", "cube"
+    for number in range(2):
+        with ZarrWriter(path, header) as cube:
+            for index in range(3):
+                cube.write_frame(index, example_frame(header, index))
+        for name in own if number == 0 else ():
+            (tmp_path / name).mkdir(parents=True)
+    assert [name for name in own if not (tmp_path / name).is_dir()] == []
+    assert sorted(each.name for each in tmp_path.iterdir()) == [
+        ".cube.zarr.partial",
+        "cube",
+        "cube.zarr",
+        "cube.zarr.old",
+    ]
+    open_cube(path).load()
 
 
 def test_without_the_package_a_store_says_what_to_install(tmp_path, monkeypatch):

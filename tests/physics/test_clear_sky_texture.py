@@ -228,7 +228,7 @@ def test_certificate_includes_the_texture() -> None:
 
 
 def test_keys_that_exclude_texture_are_named() -> None:
-    with pytest.raises(ScenarioError, match=r"sea.temperature_texture.*map of surfaces"):
+    with pytest.raises(ScenarioError, match=r"surfaces: a map of the ground.*sea.temperature_texture"):
         simulate(scene(sea={"temperature_texture": 0.5}, surfaces={}))
     with pytest.raises(ScenarioError, match=r"sea_temperature.*texture"):
         simulate(scene(sea={"temperature_texture": 0.0}, output={"variables": ["sea_temperature"]}))
@@ -240,7 +240,7 @@ def test_keys_that_exclude_texture_are_named() -> None:
         ({}, ""),
         ({"sea": {"temperature_texture": 0.0}}, "sea.temperature_texture is 0"),
         ({"image": {"rows": 64, "columns": 64, "pixel_size": 20.0}}, "structures within the image vary"),
-        ({"surfaces": {}}, "a map of surfaces"),
+        ({"surfaces": {}}, "a map of the ground"),
     ],
     ids=["default", "off", "small image", "map"],
 )

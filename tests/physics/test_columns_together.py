@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hcss_twin
-from hcss_twin.models.radiance.physical.setting_columns import _VALUES_TOGETHER
+from hcss_twin.models.radiance.physical.setting_columns import VALUES_TOGETHER
 
 TWO_LAYERS = "cirrus-over-cumulus"
 ONE_BY_ONE = {"image.rows": 8, "image.columns": 8, "frames.count": 1}
@@ -46,7 +46,7 @@ def test_columns_computed_together_are_those_computed_one_by_one(name, overrides
     for wavenumber, count, several in cases if not overrides or name == TWO_LAYERS else cases[:1]:
         thickness = columns_of(plan, count)
         if len(plan.layers) == 1:
-            assert (len(thickness) > _VALUES_TOGETHER // wavenumber.size) == several
+            assert (len(thickness) > VALUES_TOGETHER // wavenumber.size) == several
         together = plan.assembly.cloudy(wavenumber, thickness, sun)
         total = sum(np.asarray(together[term]) for term in plan.assembly.model.terms)
         for row, own in enumerate(thickness):

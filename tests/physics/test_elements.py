@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cheap import CHEAP
+from whole_frames import first_frame
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.catalog import Catalog
@@ -44,18 +45,14 @@ def inputs_of(plan):
     return ElementInputs(sensor_bands(plan.bands), plan.grid, plan.view, lambda kelvin: np.zeros(2), Catalog())
 
 
-def frame(plan):
-    return next(stream(plan, tables_of(plan)))
-
-
 def gained(*tracks, **scene):
     """What a source adds to the radiance, and the plan and frame with it."""
     plan = planned(*tracks, **scene)
-    result = frame(plan)
+    result = first_frame(plan)
     plain = replace(plan, assembly=replace(plan.assembly, elements=()))
     without = tuple(each for each in plan.variables if each.needs != "elements")
     plain = replace(plain, variables=without, computed=without)
-    return result["radiance"].astype(float) - frame(plain)["radiance"], plan, result
+    return result["radiance"].astype(float) - first_frame(plain)["radiance"], plan, result
 
 
 def reach(plan, altitude_m, cloud=None, kelvin=None):
@@ -90,7 +87,7 @@ def test_flux_and_centroid_of_a_source_are_those_of_its_square(side, x, y, zenit
 def test_a_body_above_the_air_replaces_its_area_across_the_line_of_sight(kelvin, area, zenith):
     body = {"x": 3.0, "y": -7.5, "altitude": 2e5, "temperature": kelvin, "area": area}
     more, plan, _ = gained(body, clouds=THICK, **{"view.zenith": zenith})
-    plain = frame(replace(plan, assembly=replace(plan.assembly, elements=())))["radiance"].astype(float)
+    plain = first_frame(replace(plan, assembly=replace(plan.assembly, elements=())))["radiance"].astype(float)
     grid = plan.spectral_grid
     emitted = grid.weights_cm1 @ planck(grid.wavenumber_cm1, kelvin)
     side, mu = math.sqrt(area / math.cos(math.radians(zenith))), math.cos(math.radians(zenith))
@@ -208,12 +205,12 @@ class Square:
 
 
 def with_square(plan, *squares):
-    return frame(replace(plan, assembly=replace(plan.assembly, elements=squares)))["radiance"]
+    return first_frame(replace(plan, assembly=replace(plan.assembly, elements=squares)))["radiance"]
 
 
 def test_an_opaque_body_above_the_air_hides_its_share():
     plan = planned(clouds=THICK)
-    plain, body = frame(plan)["radiance"], np.array([3.0, 50.0])
+    plain, body = first_frame(plan)["radiance"], np.array([3.0, 50.0])
     for share in (0.25, 1.0):
         shown = with_square(plan, Square(body, None, 2e5, share))
         np.testing.assert_allclose(shown[:, 4, 5], (1 - share) * plain[:, 4, 5] + share * body, rtol=1e-6)
@@ -232,7 +229,7 @@ def test_a_body_that_radiates_like_the_sea_cannot_be_seen(clouds):
     grid, kelvin = plan.spectral_grid, plan.assembly.sea_temperature_K
     emissivity = plan.assembly.sea.emissivity(grid.wavenumber_cm1, np.ones(1))[0]
     like_sea = grid.weights_cm1 @ (emissivity * planck(grid.wavenumber_cm1, kelvin))
-    plain, shown = frame(plan)["radiance"], with_square(plan, Square(like_sea, kelvin))
+    plain, shown = first_frame(plan)["radiance"], with_square(plan, Square(like_sea, kelvin))
     # The air weakens the sea's emissivity within a band a little differently from a black body's.
     np.testing.assert_allclose(shown, plain, rtol=2.5e-3)
 

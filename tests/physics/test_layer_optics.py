@@ -6,17 +6,18 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 from cheap import CHEAP
+from installed_providers import install
 from pydantic import BaseModel
+from refusals import problems_of
 
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import table_key, tables_of
 from hcss_twin.engine.stream import stream
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.description import describe_particles
 from hcss_twin.plan.optics import LayerOptics
 from hcss_twin.providers import AtmosphereDeclaration, OpticsDeclaration, SingleScattering
-from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
+from hcss_twin.providers.registry import ProviderSpec, hookimpl
 
 ASH_K, CLOUD_K = 230.0, 280.0
 ASH = {
@@ -105,14 +106,7 @@ class Plugin:
 
 @pytest.fixture
 def folder(monkeypatch, tmp_path):
-    discover = Registry.defaults_only
-
-    def with_plugin():
-        registry = discover()
-        registry.add(Plugin(), Origin("grey", "test-grey", "1"))
-        return registry
-
-    monkeypatch.setattr(Registry, "discover", staticmethod(with_plugin))
+    install(monkeypatch, Plugin(), "grey")
     (tmp_path / "ash.toml").write_text(TYPE, encoding="utf-8")
     return tmp_path
 
@@ -172,9 +166,7 @@ def test_a_cube_of_ash_over_water_droplets_over_sea_passes_its_certificate(folde
 
 
 def refused(folder, *layers, **changes):
-    with pytest.raises(ScenarioError) as caught:
-        make_plan(scenario(folder, *layers, **changes))
-    return {problem.field: problem.message for problem in caught.value.problems}
+    return problems_of(lambda: make_plan(scenario(folder, *layers, **changes)))
 
 
 def test_a_material_that_the_provider_lacks_is_refused(folder):

@@ -8,7 +8,8 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.facets import smith_lambda
 from hcss_twin.models.sea.rough_sea import RoughSea
-from hcss_twin.models.sea.slope_statistics import SlopeStatistics, Tilt
+from hcss_twin.models.sea.slope_statistics import SlopeStatistics, Tilt, slope_statistics, unresolved
+from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.providers import Grid, Motion, SeaInputs
 
 PIXEL_M = 2.0
@@ -21,12 +22,16 @@ def sea(wind=10.0, **parameters):
     return RoughSea(SeaInputs(wind, 250.0, 290.0, Catalog()), RoughSeaParameters(**parameters))
 
 
+def facets(slopes):
+    """Statistics of the facets that pixels do not resolve, of the sea of :func:`sea` with this law of slopes."""
+    return unresolved(slope_statistics(10.0, slopes), WaveSpectrum("pierson-moskowitz", 10.0), PIXEL_M)
+
+
 def test_slope_of_waves_and_facets_is_that_of_the_sea():
     for law in ("isotropic", "upwind-crosswind"):
         whole = sea(slopes=law)
         upwind, crosswind = whole.wave_slope_rms(PIXEL_M)
-        rest = whole.tilted(0.0, 0.0, PIXEL_M)._tilt.rest
-        assert upwind**2 + crosswind**2 + rest.mean_square_slope == pytest.approx(whole.mean_square_slope)
+        assert upwind**2 + crosswind**2 + facets(law).mean_square_slope == pytest.approx(whole.mean_square_slope)
         slopes = whole.wave_field(GRID, STILL, 1).slopes(0.0, slice(0, 120), slice(0, 160))
         assert np.var(slopes) * 2 == pytest.approx(upwind**2 + crosswind**2, rel=0.06)
         bearing = np.radians(250.0)
@@ -54,22 +59,22 @@ def test_parts_weighted_with_the_area_they_show_send_what_the_sea_sends(zenith, 
 
     11 x 11 nodes are needed for the glint; 7 x 7 are enough for the others, which are slow and smooth.
     """
-    whole = sea(**parameters)
+    whole, law = sea(**parameters), parameters.get("slopes", "isotropic")
     mu, bearing = np.array([np.cos(np.radians(zenith))]), np.array([0.7])
     mu_sun, azimuth, nodes = np.array([0.6]), np.array([2.6]), np.array([0.1, 0.5, 0.9])
     rms = whole.wave_slope_rms(PIXEL_M)
     emitted, reflected, glint, area = 0.0, 0.0, 0.0, 0.0
     for up, cross, weight in tilts(11, rms):
         part = whole.tilted(up, cross, PIXEL_M)
-        shown = part._tilt.cross_section(mu, bearing)[0] * weight
+        shown = Tilt(up, cross, facets(law)).cross_section(mu, bearing)[0] * weight
         area += shown
         glint += shown * part.brdf(WAVENUMBER, mu, mu_sun, azimuth, bearing)[0]
     for up, cross, weight in tilts(7, rms):
         part = whole.tilted(up, cross, PIXEL_M)
-        shown = part._tilt.cross_section(mu, bearing)[0] * weight
+        shown = Tilt(up, cross, facets(law)).cross_section(mu, bearing)[0] * weight
         emitted += shown * part.emissivity(WAVENUMBER, mu, bearing)[0]
         reflected += shown * part.reflection_weights(WAVENUMBER, mu, nodes, "linear", bearing)[0]
-    variance = whole._slopes.variance_along(bearing)
+    variance = slope_statistics(10.0, law).variance_along(bearing)
     assert area == pytest.approx((mu * (1.0 + smith_lambda(mu, variance))).item(), rel=1e-12)
     np.testing.assert_allclose(emitted / area, whole.emissivity(WAVENUMBER, mu, bearing)[0], atol=2e-5)
     expected = whole.reflection_weights(WAVENUMBER, mu, nodes, "linear", bearing)[0]

@@ -11,8 +11,10 @@ from hcss_twin.models.radiance.physical.sea_surface import unlit_sea_modes
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.models.sea.facets import incidence_nodes
-from hcss_twin.models.sea.reflection import INCIDENCE_COUNT
+from hcss_twin.models.sea.reflection import INCIDENCE_COUNT, Reflection
 from hcss_twin.models.sea.rough_sea import RoughSea
+from hcss_twin.models.sea.sea_water import load_sea_water
+from hcss_twin.models.sea.slope_statistics import slope_statistics
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.physics.geometry import wind_azimuths
 from hcss_twin.providers import SeaInputs, View
@@ -29,6 +31,19 @@ def inputs(wind, temperature_K=290.0):
 
 def sea(wind, temperature_K=290.0, **parameters):
     return RoughSea(inputs(wind, temperature_K), RoughSeaParameters(**parameters))
+
+
+def reflectance():
+    """Fresnel reflectance (incidences, wavenumbers) of the water of :func:`sea`."""
+    usual = RoughSeaParameters()
+    water = load_sea_water(Catalog(), usual.water_index, 290.0, usual.salinity_psu, by_temperature=True)
+    return unpolarised_reflectance(water.at(WAVENUMBER), incidence_nodes(INCIDENCE_COUNT)[:, None])
+
+
+def first_hits(wind, slopes, view, bearing=None):
+    """What facets of the sea reflect into a view: from the sky, and from the sea."""
+    reflection = Reflection(slope_statistics(wind, slopes), "height-correlated", re_reflection=True)
+    return reflection.first(view, np.ones(1), "linear", bearing)
 
 
 def hemisphere(mu_count=200, azimuth_count=160):
@@ -66,11 +81,9 @@ def test_what_is_not_emitted_is_reflected_once_or_twice(zenith_deg):
     view = np.array([np.cos(np.radians(zenith_deg))])
     model = sea(10.0, foam=False)
     once = weight @ model.brdf(WAVENUMBER, np.full(mu.size, view[0]), mu, azimuth)
-    hits = model._reflection.first(float(view[0]), np.ones(1), "linear", None)
-    index = model._water.at(WAVENUMBER)
-    reflectance = unpolarised_reflectance(index, incidence_nodes(INCIDENCE_COUNT)[:, None])
-    np.testing.assert_allclose(once, (hits.sky @ reflectance)[0], rtol=0.0, atol=1e-4)
-    again = (hits.sea @ reflectance).sum(axis=0)
+    hits = first_hits(10.0, "isotropic", float(view[0]))
+    np.testing.assert_allclose(once, (hits.sky @ reflectance())[0], rtol=0.0, atol=1e-4)
+    again = (hits.sea @ reflectance()).sum(axis=0)
     missed = 1.0 - model.emissivity(WAVENUMBER, view)[0] - once
     assert np.all((missed > -1e-4) & (missed < again + 1e-4))
 
@@ -85,9 +98,8 @@ def test_at_every_bearing_the_brdf_reflects_what_escapes_from_the_facets(bearing
         0.5 * weight @ model.brdf(WAVENUMBER, np.full(mu.size, view[0]), mu, azimuth, np.full(mu.size, sense * wind))
         for sense in (1.0, -1.0)
     ]
-    hits = model._reflection.first(float(view[0]), np.ones(1), "linear", float(wind[0]))
-    reflectance = unpolarised_reflectance(model._water.at(WAVENUMBER), incidence_nodes(INCIDENCE_COUNT)[:, None])
-    np.testing.assert_allclose(sum(halves), (hits.sky @ reflectance)[0], rtol=0.0, atol=1e-4)
+    hits = first_hits(10.0, "upwind-crosswind", float(view[0]), float(wind[0]))
+    np.testing.assert_allclose(sum(halves), (hits.sky @ reflectance())[0], rtol=0.0, atol=1e-4)
 
 
 @pytest.mark.parametrize("wind", [5.0, 15.0])

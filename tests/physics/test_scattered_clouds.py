@@ -12,11 +12,12 @@ from hcss_evaluate.database.cloud_import import ImportOptions, import_image
 from hcss_evaluate.database.segmentation import Cleaning
 from pydantic import ValidationError
 from scipy.stats import kstest
+from whole_frames import thickness_frame
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.clouds.database import read_entry, write_entry
-from hcss_twin.models.clouds.imagery.generator import ImageryClouds
+from hcss_twin.models.clouds.imagery.generator import ImageryClouds, ScatteredClouds
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.sky import Sky, single_clouds
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
@@ -61,25 +62,32 @@ def _ramp():
     return np.linspace(0, 1, DRAWN.size).reshape(DRAWN.shape)
 
 
-def _clouds(folder, *, size=(40, 50), seed=0, motion=None, parameters=None, **layer):
-    inputs = CloudInputs(
+def _inputs(folder, *, size=(40, 50), seed=0, motion=None, **layer):
+    return CloudInputs(
         layer=dataclasses.replace(LAYER, **layer),
         grid=Grid(*size, 1000.0),
         motion=motion or Motion(0.0, (0.0, 0.0), math.inf, 1.0),
         seed=seed,
         catalog=Catalog(base=folder),
     )
-    options = {"entry": "drawn", "placement": "single-clouds", **(parameters or {})}
-    return ImageryClouds(inputs, ImageryParameters(**options))
+
+
+def _parameters(**options):
+    return ImageryParameters(**{"entry": "drawn", "placement": "single-clouds", **options})
+
+
+def _clouds(folder, *, parameters=None, **inputs):
+    return ImageryClouds(_inputs(folder, **inputs), _parameters(**(parameters or {})))
+
+
+def _scattered(folder, **inputs):
+    """The same clouds, which have windows anywhere in the plane and not only in the scene."""
+    return ScatteredClouds(_inputs(folder, **inputs), _parameters(), folder / "clouds" / "drawn.nc")
 
 
 def _sky(folder, seed=0, turned=True):
     clouds = single_clouds(read_entry(folder / "clouds" / "drawn.nc"), THINNEST, THICKEST)
     return Sky(clouds, seed, turned), clouds
-
-
-def _frame(clouds, time_s=0.0):
-    return clouds.thickness_m(time_s, slice(None), slice(None))
 
 
 def test_only_whole_clouds_are_taken_and_each_is_what_it_was(folder):
@@ -132,16 +140,17 @@ def test_two_pixels_are_clear_together_as_in_a_boolean_model(folder):
 
 def test_places_shapes_turns_and_arrivals_are_uniform(folder):
     sky, _ = _sky(folder, seed=11)
+    layer_density = sky.density(0.5)  # every layer of arrivals covers half of the sky
     placed = sky.placed(slice(0, 1500), slice(0, 1500), 0)
     count = placed.y.size
     assert count > 20_000
     inside = (placed.y >= 0) & (placed.y < 1500) & (placed.x >= 0) & (placed.x < 1500)
-    expected = 1500**2 * sky._layer_density
+    expected = 1500**2 * layer_density
     assert abs(np.count_nonzero(inside) - expected) < 4.0 * math.sqrt(expected)
     for values, kinds in ((placed.shape, 3), (placed.turn, 8)):
         counts = np.bincount(values, minlength=kinds)
         assert np.abs(counts - count / kinds).max() < 4.5 * math.sqrt(count / kinds)
-    for values in (placed.y[inside] / 1500, placed.x[inside] / 1500, placed.arrival / sky._layer_density):
+    for values in (placed.y[inside] / 1500, placed.x[inside] / 1500, placed.arrival / layer_density):
         assert kstest(values + 1e-4, "uniform").pvalue > 1e-3
 
 
@@ -188,57 +197,57 @@ def test_the_thickest_of_overlapping_clouds_counts(folder):
 
 
 def test_more_coverage_only_adds_cloud(folder):
-    fields = [_frame(_clouds(folder, coverage=coverage)) for coverage in (0.0, 0.2, 0.5, 0.7, 0.99)]
+    fields = [thickness_frame(_clouds(folder, coverage=coverage)) for coverage in (0.0, 0.2, 0.5, 0.7, 0.99)]
     for thin, dense in itertools.pairwise(fields):
         assert np.all(dense >= thin)
         assert np.any(dense > thin)
 
 
 def test_coverage_0_is_clear_and_coverage_1_has_no_gap(folder):
-    assert not _frame(_clouds(folder, coverage=0.0)).any()
+    assert not thickness_frame(_clouds(folder, coverage=0.0)).any()
     overcast = _clouds(folder, coverage=1.0)
-    assert np.all(_frame(overcast) == _frame(overcast).max())
+    assert np.all(thickness_frame(overcast) == thickness_frame(overcast).max())
     assert any("limit of infinitely many" in note for note in overcast.declares.notes)
 
 
 @pytest.mark.parametrize("corner", [(0, 0), (10**9, -(10**9)), (-(2**59), 2**59)])
 def test_windows_agree_bit_for_bit_wherever_they_lie(folder, corner):
-    clouds = _clouds(folder, coverage=0.6, seed=4)
+    clouds = _scattered(folder, coverage=0.6, seed=4)
     row, column = corner
-    whole = clouds._clouds.field(slice(row, row + 90), slice(column, column + 70))
+    whole = clouds.field(slice(row, row + 90), slice(column, column + 70))
     assert 0 < np.count_nonzero(whole) < whole.size
     # Narrow ones at every place relative to the cells in which clouds are drawn.
     narrow = [(0, 90, left, left + 1) for left in range(70)] + [(top, top + 1, 0, 70) for top in range(90)]
     for top, bottom, left, right in ((13, 14, 5, 66), (50, 90, 31, 70), (7, 7, 0, 70), *narrow):
-        part = clouds._clouds.field(slice(row + top, row + bottom), slice(column + left, column + right))
+        part = clouds.field(slice(row + top, row + bottom), slice(column + left, column + right))
         np.testing.assert_array_equal(part, whole[top:bottom, left:right])
 
 
 def test_windows_too_far_out_to_count_are_refused(folder):
     clouds = _clouds(folder, motion=Motion(1e30, (0.0, 0.0), math.inf, 1.0))
     with pytest.raises(ScenarioError, match=r"motion: at 1 s the scene is .* pixels away"):
-        _frame(clouds, 1.0)
+        thickness_frame(clouds, 1.0)
     with pytest.raises(ValueError, match=r"rows: .* allowed: -2"):
-        clouds._clouds.field(slice(2**61, 2**61 + 1), slice(0, 1))
+        _scattered(folder).field(slice(2**61, 2**61 + 1), slice(0, 1))
 
 
 def test_push_broom_sees_the_same_bits_again(folder):
     clouds = _clouds(folder, size=(30, 60), motion=Motion(3000.0, (0.0, -2000.0), math.inf, 1.0), seed=9)
-    start = _frame(clouds)
-    later = _frame(clouds, 4.0)
+    start = thickness_frame(clouds)
+    later = thickness_frame(clouds, 4.0)
     np.testing.assert_array_equal(later[:-8, :-12], start[8:, 12:])
     # It goes on for ever, and back: 3e9 pixels from here.
-    far = _frame(clouds, 1e9)
-    np.testing.assert_array_equal(_frame(clouds, 1e9 + 4.0)[:-8, :-12], far[8:, 12:])
+    far = thickness_frame(clouds, 1e9)
+    np.testing.assert_array_equal(thickness_frame(clouds, 1e9 + 4.0)[:-8, :-12], far[8:, 12:])
     assert 0.2 < np.mean(far > 0) < 0.6
-    assert np.any(_frame(clouds, -1e6) > 0)
+    assert np.any(thickness_frame(clouds, -1e6) > 0)
     assert clouds.declares.depends_on == {"time"}
 
 
 def test_frame_mode_comes_closest_in_the_first_frame(folder):
     for coverage in (0.003, 0.2, 0.5, 0.95):
         clouds = _clouds(folder, coverage=coverage, coverage_mode="frame", seed=6)
-        found = np.mean(_frame(clouds) > 0)
+        found = np.mean(thickness_frame(clouds) > 0)
         # One cloud more or less makes at most 51 pixels of 2000.
         assert abs(found - coverage) <= 0.5 * 51 / 2000
         assert any(f"{found:.4g} of the first frame's pixels" in note for note in clouds.declares.notes)
@@ -247,7 +256,7 @@ def test_frame_mode_comes_closest_in_the_first_frame(folder):
 
 def test_frame_mode_is_the_best_of_all_densities(folder):
     clouds = _clouds(folder, coverage=0.35, coverage_mode="frame", seed=8)
-    best = abs(np.mean(_frame(clouds) > 0) - 0.35)
+    best = abs(np.mean(thickness_frame(clouds) > 0) - 0.35)
     sky, _ = _sky(folder, seed=8)
     for density in np.linspace(0.0, 4.0 * sky.density(0.35), 400):
         window = sky.thickness_m(slice(0, 40), slice(0, 50), density)
@@ -281,11 +290,11 @@ def test_an_image_whose_clouds_are_all_cut_is_refused(tmp_path):
 
 def test_the_whole_scene_of_an_entry_is_that_of_its_image(folder):
     whole = {"placement": "scene", "missing": "clear"}
-    entry = _frame(_clouds(folder, size=DRAWN.shape, parameters=whole))
+    entry = thickness_frame(_clouds(folder, size=DRAWN.shape, parameters=whole))
     inputs = CloudInputs(
         LAYER, Grid(*DRAWN.shape, 1000.0), Motion(0.0, (0.0, 0.0), math.inf, 1.0), 0, Catalog(base=folder)
     )
-    image = _frame(ImageryClouds(inputs, ImageryParameters(image="image.npy", missing="clear")))
+    image = thickness_frame(ImageryClouds(inputs, ImageryParameters(image="image.npy", missing="clear")))
     np.testing.assert_array_equal(entry > 0, image > 0)
     # An entry has 255 grey levels.
     assert np.abs(entry - image).max() <= 0.5 / 254 * (THICKEST - THINNEST) + 1e-3
@@ -302,9 +311,9 @@ def test_a_whole_scene_ends_where_its_image_ends(folder):
     clouds = _clouds(
         folder, size=(20, 20), motion=motion, parameters={"placement": "scene", "column_origin": 0, "row_origin": 0}
     )
-    np.testing.assert_array_equal(_frame(clouds, 7.0)[::-1] > 0, DRAWN[:20, 7:27] > 0)
+    np.testing.assert_array_equal(thickness_frame(clouds, 7.0)[::-1] > 0, DRAWN[:20, 7:27] > 0)
     with pytest.raises(ScenarioError, match="lies outside the image"):
-        _frame(clouds, 41.0)
+        thickness_frame(clouds, 41.0)
 
 
 # --- what does not fit ------------------------------------------------------------------

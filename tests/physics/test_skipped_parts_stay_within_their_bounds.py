@@ -146,7 +146,7 @@ def test_sunlight_scattered_by_air_under_a_very_low_sun(monkeypatch):
     sun = full.sun_up_at(0.0)
     with_all = reached(full, full.assembly, sun)
     monkeypatch.setattr(sunlight, "LOW_SUN_DEG", 70.0)
-    monkeypatch.setattr(sunlight_in_air, "_MAX_SUN_ZENITH_DEG", 70.0)
+    monkeypatch.setattr(sunlight_in_air, "MAX_SUN_ZENITH_DEG", 70.0)
     short = plan_of(models={}, **evening)
     bound = bound_of(short, "sunlight of a very low sun")
     assert 70.0 < sun.zenith_deg < 80.0

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from normal_numbers import quantile
 from scipy.special import ndtr, ndtri
 
 from hcss_twin.models.clouds.coverage import exceedance
-from hcss_twin.models.clouds.fractal.lattice import normals_from_bits
 
 BITS = np.unique(
     np.concatenate(
@@ -18,12 +18,6 @@ BITS = np.unique(
         ]
     )
 ).astype(np.uint32)
-
-
-def quantile(bits):
-    values = np.empty(bits.size, dtype=np.float32)
-    normals_from_bits(bits.astype(np.uint32), values)
-    return values
 
 
 def tail(bits):

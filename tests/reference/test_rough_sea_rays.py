@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from numba import njit
+from textbook_fresnel import real_fresnel
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.parameters import RoughSeaParameters
@@ -19,16 +20,6 @@ N = 1024
 def sea(wind, **parameters):
     plain = {"foam": False, "salinity_psu": 0.0, "water_temperature": False}
     return RoughSea(SeaInputs(wind, 0.0, 298.15, Catalog()), RoughSeaParameters(**(plain | parameters)))
-
-
-def real_fresnel(n, k, cosine):
-    """Unpolarised reflectance in real arithmetic, in the textbook's a and b form."""
-    sin2 = 1.0 - cosine**2
-    root = np.sqrt((n**2 - k**2 - sin2) ** 2 + 4.0 * n**2 * k**2)
-    a, b2 = np.sqrt(0.5 * (root + (n**2 - k**2 - sin2))), 0.5 * (root - (n**2 - k**2 - sin2))
-    rs = ((cosine - a) ** 2 + b2) / ((cosine + a) ** 2 + b2)
-    ratio = ((a * cosine - sin2) ** 2 + b2 * cosine**2) / ((a * cosine + sin2) ** 2 + b2 * cosine**2)
-    return 0.5 * rs * (1.0 + ratio)
 
 
 def water():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from textbook_fresnel import real_fresnel
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.parameters import CoxMunkParameters, RoughSeaParameters
@@ -13,17 +14,6 @@ from hcss_twin.providers import SeaInputs
 
 def sea(wind: float) -> CoxMunkSea:
     return CoxMunkSea(SeaInputs(wind, 0.0, 290.0, Catalog()), CoxMunkParameters())
-
-
-def real_fresnel(n: float, k: float, cosine: np.ndarray) -> np.ndarray:
-    """Unpolarised reflectance of an absorbing medium in real arithmetic, in the textbook's a and b form."""
-    sin2 = 1.0 - cosine**2
-    root = np.sqrt((n**2 - k**2 - sin2) ** 2 + 4.0 * n**2 * k**2)
-    a = np.sqrt(0.5 * (root + (n**2 - k**2 - sin2)))
-    b2 = 0.5 * (root - (n**2 - k**2 - sin2))
-    rs = ((cosine - a) ** 2 + b2) / ((cosine + a) ** 2 + b2)
-    ratio = ((a * cosine - sin2) ** 2 + b2 * cosine**2) / ((a * cosine + sin2) ** 2 + b2 * cosine**2)
-    return 0.5 * rs * (1.0 + ratio)
 
 
 def emissivity_by_tilt_and_bearing(n: float, k: float, zenith_deg: float, wind: float) -> float:

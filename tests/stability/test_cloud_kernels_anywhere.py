@@ -14,7 +14,6 @@ from scipy.special import ndtri
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.clouds.coverage import cloudy_pixels, highest_values
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
-from hcss_twin.models.clouds.fractal.lattice import normals_from_bits
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.fractal.rows import cubic_weights, split
 from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness
@@ -39,12 +38,6 @@ def cloud_layers(draw):
     least = min(most * 10.0 ** draw(st.one_of(st.just(0.0), st.floats(-6.0, 0.0))), most)
     taper = draw(st.one_of(st.just(0.0), st.just(1.0), st.floats(1e-9, 1.0)))
     return CloudLayer("x", 0.0, most, "base", least, draw(SHARE), None, WATER, edge_taper=taper)
-
-
-def quantile(bits):
-    values = np.empty(bits.size, dtype=np.float32)
-    normals_from_bits(bits.astype(np.uint32), values)
-    return values
 
 
 @MANY

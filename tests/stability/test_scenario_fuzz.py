@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from refusals import result_or_refusal
 from scenario_space import PAPER, PHYSICAL, scenarios, wide_scenarios, write_files
 
-from hcss_twin import HcssError, Scenario, make_plan, simulate
+from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.errors import CertificateWarning
 from hcss_twin.cube.requested_variables import term_variable
 from hcss_twin.cube.variables import VARIABLES
@@ -80,17 +81,9 @@ def mutated(draw):
     return raw
 
 
-def refusal_of(work):
-    """Result and error on purpose of ``work``; any other error passes."""
-    try:
-        return work(), None
-    except HcssError as error:
-        return None, error
-
-
 def check_cube(raw, base=None):
     """Simulate, and hold every variable against its limits in the table of variables; whether there is a cube."""
-    made, error = refusal_of(lambda: _plan_and_cube(raw, base))
+    made, error = result_or_refusal(lambda: _plan_and_cube(raw, base))
     if made is None:
         assert str(error).strip()
         return False
@@ -140,7 +133,7 @@ def check_nothing_is_changed(raw, base, plan, cube):
 
 def check_refusal(raw):
     """Validate and plan; only errors on purpose may come out, each with a field and a message."""
-    _, error = refusal_of(lambda: make_plan(Scenario.from_dict(raw)))
+    _, error = result_or_refusal(lambda: make_plan(Scenario.from_dict(raw)))
     for problem in getattr(error, "problems", ()):
         assert problem.field
         assert 0 < len(problem.message) < 2000

@@ -13,6 +13,7 @@ from hang import Hang
 
 from hcss_twin import HcssError, Scenario, ScenarioError, make_plan
 from hcss_twin.cli.main import cli
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.reading import first_bytes
 
@@ -130,3 +131,10 @@ def test_every_key_that_names_a_file_refuses_a_pipe_at_once(tmp_path, key):
     (tmp_path / "s.json").write_text(scenario)
     with at_once(), pytest.raises((ScenarioError, CatalogError)):
         make_plan(Scenario.load(tmp_path / "s.json", {key: KEYS[key], "radiance.model": "as-printed"}))
+
+
+def test_a_pipe_of_the_name_of_an_entry_is_named_and_not_suggested(tmp_path):
+    (tmp_path / "clouds").mkdir()
+    os.mkfifo(tmp_path / "clouds" / "sea.nc")
+    with at_once(), pytest.raises(CatalogError, match=r"clouds/sea.nc: it is a pipe; allowed: a file"):
+        Catalog(base=tmp_path).find("sea", "clouds", ".nc", beside=True)

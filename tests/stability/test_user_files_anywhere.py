@@ -16,8 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from input_files import small_table
 from pydantic import BaseModel, ValidationError
+from refusals import result_or_refusal
 
-from hcss_twin import HcssError, Scenario, ScenarioError, make_plan, simulate
+from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
@@ -194,14 +195,6 @@ def test_a_table_of_crystals_with_a_number_that_is_none_is_refused(name, bad, tm
         load_crystals(catalog, path, "moderate")  # the middle of three, of which the file's middle number is
 
 
-def made_or_refused(work):
-    """Result and error on purpose; any other error passes."""
-    try:
-        return work(), None
-    except HcssError as error:
-        return None, error
-
-
 @examples(6)
 @given(st.integers(0, 2**32), st.floats(0.0, 1.0), st.sampled_from(BAD_NUMBERS), st.booleans())
 def test_images_with_holes_are_refused_or_the_holes_are_clear_as_asked(seed, share, bad, allow):
@@ -224,7 +217,7 @@ def test_images_with_holes_are_refused_or_the_holes_are_clear_as_asked(seed, sha
             },
             "output": {"variables": ["cloud_mask", "cloud_thickness"]},
         }
-        cube, error = made_or_refused(lambda: simulate(Scenario.from_dict(raw, base=Path(folder))))
+        cube, error = result_or_refusal(lambda: simulate(Scenario.from_dict(raw, base=Path(folder))))
         if cube is None:
             assert "image" in str(error)
             assert hole.any()
@@ -249,7 +242,7 @@ def test_an_import_marks_what_is_missing_and_its_entry_reads_back(seed, bad, sha
     with tempfile.TemporaryDirectory() as folder:
         np.save(Path(folder) / "image.npy", values)
         options = ImportOptions(pixel_size_m=100.0)
-        entry, error = made_or_refused(lambda: import_image(Path(folder) / "image.npy", options))
+        entry, error = result_or_refusal(lambda: import_image(Path(folder) / "image.npy", options))
         if entry is None:
             assert "image.npy" in str(error)
             return

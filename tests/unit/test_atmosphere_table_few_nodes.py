@@ -4,21 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+from part_of_table import ROWS, WAVENUMBER, WHOLE, stored, table_provider
 from scipy.interpolate import PchipInterpolator
 
-from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.atmosphere.table import TableTransmittance
-from hcss_twin.models.atmosphere.table_file import read_atmosphere_table, write_atmosphere_table
-from hcss_twin.models.parameters import TableParameters
+from hcss_twin.models.atmosphere.table_file import write_atmosphere_table
 from hcss_twin.physics.monotone_cubic import pchip_in_window, window_start
 from hcss_twin.physics.paths import to_space
-from hcss_twin.providers import AtmosphereInputs
-
-WHOLE = read_atmosphere_table(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
-ROWS = slice(60, 180, 4)
-WAVENUMBER = WHOLE.wavenumber_cm1[ROWS]
 
 
 def thinned(folder, heights, angles):
@@ -37,18 +29,7 @@ def thinned(folder, heights, angles):
         path_radiance=WHOLE.path_radiance[at],
     )
     write_atmosphere_table(folder / "t.nc", table, {})
-    return provider(folder / "t.nc")
-
-
-def provider(file):
-    catalog = Catalog()
-    inputs = AtmosphereInputs(load_profile("us-standard-1976", catalog), catalog)
-    return TableTransmittance(inputs, TableParameters(file=str(file)))
-
-
-def stored(height, angle):
-    at = list(WHOLE.target_altitude_m).index(height), list(WHOLE.zenith_deg).index(angle)
-    return WHOLE.transmittance[at][ROWS], WHOLE.path_radiance[at][ROWS]
+    return table_provider(folder / "t.nc")
 
 
 def test_one_height_and_one_angle_give_exactly_that_path(tmp_path):
@@ -100,7 +81,7 @@ def test_nodes_are_met_and_values_between_them_are_between(tmp_path, heights, an
 def test_who_has_few_nodes_says_that_nobody_knows_the_error(tmp_path):
     notes = thinned(tmp_path, [0.0, 1000.0], [0.0]).declares.notes
     assert any("unverified: 2 heights (linear between them), 1 zenith angles (that one only)" in note for note in notes)
-    shipped = provider("us-standard-1976-lowtran7")
+    shipped = table_provider("us-standard-1976-lowtran7")
     assert not any("unverified" in note for note in shipped.declares.notes)
 
 

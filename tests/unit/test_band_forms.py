@@ -4,10 +4,10 @@ import re
 
 import numpy as np
 import pytest
+from refusals import problems_of
 from scipy import special
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import ScenarioError
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.scenario import Scenario
 
@@ -71,7 +71,5 @@ def test_forms_survive_being_written():
     ],
 )
 def test_wrong_forms_are_told(band, field, message):
-    with pytest.raises(ScenarioError) as caught:
-        scenario(band)
-    found = {problem.field: problem.message for problem in caught.value.problems}
+    found = problems_of(lambda: scenario(band))
     assert re.search(message, found.get(field, "")), found

@@ -163,12 +163,15 @@ def test_a_writer_that_fails_leaves_nothing(folder):
     assert not list(folder.iterdir())
 
 
-def test_a_folder_that_cannot_be_made_only_costs_time(tmp_path, monkeypatch):
+def test_a_folder_whose_place_a_file_has_is_named_and_only_costs_time(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("in the way")
-    monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "file"))
-    keep("a", 10)
-    assert store().find("a") is None
-    assert store().kept() == []
+    for name in (tmp_path / "file", tmp_path / "file" / "below"):
+        monkeypatch.setenv("HCSS_CACHE_DIR", str(name))
+        with pytest.warns(CacheWarning, match=r"/file is no folder; set HCSS_CACHE_DIR to a folder, or HCSS_CACHE_MB"):
+            keep("a", 10)
+        with pytest.warns(CacheWarning, match="the cache is not used"):
+            assert store().find("a") is None
+        assert store().kept() == []
 
 
 def _write_often(key):

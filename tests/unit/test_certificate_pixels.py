@@ -7,11 +7,12 @@ import pytest
 from cheap import CHEAP
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import kstest
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.certificate.certificate import Certificate, StratumCheck
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample, allot
-from hcss_twin.engine.certificate.part_sample import strata, stratum_names
+from hcss_twin.engine.certificate.part_sample import PartSample, strata, stratum_names
 from hcss_twin.engine.stages.stage import IN_SHADOW, SeenWindow
 from hcss_twin.engine.tables.spectrum import checked_frames
 
@@ -160,9 +161,22 @@ def test_checked_frames_are_one_of_each_part_and_the_same_for_all_scenes():
         assert len(chosen) == parts
 
 
+def numbers_of(plan, index, size):
+    """The random number (size, size) of every pixel of a frame, drawn in two parts of its rows."""
+    number, half = np.empty((size, size)), size // 2
+    for first in (0, half):
+        every = PartSample(plan, index, size**2, first * size, (first, 0))
+        window = slice(0, half), slice(0, size)
+        every.observe(SeenWindow(window, [np.zeros((half, size), np.float32)]))
+        found = every.drawn(np.zeros((1, 1, half, size), np.float32))
+        assert found.key.size == half * size
+        number[found.place[:, 1], found.place[:, 2]] = found.key
+    return number
+
+
 @pytest.mark.parametrize("rare", [0, 5, 200])
 def test_of_each_stratum_those_with_the_smallest_numbers_are_drawn(plan, rare):
-    """However few pixels a stratum has: the numbers are those that the generator of the frame gives in order."""
+    """However few pixels a stratum has: the numbers are those of the frame, however it is divided."""
     size = 300
     thickness = np.full((size, size), 50.0, np.float32)
     thickness[: size // 2] = 500.0
@@ -171,14 +185,16 @@ def test_of_each_stratum_those_with_the_smallest_numbers_are_drawn(plan, rare):
     index = checked_frames(1, plan.frame_times_s.size)[0]
     kind, window = strata(plan.layers, [thickness], (size, size), 1), (slice(0, size), slice(0, size))
     sample = PixelSample(plan).of_part(index)
-    number = PixelSample(plan).of_part(index)._random.random((size, size))
+    number = numbers_of(plan, index, size)
+    assert kstest(number.ravel(), "uniform").pvalue > 1e-3
     sample.observe(SeenWindow(window, [thickness]))
+    found = sample.drawn(np.zeros((1, 1, size, size), np.float32))
     for stratum in range(len(stratum_names(1))):
         places = np.argwhere(kind == stratum)
         wanted = places[np.argsort(number[kind == stratum])][:24]
-        own = sample._place[:, 0] == stratum
-        np.testing.assert_array_equal(sample._place[own, 1:], wanted)
-        np.testing.assert_array_equal(sample._points[own, 0, 0], thickness[wanted[:, 0], wanted[:, 1]])
+        own = found.place[:, 0] == stratum
+        np.testing.assert_array_equal(found.place[own, 1:], wanted)
+        np.testing.assert_array_equal(found.points[own, 0, 0], thickness[wanted[:, 0], wanted[:, 1]])
 
 
 def test_a_certificate_counts_over_its_strata_and_reports_the_worst_of_each_band(plan):

@@ -42,19 +42,17 @@ def test_stored_nodes_are_those_of_the_lattice_whatever_was_loaded_before():
         np.testing.assert_array_equal(nodes(cache, table, wanted), expected(t, wanted))
 
 
-def test_blocks_of_this_frame_and_the_last_are_not_generated_again(monkeypatch):
+def test_blocks_of_this_frame_and_the_last_are_not_generated_again():
     cache, filled = BlockCache(), []
     strips = [window(rows=(top, top + 60), columns=(0, 900)) for top in range(0, 1200, 60)]
-    fill = BlockCache._fill
 
-    def counting(self, keys, each):
-        filled.append(len(keys))
-        fill(self, keys, each)
+    def counting(part, count):
+        filled.append(count)
+        part(0, count)
 
-    monkeypatch.setattr(BlockCache, "_fill", counting)
     for frame in range(3):
         for strip in strips:
-            cache.load(float(frame), [strip], at_once)
+            cache.load(float(frame), [strip], counting)
         if frame == 0:
             once = sum(filled)
     assert sum(filled) == once == 19 * 4

@@ -1,6 +1,7 @@
 """The budget of the total error: figures of providers become a band's, in both units, and unknown ones stay unknown."""
 
 import csv
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -9,14 +10,17 @@ import numpy as np
 import pytest
 from benchmark_module import benchmark_module
 from cheap import CHEAP
+from example_cube import example_frame, example_header
+from pages import read_page
 
+import hcss_twin
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import ProviderDefect
-from hcss_twin.plan import error_budget as budgets
+from hcss_twin.cube.requested_variables import expand
+from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.plan.accuracy import RequestedAccuracy
-from hcss_twin.plan.error_budget import Contribution, ErrorBudget, beyond_accuracy, error_budget
+from hcss_twin.plan.error_budget import ENGINE, NUMERICS, Contribution, ErrorBudget, beyond_accuracy, error_budget
 from hcss_twin.providers import ModelError
-from hcss_twin.reports.cube_page import _total
 
 MODELS = Path(__file__).parents[2] / "hcss_twin" / "models"
 C2_CM_K = 1.438777
@@ -29,20 +33,39 @@ def plan():
     return make_plan(Scenario.load("stratus", {**CHEAP, "image.rows": 8, "image.columns": 8, "bands": bands}))
 
 
-def stating(*errors):
-    """A provider that states these figures."""
+class Stating:
+    """A provider that states figures of its errors."""
 
-    class Stating:
-        def model_errors(self):
-            return errors
+    def __init__(self, *errors):
+        self._errors = errors
 
-    return Stating().model_errors()
+    def model_errors(self):
+        return self._errors
 
 
-def contribution(plan, band, *errors, of="clear", kind="clear"):
-    scale = budgets._Band(plan, band, plan.assembly.sea_temperature_K)
-    (found,) = budgets._of_provider(plan, "gas", stating(*errors), of, kind, scale)
+def of_providers(plan, of, band, **providers):
+    """Contributions to a class and band of a scene with other providers, without those of engine and numerics."""
+    budget = error_budget(replace(plan, assembly=replace(plan.assembly, **providers)))
+    return [each for each in budget.contributions[of, plan.bands[band].name] if each.name not in (ENGINE, NUMERICS)]
+
+
+def contribution(plan, band, *errors, of="clear"):
+    """That of gas."""
+    every = of_providers(plan, of, band, transmittance=Stating(*errors))
+    (found,) = (each for each in every if each.name == "gas")
     return found
+
+
+def on_the_page(cell, path):
+    """Total error of a class and band, in percent and kelvin, on the page of a cube."""
+    attributes = {"hcss_error_budget": json.dumps({"clear": {"x": cell}})}
+    header = example_header(variables=tuple(expand(["cloud_mask"], {})), attributes=attributes)
+    with CubeWriter(path, header) as writer:
+        for index in range(header.frames):
+            writer.write_frame(index, example_frame(header, index))
+    ((of, band, percent, kelvin, _),) = read_page(hcss_twin.report(path, replace=True)).table("class", "band")
+    assert (of, band) == ("clear", "x")
+    return f"{percent} {kelvin}"
 
 
 def test_the_total_is_the_root_of_the_sum_of_squares_of_what_is_known():
@@ -59,14 +82,16 @@ def test_the_total_is_the_root_of_the_sum_of_squares_of_what_is_known():
     ("third", "unknown"),
     [((), []), ((Contribution("gas"),), ["gas"]), ((Contribution("sea", 0.0, 0.0, 0.2),), ["sea in 80 % of the band"])],
 )
-def test_an_error_of_which_a_part_is_unknown_has_no_total_and_is_at_least_that_wherever_it_is_shown(third, unknown):
+def test_an_error_of_which_a_part_is_unknown_has_no_total_and_is_at_least_that_wherever_it_is_shown(
+    third, unknown, tmp_path
+):
     budget = ErrorBudget(
         {("clear", "x"): (Contribution("a", 0.03, 1.5, 1.0), Contribution("b", 0.04, 2.0, 1.0), *third)}
     )
     cell = budget.as_dict()["clear"]["x"]
     (line,), (short,) = budget.lines, budget.totals
-    # the page that earlier versions' cubes have, too
-    shown = (line, short, " ".join(_total(cell)), " ".join(_total({**cell, "total": 0.05, "total_K": 2.5})))
+    of_earlier_versions = {**cell, "total": 0.05, "total_K": 2.5}
+    shown = (line, short, *(on_the_page(each, tmp_path / "cube.nc") for each in (cell, of_earlier_versions)))
     assert [("at least" in text) for text in shown] == [bool(unknown)] * 4
     assert cell["unknown"] == unknown
     assert ("total" in cell, "total_K" in cell) == (not unknown, not unknown)
@@ -113,15 +138,19 @@ def test_only_figures_of_this_column_view_sun_and_path_count(plan):
         )
     ]
     assert contribution(plan, 1, fitting, *others).relative == pytest.approx(0.01)
-    assert contribution(plan, 1, fitting, *others, of="stratus", kind="cloudy").relative == pytest.approx(0.5)
+    assert contribution(plan, 1, fitting, *others, of="stratus").relative == pytest.approx(0.5)
     assert contribution(plan, 0, fitting).relative is None
 
 
 def test_a_provider_that_states_nothing_is_unknown(plan):
-    scale = budgets._Band(plan, 0, 290.0)
-    for stated in (None, ()):
-        assert list(budgets._of_provider(plan, "gas", stated, "clear", "clear", scale)) == [Contribution("gas")]
-        assert not list(budgets._of_provider(plan, "particles", stated, "clear", "clear", scale))
+    for silent in (object(), Stating()):
+        gas, particles = Contribution("gas"), Contribution("particles")
+        silent_providers = {"transmittance": silent, "optics_of_layers": (silent,)}
+        clear, cloudy = (of_providers(plan, of, 0, **silent_providers) for of in ("clear", "stratus"))
+        assert gas in clear
+        assert gas in cloudy
+        assert particles in cloudy
+        assert "particles" not in [each.name for each in clear]
 
 
 def test_figures_without_a_size_are_refused():

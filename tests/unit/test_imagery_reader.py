@@ -10,6 +10,7 @@ import pytest
 from PIL import Image as Picture
 
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.clouds.imagery.cloudiness import described
 from hcss_twin.models.clouds.imagery.image import SatelliteImage, in_kelvin
 from hcss_twin.models.clouds.imagery.reader import read_image
 
@@ -120,6 +121,42 @@ def test_units_of_temperature_are_converted_to_kelvin(tmp_path, units, values):
     image = in_kelvin(SatelliteImage(np.array(values), None, True, units, "t", "t"))
     assert (image.units, image.bright_is_cloud) == ("K", False)
     np.testing.assert_allclose(image.values, [[290.0, 260.0], [270.0, 280.0]], atol=1e-9)
+
+
+SCENE_K = np.random.default_rng(0).uniform(220.0, 300.0, (40, 50))
+
+
+@pytest.mark.parametrize(
+    ("factor", "offset", "unit"),
+    [(10.0, 0.0, "dK"), (100.0, 0.0, "cK"), (1000.0, 0.0, "mK"), (1.0, -273.15, "degC"), (1.2, 100.0, None)],
+)
+def test_values_that_are_no_kelvin_are_refused_with_the_closest_reading(tmp_path, factor, offset, unit):
+    values = factor * SCENE_K + offset
+    with pytest.raises(CatalogError, match=f"closest is the unit {unit}: 22" if unit else "few above 400 K$") as caught:
+        read_image(_netcdf(tmp_path / "a.nc", values - 200.0, units="K"))  # _netcdf adds 200 to temperatures
+    assert "stated unit: K" in str(caught.value)
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1.0, "kelvin"), (10.0, "dK"), (100.0, "cK")])
+def test_values_without_a_unit_that_may_be_temperatures_are_doubted_by_name(tmp_path, factor, unit):
+    counts = np.rint(factor * SCENE_K).astype(np.uint16)
+    counts[0] = 0  # missing, as in many products
+    Picture.fromarray(counts).save(tmp_path / "a.png")
+    (doubt,) = (text for text in described(read_image(tmp_path / "a.png"), "auto") if "?" in text)
+    assert f"brightness temperatures in {unit}? Then cold is cloud" in doubt
+    assert "brightness" not in " ".join(described(read_image(tmp_path / "a.png"), "dark"))
+
+
+@pytest.mark.parametrize("name", ["a.jpg", "a.png", "a.tif"])
+def test_pictures_that_viewers_turn_are_refused_and_upright_ones_are_read(tmp_path, name):
+    picture, stated = Picture.fromarray(SCENE_K.astype(np.uint8)), Picture.Exif()
+    for orientation in (1, 6):
+        stated[274] = orientation
+        picture.save(tmp_path / name, exif=stated)
+        if orientation == 1:
+            assert read_image(tmp_path / name).values.shape == SCENE_K.shape
+    with pytest.raises(CatalogError, match=rf"{name}: orientation 6 .*turned by 90 degrees clockwise.*allowed: 1"):
+        read_image(tmp_path / name)
 
 
 @pytest.mark.parametrize(

@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from own_cloud_type import own_type
 
-from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.models.optics import size_distribution as size
 from hcss_twin.providers import Microphysics
 from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.clouds import Layer
-
-BY_SHAPE = "alpha = 3.0\nb = 0.193  # um^-nu\nnu = 1.30\nnumber_density = 80.0e6  # m-3\nradius_range_um = [0.02, 50.0]"
 
 
 @given(
@@ -44,16 +42,13 @@ def test_impossible_sizes_are_refused(arguments, message) -> None:
         size.gamma_distribution("water", *arguments)
 
 
-def own_type(folder, microphysics):
-    text = (Catalog().root / "cloud_types" / "stratus.toml").read_text(encoding="utf-8")
-    assert BY_SHAPE in text
-    (folder / "mine.toml").write_text(text.replace(BY_SHAPE, microphysics), encoding="utf-8")
-    return resolve_layer(Layer.model_validate({"type": "mine.toml"}), Catalog(base=folder), "clouds").layer
+def own_layer(folder, microphysics):
+    return resolve_layer(Layer.model_validate({"type": "mine.toml"}), own_type(folder, microphysics), "clouds").layer
 
 
 def test_a_cloud_type_may_give_effective_radius_variance_and_water_content(tmp_path) -> None:
     given = "effective_radius_um = 10.0\neffective_variance = 0.1\nwater_content_kg_m3 = 3e-4"
-    cloud = own_type(tmp_path, given).microphysics
+    cloud = own_layer(tmp_path, given).microphysics
     assert size.effective_radius_um(cloud) == pytest.approx(10.0, rel=1e-6)
     assert size.water_content_kg_m3(cloud) == pytest.approx(3e-4, rel=1e-12)
     assert (cloud.alpha, cloud.nu) == (pytest.approx(7.0), 1.0)
@@ -64,7 +59,7 @@ def test_a_range_that_cuts_the_distribution_is_a_problem_of_the_cloud_type(tmp_p
         "effective_radius_um = 10.0\neffective_variance = 0.1\nwater_content_kg_m3 = 3e-4\nradius_range_um = [9, 11]"
     )
     with pytest.raises(ScenarioError, match=r"clouds\.type: 'mine\.toml', microphysics: radius_range_um 9, 11"):
-        own_type(tmp_path, given)
+        own_layer(tmp_path, given)
 
 
 @pytest.mark.parametrize("radius", [1e-6, 1e-3, 500.0])
@@ -103,4 +98,4 @@ def test_a_range_without_particles_is_refused():
 def test_particles_beyond_limits_are_refused_by_key(key, value, message, tmp_path) -> None:
     keys = {"alpha": 3.0, "b": 0.193, "nu": 1.3, "number_density": 80e6, "radius_range_um": [0.02, 50.0], key: value}
     with pytest.raises(ScenarioError, match=message):
-        own_type(tmp_path, "\n".join(f"{name} = {each}" for name, each in keys.items()))
+        own_layer(tmp_path, "\n".join(f"{name} = {each}" for name, each in keys.items()))

@@ -1,5 +1,6 @@
 """Tables of bulk optics: found by content, kept between runs, whole or not at all."""
 
+import itertools
 import os
 from dataclasses import replace
 
@@ -7,8 +8,8 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.optics import table_store
+from hcss_twin.core.errors import CacheWarning, CatalogError
+from hcss_twin.models.optics import bulk, table_store
 from hcss_twin.models.optics.bulk import Accuracy, BulkTable
 from hcss_twin.models.optics.size_distribution import gamma_distribution
 from hcss_twin.models.optics.table_store import TableStore, cache_folder
@@ -18,6 +19,8 @@ CLOUD = gamma_distribution("water", 5.0, 0.1, 1e-4)
 ACCURACY = Accuracy(radius_nodes=50, spectral_step=0.05, moments=16)
 WINDOW = np.log(np.linspace(10.0, 11.0, 9))
 MEDIUM = np.log(np.linspace(3.5, 4.0, 9))
+LONG = np.log(np.linspace(6.0, 15.0, 400))
+"""So many wavelengths that a run tells of them: more than 64 nodes."""
 
 
 @pytest.fixture(autouse=True)
@@ -48,8 +51,8 @@ def refuse(*_):
 def test_a_second_run_computes_nothing_and_gives_the_same_numbers(index, folder, monkeypatch) -> None:
     first = completed(index)
     assert [path.name for path in folder.iterdir()] == [f"{first.key}.nc"]
-    monkeypatch.setattr(BulkTable, "_properties", refuse)
-    monkeypatch.setattr(BulkTable, "_moments", refuse)
+    monkeypatch.setattr(bulk, "bulk_properties", refuse)
+    monkeypatch.setattr(bulk, "bulk_moments", refuse)
     for ours, theirs in zip(completed(index)(WINDOW), first(WINDOW), strict=True):
         np.testing.assert_array_equal(ours, theirs)
 
@@ -123,7 +126,8 @@ def test_the_key_tells_apart_whatever_changes_the_numbers(index) -> None:
 def test_a_cache_that_cannot_be_written_only_costs_time(index, tmp_path, monkeypatch) -> None:
     (tmp_path / "file").write_text("in the way", encoding="utf-8")
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "file"))
-    assert np.all(np.isfinite(completed(index)(WINDOW)[0]))
+    with pytest.warns(CacheWarning, match="file is no folder"):
+        assert np.all(np.isfinite(completed(index)(WINDOW)[0]))
 
 
 def test_a_user_without_a_home_gets_results_all_the_same(index, monkeypatch) -> None:
@@ -161,22 +165,32 @@ def test_the_cache_lies_where_the_user_says(monkeypatch, tmp_path) -> None:
     assert cache_folder() == tmp_path / "hcss-twin" / "optics"
 
 
-def test_a_long_computation_is_announced_once_with_its_time(monkeypatch, caplog) -> None:
-    clock = iter(range(0, 1000, 5))
-    monkeypatch.setattr(table_store.time, "monotonic", lambda: float(next(clock)))
-    assert [each.size for each in table_store._progress([np.arange(2)] * 9, 18)] == [2] * 9
+def to_compute(index, position):
+    """Number of nodes that an empty table needs."""
+    table = make(index)
+    return table.properties.missing(position).size + table.moments.missing(position).size
+
+
+def test_a_long_computation_is_announced_once_with_its_time(index, monkeypatch, caplog) -> None:
+    """A piece of 16 wavelengths seems to take 5 s."""
+    clock = itertools.count(0.0, 5.0)
+    monkeypatch.setattr(table_store.time, "monotonic", lambda: next(clock))
+    completed(index, LONG)
+    left = to_compute(index, LONG) - 16
+    assert left > 64
     (message,) = caplog.messages
-    assert "16 wavelengths" in message
-    assert "40 s" in message
+    assert f"{left} wavelengths" in message
+    assert f"{5.0 / 16 * left:.0f} s" in message
     caplog.clear()
-    list(table_store._progress([np.arange(2)] * 2, 4))
+    assert 0 < to_compute(index, MEDIUM) - 16 < 32
+    completed(index, MEDIUM)
     assert not caplog.messages
 
 
-def test_progress_is_shown_on_a_terminal_only(index, monkeypatch, capsys) -> None:
-    monkeypatch.setattr(table_store, "_MIN_FOR_PROGRESS", 1)
-    completed(index)
+def test_progress_is_shown_on_a_terminal_only(index, monkeypatch, capsys, tmp_path) -> None:
+    completed(index, LONG)
     assert capsys.readouterr().err == ""
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    completed(index, MEDIUM)
+    monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "another"))
+    completed(index, LONG)
     assert "cloud optics" in capsys.readouterr().err

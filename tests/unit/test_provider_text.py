@@ -7,13 +7,14 @@ from typing import Literal
 
 import pytest
 from click.testing import CliRunner
+from installed_providers import install
 from pydantic import BaseModel, Field
 
 from hcss_twin import models
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.providers import ModelError
-from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
+from hcss_twin.providers.registry import ProviderSpec, Registry, hookimpl
 from hcss_twin.reports.provider_text import described, provider_text
 
 
@@ -52,11 +53,7 @@ class Ada:
 
 @pytest.fixture
 def registry(monkeypatch):
-    made = Registry.defaults_only()
-    made.add(Ada(), Origin("ada", "hcss-ada", "1.2"))
-    assert not made.broken
-    monkeypatch.setattr(Registry, "discover", classmethod(lambda cls: made))
-    return made
+    return install(monkeypatch, Ada(), "ada")
 
 
 def test_parameters_are_told_with_type_limits_default_and_description(registry):
@@ -83,8 +80,8 @@ def test_parameters_are_told_with_type_limits_default_and_description(registry):
 def test_text_of_all_providers_of_a_name(registry):
     done = CliRunner().invoke(cli, ["plugins", "ada"])
     assert done.exit_code == 0
-    (sea,) = (each for each in done.output.split("\n\n") if each.startswith("sea model ada  [hcss-ada 1.2]"))
-    (optics,) = (each for each in done.output.split("\n\n") if each.startswith("optics provider ada  [hcss-ada 1.2]"))
+    (sea,) = (each for each in done.output.split("\n\n") if each.startswith("sea model ada  [hcss-ada 1.0]"))
+    (optics,) = (each for each in done.output.split("\n\n") if each.startswith("optics provider ada  [hcss-ada 1.0]"))
     said = {
         sea: ('sea.model = "ada"', "no parameters"),
         optics: (

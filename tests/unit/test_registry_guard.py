@@ -234,9 +234,10 @@ def test_wrapped_providers_are_still_providers_and_forward_the_rest():
     assert isinstance(guarded("optics", PlainOptics()), Optics)
     assert isinstance(guarded("atmosphere", PlainGas(sample_profile())), TransmittanceProvider)
     assert isinstance(guarded("clouds", Answers(0), sample_cloud_inputs()), CloudGenerator)
-    own = guarded("sea", Answers(0, significant_wave_height_m=2.0))
+    plain = Answers(0, significant_wave_height_m=2.0)
+    own = guarded("sea", plain)
     assert own.significant_wave_height_m == 2.0
-    assert own.declares == own._provider.declares
+    assert own.declares == plain.declares
     with pytest.raises(AttributeError):
         own.no_such_attribute  # noqa: B018
 

@@ -1,5 +1,7 @@
 """The parts of the rough sea: densities, shadowing, bases, water, foam; refusals and notes."""
 
+import weakref
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.facets import smith_lambda
-from hcss_twin.models.sea.reflection import basis_values, checked_nodes, gathered_linearly
+from hcss_twin.models.sea.reflection import Reflection, basis_values, checked_nodes, gathered_linearly
 from hcss_twin.models.sea.rough_sea import RoughSea
 from hcss_twin.models.sea.sea_water import foam_coverage, foam_reflectance
 from hcss_twin.models.sea.slope_statistics import slope_statistics
@@ -128,13 +130,22 @@ def test_notes_say_what_is_extrapolated_or_left_out():
     assert any("under foam" in note for note in sea(30.0).declares.notes)
 
 
-def test_repeated_views_give_the_same_and_do_not_pile_up():
-    model, nu = sea(), np.array([900.0])
-    first = model.emissivity(nu, np.array([0.5]))
+def test_repeated_views_give_the_same_and_do_not_pile_up(monkeypatch):
+    model, nu, nodes = sea(), np.array([900.0]), np.array([0.3, 0.8])
+    made, first_of = [], Reflection.first
+
+    def recorded(*arguments):
+        found = first_of(*arguments)
+        made.append(weakref.ref(found))
+        return found
+
+    monkeypatch.setattr(Reflection, "first", recorded)
+    first = model.reflection_weights(nu, np.array([0.5]), nodes)
     for mu in np.linspace(0.1, 0.9, 100):
-        model.emissivity(nu, np.array([mu]))
-    np.testing.assert_array_equal(model.emissivity(nu, np.array([0.5])), first)
-    assert len(model._folds) <= 64
+        model.reflection_weights(nu, np.array([mu]), nodes)
+    np.testing.assert_array_equal(model.reflection_weights(nu, np.array([0.5]), nodes), first)
+    assert len(made) >= 100
+    assert sum(each() is not None for each in made) <= 64
 
 
 @pytest.mark.parametrize("slopes", ["isotropic", "upwind-crosswind"])
@@ -144,7 +155,7 @@ def test_a_view_is_folded_once_and_reflects_the_same_alone_and_among_others(slop
     together = model.reflection_weights(nu, mu, nodes, "linear", wind)
     alone = [sea(slopes=slopes).reflection_weights(nu, mu[[i]], nodes, "linear", wind[[i]])[0] for i in range(3)]
     np.testing.assert_allclose(together, alone, rtol=1e-12, atol=1e-15)
-    asked, first = [], model._reflection.first
-    monkeypatch.setattr(model._reflection, "first", lambda view, *rest: asked.append(view) or first(view, *rest))
+    asked, first = [], Reflection.first
+    monkeypatch.setattr(Reflection, "first", lambda of, view, *rest: asked.append(view) or first(of, view, *rest))
     model.reflection_weights(nu, np.append(mu, 0.7), nodes, "linear", np.append(wind, 3.0))
     assert asked == [0.7]

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from refusals import problems_of
 
 from hcss_twin import Scenario, ScenarioError, make_plan
 from hcss_twin.core.catalog import catalog_root
@@ -13,9 +14,7 @@ EXAMPLE = "2024-04-20T12:30:00+10:00"
 
 
 def refusal(text, overrides=None, base=None):
-    with pytest.raises(ScenarioError) as caught:
-        make_plan(Scenario.from_toml(text, overrides, base=base))
-    return {problem.field: problem.message for problem in caught.value.problems}
+    return problems_of(lambda: make_plan(Scenario.from_toml(text, overrides, base=base)))
 
 
 WRONG = [

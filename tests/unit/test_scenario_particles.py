@@ -1,6 +1,8 @@
 """A layer of a scenario may change the particles of its cloud type."""
 
 import pytest
+from own_cloud_type import own_type
+from refusals import problems_of
 
 from hcss_twin import Scenario, ScenarioError, make_plan
 from hcss_twin.core.catalog import Catalog
@@ -9,20 +11,11 @@ from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.clouds import Layer
 
 TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 2}
-BY_SHAPE = "alpha = 3.0\nb = 0.193  # um^-nu\nnu = 1.30\nnumber_density = 80.0e6  # m-3\nradius_range_um = [0.02, 50.0]"
 BY_SIZE = "effective_radius_um = {}\neffective_variance = {}\nwater_content_kg_m3 = {}"
 
 
 def particles(catalog=None, **keys):
     return resolve_layer(Layer.model_validate(keys), catalog or Catalog(), "clouds").layer.microphysics
-
-
-def own_type(folder, microphysics, material="water"):
-    text = (Catalog().root / "cloud_types" / "stratus.toml").read_text(encoding="utf-8")
-    assert BY_SHAPE in text
-    text = text.replace(BY_SHAPE, microphysics).replace('material = "water"', f'material = "{material}"')
-    (folder / "mine.toml").write_text(text, encoding="utf-8")
-    return Catalog(base=folder)
 
 
 @pytest.mark.parametrize("material", ["water", "ice"])
@@ -79,9 +72,7 @@ def test_sizes_and_contents_may_have_units(value, plain):
 
 
 def refusal(overrides, scenario="stratus"):
-    with pytest.raises(ScenarioError) as caught:
-        make_plan(Scenario.load(scenario, {**TINY, **overrides}))
-    return {problem.field: problem.message for problem in caught.value.problems}
+    return problems_of(lambda: make_plan(Scenario.load(scenario, {**TINY, **overrides})))
 
 
 @pytest.mark.parametrize(

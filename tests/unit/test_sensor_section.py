@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from refusals import problems_of
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
@@ -22,9 +23,7 @@ def scenario(text="", base=None, **overrides):
 
 
 def problems(text="", base=None, **overrides):
-    with pytest.raises(ScenarioError) as caught:
-        scenario(text, base, **overrides)
-    return {problem.field: problem.message for problem in caught.value.problems}
+    return problems_of(lambda: scenario(text, base, **overrides))
 
 
 def of_parameters(**parameters):

@@ -75,10 +75,10 @@ def test_slopes_are_the_derivatives_of_the_elevation():
 
 def test_one_wave_travels_downwind_with_the_speed_of_deep_water():
     field = WaveField(PM, 270.0, 5.0, seed=3, components=1)
-    omega = float(field._omega[0])
+    omega = float(field.frequency_rad_s[0])
     speed = 9.81 / omega
     # The crests move along the wave's own direction, within a quarter turn of downwind (east: columns).
-    k = np.array([field._k_x[0], field._k_y[0]])
+    k = np.array([field.k_x_rad_m[0], field.k_y_rad_m[0]])
     assert k[0] > 0.0
     assert np.hypot(*k) == pytest.approx(omega**2 / 9.81, rel=1e-12)
     shift = 7 * 5.0 * k[0] / np.hypot(*k) / speed
@@ -103,12 +103,13 @@ def test_slopes_are_the_sum_of_the_sines_of_all_waves(components, pixel, row, co
     field = WaveField(PM, 40.0, pixel, seed=6, components=components)
     rows, columns = np.arange(row, row + 40), np.arange(column, column + 300)
     found = field.slopes(2.5, slice(row, row + 40), slice(column, column + 300), 7.7)
-    k_y, k_x = field._k_y * pixel, field._k_x * pixel
-    along = np.exp(1j * (np.outer(k_x, columns + 0.5) + (field._k_x * 7.7)[:, None]))
-    down = np.exp(1j * (np.outer(rows + 0.5, k_y) + field._phase - 2.5 * field._omega))
-    for slopes, k in zip(found, (field._k_x, field._k_y), strict=True):
-        expected = -field._slope * ((down * k / field._wavenumber) @ along).imag
-        scale = np.sqrt(field.resolved_mean_square_slope)
+    k_y, k_x = field.k_y_rad_m, field.k_x_rad_m
+    along = np.exp(1j * (np.outer(k_x * pixel, columns + 0.5) + (k_x * 7.7)[:, None]))
+    down = np.exp(1j * (np.outer(rows + 0.5, k_y * pixel) + field.phase_rad - 2.5 * field.frequency_rad_s))
+    scale = np.sqrt(field.resolved_mean_square_slope)
+    steepest = scale * np.sqrt(2.0 / components)  # of each wave: all have the same mean-square slope
+    for slopes, k in zip(found, (k_x, k_y), strict=True):
+        expected = -steepest * ((down * k / np.hypot(k_x, k_y)) @ along).imag
         np.testing.assert_allclose(slopes, expected, rtol=0.0, atol=plane_waves.ERROR * scale)
 
 

@@ -59,7 +59,7 @@ class EntryFacts:
     pixel_size_is_nominal : bool
         True if it applies only at the sub-satellite point of a geostationary satellite; elsewhere pixels are larger.
     pixel_size_from : str
-        ``file`` or ``user``.
+        ``file``, ``user``, or ``sample``: the catalog's description of a measured sample.
     units, cloud_is : str
         Units of the image's values, and whether ``bright`` or ``dark`` ones are cloud.
     method : str

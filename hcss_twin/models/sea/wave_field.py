@@ -43,6 +43,19 @@ class WaveField:
     components : int
         Number of waves, all with the same mean-square slope.
 
+    Attributes
+    ----------
+    pixel_size_m : float
+        Size of a pixel.
+    cutoff_rad_s : float
+        Frequency of the shortest wave.
+    resolved_mean_square_slope : float
+        Sum of the mean-square slopes of the waves.
+    frequency_rad_s, phase_rad : ndarray (W,)
+        Of each wave; the phase is that of its elevation's cosine at time 0 in the corner of pixel 0, 0.
+    k_x_rad_m, k_y_rad_m : ndarray (W,)
+        Wave vectors along columns and along rows.
+
     Raises
     ------
     ValueError
@@ -66,18 +79,18 @@ class WaveField:
         self.resolved_mean_square_slope = spectrum.resolved_mean_square_slope(self.cutoff_rad_s)
         if self.resolved_mean_square_slope == 0.0:
             components = 0
-            self._omega = np.zeros(0)
+            self.frequency_rad_s = np.zeros(0)
         else:
-            self._omega = spectrum.slope_frequencies_rad_s(components, self.cutoff_rad_s)
+            self.frequency_rad_s = spectrum.slope_frequencies_rad_s(components, self.cutoff_rad_s)
         random = np.random.default_rng(seed)
-        self._phase = 2.0 * np.pi * random.random(components)
+        self.phase_rad = 2.0 * np.pi * random.random(components)
         # One direction from each of equally likely sectors, so that the split between along-wind and crosswind slope
         # follows the law for every seed, not only on average.
         share = (random.permutation(components) + random.random(components)) / max(components, 1)
         bearing = np.radians(wind_from_deg + 180.0) + _scatter(share)
-        wavenumber = self._omega**2 / GRAVITY_M_S2
-        self._k_x = wavenumber * np.cos(bearing - np.radians(x_bearing_deg))
-        self._k_y = wavenumber * np.cos(bearing - np.radians(y_bearing_deg))
+        wavenumber = self.frequency_rad_s**2 / GRAVITY_M_S2
+        self.k_x_rad_m = wavenumber * np.cos(bearing - np.radians(x_bearing_deg))
+        self.k_y_rad_m = wavenumber * np.cos(bearing - np.radians(y_bearing_deg))
         self._slope = math.sqrt(2.0 * self.resolved_mean_square_slope / max(components, 1))
         self._wavenumber = wavenumber
 
@@ -95,19 +108,23 @@ class WaveField:
         """
         # Pixel centres; the derivative of a wave of elevation a cos(p) is -a k sin(p).
         centre = 0.5 * self.pixel_size_m
-        phase = self._phase - self._omega * time_s + self._k_x * (x_m + centre) + self._k_y * centre
+        phase = (
+            self.phase_rad - self.frequency_rad_s * time_s + self.k_x_rad_m * (x_m + centre) + self.k_y_rad_m * centre
+        )
         return self._sums.at(phase, rows, columns)
 
     @cached_property
     def _sums(self) -> PlaneWaveSums:
-        amplitudes = -self._slope * np.stack((self._k_x, self._k_y)) / self._wavenumber
-        return PlaneWaveSums(self._k_x * self.pixel_size_m, self._k_y * self.pixel_size_m, amplitudes)
+        amplitudes = -self._slope * np.stack((self.k_x_rad_m, self.k_y_rad_m)) / self._wavenumber
+        return PlaneWaveSums(self.k_x_rad_m * self.pixel_size_m, self.k_y_rad_m * self.pixel_size_m, amplitudes)
 
     def elevation_m(self, time_s: float, rows: slice, columns: slice) -> Array:
         """Return the elevation (y, x) of the resolved waves, in metres; see :meth:`slopes`."""
         y, x = (np.arange(part.start, part.stop) + 0.5 for part in (rows, columns))
-        down = np.exp(1j * (np.outer(y * self.pixel_size_m, self._k_y) + self._phase - self._omega * time_s))
-        along = np.exp(1j * np.outer(self._k_x, x * self.pixel_size_m))
+        down = np.exp(
+            1j * (np.outer(y * self.pixel_size_m, self.k_y_rad_m) + self.phase_rad - self.frequency_rad_s * time_s)
+        )
+        along = np.exp(1j * np.outer(self.k_x_rad_m, x * self.pixel_size_m))
         height: Array = ((down * (self._slope / self._wavenumber)) @ along).real
         return height
 

@@ -8,10 +8,11 @@ import hcss_author
 import pytest
 from click.testing import CliRunner
 from hcss_author.new_plugin.write import contract_name, package_files, write_package
+from installed_providers import install
 
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import OptionError
-from hcss_twin.providers.registry import Kind, Origin, Registry
+from hcss_twin.providers.registry import Kind
 
 
 def new_plugin(*arguments):
@@ -36,10 +37,7 @@ def test_the_package_can_be_selected_and_created(kind, tmp_path, monkeypatch):
     write_package(kind, name, tmp_path / "package")
     monkeypatch.syspath_prepend(tmp_path / "package" / "src")
     module = f"hcss_own_{kind}"
-    registry = Registry.defaults_only()
-    registry.add(__import__(module), Origin(name, f"hcss-{name}", "0.1.0"))
-    assert not registry.broken
-    monkeypatch.setattr(Registry, "discover", classmethod(lambda cls: registry))
+    install(monkeypatch, __import__(module), name)
     try:
         hcss_author.assert_registered(kind, name, f"hcss-{name}")
     finally:

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from cheap import CHEAP, CHEAP_OPTIONS
-from click.testing import CliRunner
+from command import hcss
+from hcss_evaluate.database.samples import Sample
 from PIL import Image
 from sample_data import sample_file
 
 from hcss_twin import Scenario, open_cube, simulate
-from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.clouds.database import read_entry
 from hcss_twin.plan.make_plan import make_plan
-
-
-def hcss(*arguments, catch=False):
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=catch)
 
 
 @pytest.fixture
@@ -216,9 +214,22 @@ def test_samples_are_listed_with_their_licences_and_one_that_is_not_installed_sa
         hcss("clouds", "import", "--sample", listed[0]["name"])
     with pytest.raises(CatalogError, match="closest is 'modis-cumulus'"):
         hcss("clouds", "import", "--sample", "modis-cumuls")
+    with pytest.raises(CatalogError, match="no sample ''; allowed: modis-cumulus"):
+        hcss("clouds", "import", "--sample", "")
     for arguments in ((), ("sea.png", "--sample", "modis-cumulus")):
         assert hcss("clouds", "import", *arguments).exit_code == 2
     assert not (working_folder / "clouds").exists()
+
+
+@pytest.mark.parametrize(("options", "who"), [((), "sample"), (("--pixel-size", "1 km"), "user")])
+def test_an_entry_says_who_stated_its_pixel_size(working_folder, monkeypatch, options, who):
+    digest = hashlib.sha256((working_folder / "sea.png").read_bytes()).hexdigest()
+    drawn = Sample("a sea", "drawn", "sea.png", digest, [0, 0, 120, 150], "grey", "today", "drawn", "CC0", 2000.0)
+    monkeypatch.setattr("hcss_evaluate.database.samples.samples", lambda catalog: {"sea": drawn})
+    package = SimpleNamespace(submodule_search_locations=[str(working_folder)])
+    monkeypatch.setattr("hcss_evaluate.database.samples.find_spec", lambda name: package)
+    assert f"(from the {who})" in hcss("clouds", "import", "--sample", "sea", *options).output
+    assert read_entry(working_folder / "clouds" / "sea.nc").facts.pixel_size_from == who
 
 
 def test_a_part_of_an_image_has_the_clouds_of_that_part_and_is_named(working_folder):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from html.parser import HTMLParser
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from evaluation_images import FOUR, clouds, hcss
 
 from hcss_twin import HcssError
+from hcss_twin.core.catalog import Catalog
 
 
 class Addresses(HTMLParser):
@@ -84,6 +86,14 @@ def test_what_one_side_needs_is_not_asked_of_the_other(save, cube):
     told = json.loads(done.output)
     assert (told["real"]["method"], told["sim"]["method"]) == ("coverage", "truth")
     assert told["real"]["frames"][0]["coverage"] > 0.0
+
+
+def test_a_file_of_several_images_names_the_option_and_the_image_that_can_be_compared():
+    entry = Catalog().find("made-cirrus", "clouds", ".nc")
+    for side, earlier in (("real", []), ("sim", ["--real-variable", "image"])):
+        done = hcss("evaluate", entry, entry, *earlier, catch=True)
+        assert re.search(rf"--{side}-variable\) to one of: .*'image' is the imported one", str(done.exception))
+    assert hcss("evaluate", entry, entry, "--real-variable", "image", "--sim-variable", "image").exit_code == 0
 
 
 def test_a_failed_evaluation_leaves_no_file(save, tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.chains import MarkovChains, SingleModel, begin, converge, extend, judge, stored, walkers_of
-from hcss_evaluate.posterior.fit import _pilot
+from hcss_evaluate.posterior.fit import pilot_draws
 from hcss_evaluate.posterior.fit_run import Checkpoint, FitState
 from hcss_evaluate.posterior.mixing import mixing
 
@@ -120,5 +120,5 @@ def test_states_are_not_written_all_the_time(tmp_path):
 def test_a_pilot_leaves_a_point_that_most_of_its_candidates_are():
     """Walkers that all begin at one point have no differences to jump by, and looked converged."""
     candidates = np.concatenate([np.tile(MEAN, (500, 1)), np.random.default_rng(0).standard_normal((200, 2))])
-    drawn = _pilot(NORMAL, candidates, np.random.default_rng(1))
+    drawn = pilot_draws(NORMAL, candidates, np.random.default_rng(1))
     np.testing.assert_allclose(np.cov(drawn.T), COVARIANCE, rtol=0.3)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
+from command import hcss
 from hcss_evaluate import PosteriorError, fit_dimension, read_posterior
 from hcss_evaluate.matching.dimension_range import empty_frame
 from hcss_evaluate.matching.structure import simulate_image
@@ -18,15 +18,10 @@ from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLik
 from hcss_evaluate.posterior.mixing import mixing
 from hcss_evaluate.posterior.octaves import UNKNOWN, Octaves
 
-from hcss_twin.cli.main import cli
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
 TRUTH = FractalParameters(gamma=2.0, H=0.4, L=(75.0, 100.0), k=(0, 8))
 QUICK = ["--fix", "gamma=2", "--fix", "coverage=image", "--samples", "200"]
-
-
-def hcss(*arguments, catch=False):
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=catch)
 
 
 @pytest.fixture(autouse=True)
@@ -85,7 +80,7 @@ def test_the_same_seed_gives_the_same_bytes_and_a_killed_fit_goes_on(working_fol
     given = {"fixed": {"gamma": 2.0, "coverage": 0.4}, "samples": 200.0}
     fit_dimension(2.4, 0.05, "whole.nc", **given)
 
-    monkeypatch.setattr("hcss_evaluate.posterior.fit_run._SECONDS_APART", 0.0)
+    monkeypatch.setattr("hcss_evaluate.posterior.fit_run.SECONDS_APART", 0.0)
     extend, calls = chains.extend, []
 
     def dies(*arguments):

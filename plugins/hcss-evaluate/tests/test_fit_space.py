@@ -7,7 +7,7 @@ import pytest
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.fit_run import FitOptions
 from hcss_evaluate.posterior.parameter_space import Space
-from hcss_evaluate.posterior.population import _log_between
+from hcss_evaluate.posterior.population import log_normal_between
 from scipy import stats
 
 USUAL = {
@@ -84,4 +84,4 @@ def test_the_normal_probability_between_two_numbers_keeps_its_digits_in_the_tail
     expected = np.log(
         np.where(low > 0, stats.norm.sf(low) - stats.norm.sf(high), stats.norm.cdf(high) - stats.norm.cdf(low))
     )
-    np.testing.assert_allclose(_log_between(low, high), expected, rtol=1e-9)
+    np.testing.assert_allclose(log_normal_between(low, high), expected, rtol=1e-9)

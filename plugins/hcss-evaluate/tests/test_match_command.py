@@ -8,14 +8,13 @@ import tomllib
 import numpy as np
 import pytest
 from cheap import CHEAP
-from click.testing import CliRunner
+from command import hcss
 from hcss_evaluate.matching.dimension_range import empty_frame
 from hcss_evaluate.matching.search import reference_cells
 from hcss_evaluate.matching.structure import simulate_image
 from sample_data import sample_file
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import HcssError
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 
@@ -27,10 +26,6 @@ bands = ["lwir-10.8"]
 output = {variables = ["radiance", "truth"]}
 
 """
-
-
-def hcss(*arguments, catch=False):
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=catch)
 
 
 @pytest.fixture(scope="module")

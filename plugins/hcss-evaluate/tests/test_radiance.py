@@ -55,7 +55,7 @@ def test_differences_are_simulated_less_measured_and_places_without_climatology_
             raise ScenarioError("no ships")
         return {"ir_108": spot.kelvin["ir_108"] + 1.0, "ir_120": spot.kelvin["ir_120"] + spot.time.minute}
 
-    monkeypatch.setattr(blind, "_simulated", simulated)
+    monkeypatch.setattr(blind, "simulated_kelvin", simulated)
     done = blind.blind_test(measured, LIMITS)
     found = {
         (difference.kind, difference.channel): (difference.spots, difference.mean_K, difference.sd_K)

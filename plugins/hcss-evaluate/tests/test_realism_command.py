@@ -124,5 +124,8 @@ def test_files_that_cannot_be_compared_are_named(folders, tmp_path):
     with pytest.raises(ImageError, match="bt has the unit 'W m-2', allowed: K"):
         realism_of(wrong, sim, choice=EvaluationChoice(variable="bt", pixel_size_m=3000.0))
     np.save(tmp_path / "counts.npy", np.random.default_rng(0).random((64, 64)))
-    with pytest.raises(ImageError, match=r"real image 0: values from .* allowed: brightness temperature, 100 to 400 K"):
+    with pytest.raises(ImageError, match=r"real image 0: values from .* allowed: .* 100 to 400 K$"):
+        realism_of(tmp_path / "counts.npy", sim)
+    np.save(tmp_path / "counts.npy", np.random.default_rng(0).uniform(2200.0, 3000.0, (64, 64)))
+    with pytest.raises(ImageError, match=r"closest is the unit dK: 22.* to 29"):
         realism_of(tmp_path / "counts.npy", sim)

@@ -17,5 +17,5 @@ def test_is_found_when_installed():
 
 
 def test_a_band_that_is_not_there_is_named():
-    with pytest.raises(ProviderError, match="split-window: bands has 'lwir'; allowed: mid, long"):
+    with pytest.raises(ProviderError, match="split-window: bands has 'lwir'; allowed: long, mid"):
         SplitWindow(sample_variable_inputs(), Parameters(bands=("mid", "lwir")))

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command import hcss
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.cli.main import cli
 from hcss_twin.core.catalog import catalog_root
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
@@ -16,10 +15,6 @@ HEIGHTS = [0.0, 500.0, 1000.0, 1500.0, 2000.0, 3000.0]
 ANGLES = [0.0, 20.0, 40.0, 60.0, 75.0]
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
 NAMES = "FREQ TOT_TRANS PTH_THRML SURF_EMIS TOTAL_RAD"
-
-
-def invoke(*arguments):
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=False)
 
 
 def tape7(height_m, zenith_deg, rows=slice(None)):
@@ -47,7 +42,7 @@ def table(tmp_path_factory):
             sights += ["--geometry", f"{file.name}=100,{height / 1e3},{180 - np.degrees(np.arcsin(sine))}"]
             files.append(file)
     output = folder / "modtran.nc"
-    result = invoke("atmosphere", "import", *files, "-o", output, "--resolution", 20, *sights)
+    result = hcss("atmosphere", "import", *files, "-o", output, "--resolution", 20, *sights)
     assert result.exit_code == 0, result.output
     return output, result.output, files
 
@@ -64,20 +59,20 @@ def test_import_says_what_it_read_and_checked(table):
 def test_import_lists_what_is_missing_and_writes_nothing(table, tmp_path):
     _, _, files = table
     with pytest.raises(CatalogError, match="geometry"):
-        invoke("atmosphere", "import", files[0], "-o", tmp_path / "a.nc")
+        hcss("atmosphere", "import", files[0], "-o", tmp_path / "a.nc")
     arguments = []
     for at in (0, 1, 5):
         height, angle = HEIGHTS[at // 5] / 1e3, 180 - ANGLES[at % 5]
         arguments += ["--geometry", f"{files[at].name}=100,{height},{angle}"]
     with pytest.raises(CatalogError, match=r"1 of 4 .*missing: 0.5 km at 20.3"):
-        invoke("atmosphere", "import", files[0], files[1], files[5], "-o", tmp_path / "a.nc", *arguments)
+        hcss("atmosphere", "import", files[0], files[1], files[5], "-o", tmp_path / "a.nc", *arguments)
     assert not list(tmp_path.iterdir())
 
 
 def test_import_refuses_to_overwrite_and_bad_options(table):
     output, _, files = table
-    assert "exists" in invoke("atmosphere", "import", files[0], "-o", output).output
-    assert "expected [FILE=]H1_km" in invoke("atmosphere", "import", files[0], "-o", "x.nc", "--geometry", "1,2").output
+    assert "exists" in hcss("atmosphere", "import", files[0], "-o", output).output
+    assert "expected [FILE=]H1_km" in hcss("atmosphere", "import", files[0], "-o", "x.nc", "--geometry", "1,2").output
 
 
 def test_simulation_with_an_imported_table_agrees_with_the_table_it_was_made_from(table):

@@ -5,33 +5,18 @@ import pytest
 from hcss_author import TransmittanceContract
 from hcss_modtran.combine import REFRACTIVITY, combine
 from hcss_modtran.modtran_tape7 import read_tape7
+from part_of_table import WAVENUMBER, stored, table_provider
 from tape7_text import RADIANCE_NAMES, cards, radiance_rows, write
 
-from hcss_twin.core.catalog import Catalog, catalog_root
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.atmosphere.table import TableTransmittance
-from hcss_twin.models.atmosphere.table_file import read_atmosphere_table, write_atmosphere_table
-from hcss_twin.models.parameters import TableParameters
+from hcss_twin.models.atmosphere.table_file import write_atmosphere_table
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.profile import EARTH_RADIUS_M
 from hcss_twin.providers import AtmosphereInputs
 
-WHOLE = read_atmosphere_table(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
-ROWS = slice(60, 180, 4)
-WAVENUMBER = WHOLE.wavenumber_cm1[ROWS]
 HEIGHTS = [0.0, 250.0, 500.0, 1000.0, 1500.0, 2000.0, 3000.0, 4000.0, 6000.0]
 ANGLES = [0.0, 20.0, 40.0, 60.0, 70.0, 80.0]
-
-
-def provider(file):
-    catalog = Catalog()
-    inputs = AtmosphereInputs(load_profile("us-standard-1976", catalog), catalog)
-    return TableTransmittance(inputs, TableParameters(file=str(file)))
-
-
-def stored(height, angle):
-    at = list(WHOLE.target_altitude_m).index(height), list(WHOLE.zenith_deg).index(angle)
-    return WHOLE.transmittance[at][ROWS], WHOLE.path_radiance[at][ROWS]
 
 
 def seen_from_space(height, angle, profile, top=100e3):
@@ -61,7 +46,7 @@ def imported(tmp_path_factory):
 
 
 def test_imported_file_gives_the_shipped_table_back(imported):
-    table, shipped = provider(imported), provider("us-standard-1976-lowtran7")
+    table, shipped = table_provider(imported), table_provider("us-standard-1976-lowtran7")
     paths = [to_space(height, angle) for height in (0.0, 1000.0, 3000.0) for angle in (0.0, 40.0, 70.0)]
     found, expected = (provider.transmittance(WAVENUMBER, paths) for provider in (table, shipped))
     np.testing.assert_allclose(found, expected, atol=2e-6)
@@ -79,4 +64,4 @@ class TestModtranFile(TransmittanceContract):
 
     @pytest.fixture
     def provider(self, imported, inputs):
-        return provider(imported)
+        return table_provider(imported)

@@ -58,10 +58,10 @@ LARGEST_PICTURE = 300_000
 def _no_corrected_physics(monkeypatch):
     """What stands beside the printed equations and takes long is theirs; one test has the true one."""
     parts = {
-        **figure_base._PARTS["as-printed"],
+        **figure_base.MODEL_SECTIONS["as-printed"],
         "radiance": {"model": "as-printed", "parameters": {"cloud_sun_scale": 0.0}},
     }
-    monkeypatch.setitem(figure_base._PARTS, "physical", parts)
+    monkeypatch.setitem(figure_base.MODEL_SECTIONS, "physical", parts)
     monkeypatch.setitem(cubes.ACCURACY, "as-printed", 1e-2)
 
 
@@ -257,7 +257,7 @@ def test_the_highest_of_many_points_of_the_sea_is_that_of_normal_numbers():
     rng = np.random.default_rng(5)
     draws = np.abs(rng.standard_normal((200, 10_000))).max(axis=1)
     # Waves of 10 m/s have a standard deviation of 0.5332 m.
-    assert figure_10_cloud_types._expected_highest_m(10_000) == pytest.approx(0.5332 * np.median(draws), rel=0.02)
+    assert figure_10_cloud_types.expected_highest_m(10_000) == pytest.approx(0.5332 * np.median(draws), rel=0.02)
 
 
 class TestResolutions:

@@ -66,10 +66,13 @@ def test_the_list_computes_and_writes_nothing(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_an_unknown_item_is_told_the_closest(paths):
-    done = reproduce("tabel-3", "-o", paths[0])
+@pytest.mark.parametrize(
+    ("name", "closest"), [("tabel-3", "table-3"), ("Table XII", "table-10"), ("XX", "table-10"), ("Fig. 8", "figure-9")]
+)
+def test_an_unknown_item_is_told_the_closest(paths, name, closest):
+    done = reproduce(name, "-o", paths[0])
     assert done.exit_code == 2
-    assert "closest is 'table-3'" in done.output
+    assert f"closest is '{closest}'" in done.output
     assert not paths[0].exists()
 
 

@@ -10,6 +10,7 @@ from datetime import UTC, datetime, timedelta
 from functools import lru_cache
 
 import numpy as np
+from payload_scenes import with_checksum
 
 START = datetime(2024, 4, 20, 2, 30, tzinfo=UTC)
 FRAMES_S = (0.0, 30.0, 60.0)
@@ -47,10 +48,6 @@ class OrbitInput:
     more: dict = field(default_factory=dict)
 
 
-def checksum(line):
-    return line[:68] + str(sum(int(c) if c.isdigit() else c == "-" for c in line[:68]) % 10)
-
-
 def elements(orbit="polar", age_days=1.0, number="39084", seed=0, start=START, **changes):
     """Two lines of an orbit whose epoch is some days before the start."""
     rng = np.random.default_rng([seed, 40])
@@ -69,7 +66,7 @@ def elements(orbit="polar", age_days=1.0, number="39084", seed=0, start=START, *
         f"2 {number:>5} {value['inclination']} {value['node']} {value['eccentricity']} {value['argument']} "
         f"{value['anomaly']} {value['motion']}59500"
     )
-    return checksum(f"{first[:68]:68}"), checksum(f"{second[:63]:63}59500")
+    return with_checksum(f"{first[:68]:68}"), with_checksum(f"{second[:63]:63}59500")
 
 
 def teme(lines, moment):
@@ -312,7 +309,7 @@ def _bad_tle(name, first, second, names, *, place=None, raw=None):
 
 
 def _with(line, where, text):
-    return checksum(line[:where] + text + line[where + len(text) :])
+    return with_checksum(line[:where] + text + line[where + len(text) :])
 
 
 def _bad_elements():
@@ -351,8 +348,8 @@ def _bad_elements():
         _bad_tle("a character too many", first, second + "7", "line2"),
         _bad_tle("letter O for zero", _with(first, 21, "O"), second, "line1"),
         _bad_tle("inclination 98.2 as text", first, _with(second, 8, " abc.def"), "line2"),
-        _bad_tle("columns shifted", checksum(first[:18] + first[19:68] + " "), second, "line1"),
-        _bad_tle("columns shifted", first, checksum(second[:8] + second[9:60] + " " + second[60:68]), "line2"),
+        _bad_tle("columns shifted", with_checksum(first[:18] + first[19:68] + " "), second, "line1"),
+        _bad_tle("columns shifted", first, with_checksum(second[:8] + second[9:60] + " " + second[60:68]), "line2"),
         _bad_tle("comma for point", _with(first, 23, ","), second, "line1"),
         _bad_tle("comma for point in line 2", first, _with(second, 11, ","), "line2"),
         _bad_tle("day 400", _with(first, 20, "400"), second, "line1"),

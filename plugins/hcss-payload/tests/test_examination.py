@@ -84,8 +84,9 @@ def test_old_elements_are_noted_with_their_age_and_very_old_ones_refused():
     orbit = TwoLineElements(*LINES, START)
     assert examine(orbit, 0.0, 5.0 * day) == ()
     (note,) = examine(orbit, 30.0 * day, 30.0 * day)
-    assert "the elements are 30.6 days older than the frames; along a low orbit SGP4 errs by 1 to 3 km more" in note
-    with pytest.raises(PayloadError, match="the elements are 401 days older than the frames; allowed: up to 180 days"):
+    assert "30.6 days" in note
+    assert "1 to 3 km more" in note
+    with pytest.raises(PayloadError, match=r"401 days .*allowed: up to 180 days"):
         examine(orbit, 400.0 * day, 400.0 * day)
 
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -83,8 +84,19 @@ def is_there(name):
     return Path("/dev/shm", name).exists()
 
 
-def _post(header, values, number, targets=-1):
+@contextmanager
+def memory_of(name):
+    """What a server shares with its clients."""
+    ring = Ring.attach(name)
+    try:
+        yield ring
+    finally:
+        ring.close(delete=False)
+
+
+def _post(ring, values, number, targets=-1):
     """Write a letter as any client may, wait until the server has taken it, and let the next one write."""
+    header = ring.header
     header["letter"] += np.uint64(1)
     header["pose"], header["pose_number"], header["targets"] = values, number, targets
     header["letter"] += np.uint64(1)
@@ -137,16 +149,16 @@ def test_a_served_frame_is_that_of_the_pose_and_sigterm_deletes_the_memory(files
                 with pytest.raises(TimeoutError, match=r"no frame of pose 207 within 0\.01 s"):
                     client.wait(207, 0.01)
                 # Whatever a client writes, dies over or numbers its poses with: the next one starts afresh.
-                header = client._ring.header
                 good = np.array([2.0, *pose.position_m, *pose.quaternion])
-                for change in (np.nan, 0.0, 1e300, -1.0):
-                    for part in (slice(0, 1), slice(1, 4), slice(4, 8)):
-                        values = good.copy()
-                        values[part] *= change
-                        _post(header, values, 5)
-                _post(header, good, 6, targets=1000)
-                _post(header, good, 2**64 - 1)
-                header["letter"] += np.uint64(1)
+                with memory_of(name) as ring:
+                    for change in (np.nan, 0.0, 1e300, -1.0):
+                        for part in (slice(0, 1), slice(1, 4), slice(4, 8)):
+                            values = good.copy()
+                            values[part] *= change
+                            _post(ring, values, 5)
+                    _post(ring, good, 6, targets=1000)
+                    _post(ring, good, 2**64 - 1)
+                    ring.header["letter"] += np.uint64(1)
                 with LiveClient(name, TIMEOUT_S) as after:
                     numbers = [after.send_pose(pose), after.send_pose(pose)]
                     assert numbers == [0, 1]
@@ -177,8 +189,8 @@ def test_no_memory_is_left_when_the_parent_or_the_server_dies(files, end):
     ) as parent:
         number = int(parent.stdout.readline())
         try:
-            with LiveClient(name, TIMEOUT_S) as client:
-                assert int(client._ring.header["pid"]) == number
+            with LiveClient(name, TIMEOUT_S), memory_of(name) as ring:
+                assert int(ring.header["pid"]) == number
             assert is_there(name)  # a client that ends leaves it
         finally:
             if end == "parent":
@@ -195,8 +207,8 @@ def test_no_memory_is_left_when_the_parent_or_the_server_dies(files, end):
 def test_a_reader_never_takes_a_frame_that_is_being_written():
     ring = Ring.create(f"hcss-test-ring-{os.getpid()}", RingShape(4, 1, 2, 3, np.dtype(np.float32)), os.getpid())
     try:
-        client = LiveClient.__new__(LiveClient)
-        client._ring = ring
+        ring.header["ready"] = 1
+        client = LiveClient(ring.memory.name)
         assert client.latest() is None
         for number in range(9):
             ring.begin(number)[:] = number
@@ -206,6 +218,7 @@ def test_a_reader_never_takes_a_frame_that_is_being_written():
         ring.slots[8 % 4]["sequence"] += np.uint64(1)
         with pytest.raises(PayloadError, match="frames are written faster than read"):
             client.latest()
+        client.close()
         with pytest.raises(PayloadError, match="is in use"):
             Ring.create(ring.memory.name, ring.shape, 0)
     finally:

@@ -34,11 +34,43 @@ def rough_field(side, density=2.9, seed=5):
     return (field - field.mean()) / field.std()
 
 
+def power_law(shape, beta=3.0, seed=0, *, stretch=1.0, cutoff=0.0):
+    """Periodic normal field whose power falls as k^-beta; stretched structures along x, no waves longer than a cutoff.
+
+    The cutoff is in cycles along the longer side.
+    """
+    frequency = np.hypot(np.fft.fftfreq(shape[0])[:, None], stretch * np.fft.rfftfreq(shape[1])[None, :])
+    frequency[0, 0] = np.inf
+    white = np.fft.rfft2(np.random.default_rng(seed).normal(size=shape))
+    field = np.fft.irfft2(white * frequency ** (-beta / 2) * (frequency > cutoff / max(shape)), s=shape)
+    return field / field.std()
+
+
+def octave_power(field):
+    """Power in octaves of the wavenumber, in units of the variance: 1-2, 2-4, ... cycles."""
+    ky, kx = (np.fft.fftfreq(size) * size for size in field.shape)
+    wavenumber = np.hypot(ky[:, None], kx[None, :])
+    power = np.abs(np.fft.fft2(field - field.mean())) ** 2
+    edges = 2.0 ** np.arange(int(np.log2(min(field.shape))))
+    return np.array([power[(wavenumber >= low) & (wavenumber < 2 * low)].sum() for low in edges]) / power.sum()
+
+
 @pytest.fixture
 def make(tmp_path):
-    """Return a function that makes generators: pixel size, pixels, seed, motion, side of the example, parameters."""
+    """Return a function that makes generators: of an image, a scene, an example with so many pixels, parameters."""
 
-    def of(pixel_m=3000.0, size=64, *, seed=1, motion=FROZEN, side=256, least=1e-3, **parameters):
+    def of(
+        pixel_m=3000.0,
+        size=64,
+        *,
+        seed=1,
+        motion=FROZEN,
+        inversion=None,
+        side=256,
+        least=1e-3,
+        layer=None,
+        **parameters,
+    ):
         folder = tmp_path / "skies"
         folder.mkdir(exist_ok=True)
         if not (folder / f"own{side}.nc").exists():
@@ -48,8 +80,8 @@ def make(tmp_path):
             )
             write_example(folder / f"own{side}.nc", example)
         inputs = sample_cloud_inputs(seed=seed, catalog=Catalog(base=tmp_path))
-        layer = replace(inputs.layer, thickness_min_m=least)
-        inputs = replace(inputs, grid=Grid(size, size, pixel_m), motion=motion, layer=layer)
+        of_layer = replace(inputs.layer, thickness_min_m=least, **(layer or {}))
+        inputs = replace(inputs, grid=Grid(size, size, pixel_m), motion=motion, layer=of_layer, inversion=inversion)
         return ExampleClouds(inputs, ExampleParameters(**{"example": f"own{side}", **parameters}))
 
     return of

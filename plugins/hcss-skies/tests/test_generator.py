@@ -1,6 +1,5 @@
 """The generator: the kit, the distribution of the example, seams, scales, time and extremes."""
 
-import copy
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +7,10 @@ import pytest
 from conftest import EVOLVING, FROZEN, rough_field, whole
 from hcss_author import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 from hcss_skies.detail_of_image import fit_detail
-from hcss_skies.example import make_example, write_example
+from hcss_skies.example import make_example, read_example, write_example
 from hcss_skies.generator import ExampleClouds
 from hcss_skies.parameters import ExampleParameters
+from hcss_skies.pyramid import make_level
 
 from hcss_twin.providers import CatalogError, Grid, Motion
 
@@ -51,9 +51,7 @@ class WarmSky:
 
 
 def test_an_inversion_gives_thickness_and_the_clear_sky_of_the_scene(make):
-    provider = make()
-    inputs = replace(provider._inputs, inversion=WarmSky())
-    found = ExampleClouds(inputs, provider._of)._thickness_of(np.array([0.0, 300.0, 800.0]))
+    found = make(inversion=WarmSky()).layer_thickness_m(np.array([0.0, 300.0, 800.0]))
     # The clear sky of the example, at 300 m, is 1.2 K warmer than that of the scene.
     expected = 100.0 * (297.0 - (300.0 - 4.8 - 1.2 * (1.0 - 500.0 / 10_000.0)))
     np.testing.assert_allclose(found, [0.0, 0.0, expected], rtol=1e-5)
@@ -61,24 +59,24 @@ def test_an_inversion_gives_thickness_and_the_clear_sky_of_the_scene(make):
 
 def test_pixels_of_an_image_are_as_much_colder_than_clear_sky_as_they_were(make, tmp_path):
     """Whatever the temperature of the scene's air is at their heights."""
-    provider = make()
-    of_image = replace(provider.example, lapse_K_m=5e-3)
+    of_image = replace(make().example, lapse_K_m=5e-3)
     write_example(tmp_path / "skies" / "image.nc", of_image)
-    inputs = replace(provider._inputs, inversion=WarmSky())
-    generator = ExampleClouds(inputs, ExampleParameters(example="image"))
+    generator = make(inversion=WarmSky(), example="image")
     assert generator.example.lapse_K_m == of_image.lapse_K_m
-    found = generator._thickness_of(np.array([0.0, 300.0, 800.0]))
+    found = generator.layer_thickness_m(np.array([0.0, 300.0, 800.0]))
     np.testing.assert_allclose(found, [0.0, 0.0, 100.0 * 5e-3 * 800.0], rtol=1e-5)
 
 
 @pytest.mark.parametrize(("coldest_K", "told"), [(200.0, False), (294.0, True)])
 def test_the_share_that_is_too_cold_for_the_layer_is_in_the_plan(make, coldest_K, told):
-    provider, inversion = make(), WarmSky()
+    inversion = WarmSky()
     inversion.coldest_K = coldest_K
-    generator = ExampleClouds(replace(provider._inputs, inversion=inversion), provider._of)
+    generator = make(inversion=inversion)
     notes = [note for note in generator.declares.notes if "colder than the layer's thickest cloud" in note]
-    heights = provider.example.opaque_m[provider.example.opaque]
-    expected = np.mean(generator._kelvin_of(heights, inversion) < coldest_K - 2.0)
+    heights = generator.example.opaque_m[generator.example.opaque]
+    # The clear sky of the scene is 1.2 K colder than its air at 300 m; the difference vanishes 10 km above.
+    kelvin = inversion.air_temperature_K(heights) - 1.2 * (1.0 - (heights - 300.0) / 10_000.0)
+    expected = np.mean((heights > 300.0) & (kelvin < coldest_K - 2.0))
     assert bool(notes) is told
     if told:
         assert int(notes[0].split("%")[0]) == pytest.approx(100.0 * expected, abs=2.0)
@@ -88,32 +86,43 @@ def test_blended_fields_have_the_distribution_of_the_example(make):
     """Quantiles over 16 skies against those of eq 7 of the example, in parts of its range."""
     fields = np.stack([whole(make(seed=seed, size=256), 256) for seed in range(16)])
     provider = make()
-    expected = provider._thickness_of(provider.example.opaque_m[provider.example.opaque])
+    expected = provider.layer_thickness_m(provider.example.opaque_m[provider.example.opaque])
     for share in (0.4, 0.6, 0.8, 0.95, 0.99):
         assert np.quantile(fields, share) == pytest.approx(np.quantile(expected, share), abs=0.03 * expected.max())
     assert np.mean(fields > 0.0) == pytest.approx(provider.image_coverage, abs=0.03)
     assert fields.mean() == pytest.approx(expected.mean(), rel=0.06)
 
 
-def test_the_lattice_is_invisible_in_means_over_seeds(make):
-    """Mean and spread over 1000 seeds are the same at all places, within sampling errors of 3600 places."""
-    provider = make(seed=0, size=192)
-    places = np.arange(0.5, 192.0, 3.2)
-    values = []
-    for seed in range(1000):
-        provider = provider_of_seed(provider, seed)
-        values.append(provider._blended(0.0, places, places, 0)[..., 0])
-    values = np.stack(values).astype(float)
+def test_the_lattice_is_invisible_in_means_over_seeds(make, monkeypatch):
+    """Mean and spread over 1000 seeds are the same at all places, within sampling errors of 3600 places.
+
+    The places are 1.4 pixels of the example apart, over 84: lattice points are 80 apart.
+    """
+    for each in (read_example, make_level):  # all skies have the same example
+        monkeypatch.setattr(f"hcss_skies.generator.{each.__name__}", kept(each))
+    values = np.stack([whole(make(4200.0, 60, seed=seed), 60) for seed in range(1000)])
     error = values.std() / np.sqrt(len(values))
     assert np.abs(values.mean(axis=0) - values.mean()).max() < 4.5 * error
     assert np.abs(values.std(axis=0) / values.std() - 1.0).max() < 0.2
+
+
+def kept(function):
+    """Return a function that computes once and returns the same for all arguments."""
+    found = []
+
+    def once(*arguments):
+        if not found:
+            found.append(function(*arguments))
+        return found[0]
+
+    return once
 
 
 @pytest.mark.parametrize("kind", ["image", "expected"])
 def test_the_middle_of_a_sky_has_the_distribution_of_its_example(make, kind):
     """Quantiles of single skies as large as the example: within .015 of its range, which chance does not reach."""
     provider = make()
-    expected = provider._thickness_of(provider.example.opaque_m[provider.example.opaque])
+    expected = provider.layer_thickness_m(provider.example.opaque_m[provider.example.opaque])
     shares = (0.4, 0.6, 0.8, 0.95, 0.99)
     off = [
         np.quantile(whole(make(seed=seed, size=256, distribution=kind), 256), shares) - np.quantile(expected, shares)
@@ -145,15 +154,6 @@ def test_waves_longer_than_patches_have_the_variance_of_the_example(make, tmp_pa
 
     skies = [whole(make(seed=seed, size=256, example="rough"), 256) for seed in range(12)]
     assert np.mean([share(sky) for sky in skies]) == pytest.approx(share(field), rel=0.15)
-
-
-def provider_of_seed(provider, seed):
-    """Return the generator with another seed, without making its example again."""
-    other = copy.copy(provider)
-    other._inputs = replace(provider._inputs, seed=seed)
-    other._place_lattice()
-    other._place_distribution()
-    return other
 
 
 @pytest.mark.parametrize("pixel_m", [700.0, 3000.0, 9000.0])
@@ -253,7 +253,7 @@ def test_extremes_stay_finite_and_deterministic(make, side, pixel_m):
     for time_s, row in ((0.0, far), (1e9, 0), (1e9, -far)):
         window = slice(row, row + 8), slice(far, far + 8)
         one, again = (provider.thickness_around_m(time_s, *window) for _ in range(2))
-        assert np.all((one >= 0.0) & (one <= provider._inputs.layer.thickness_max_m))
+        assert np.all((one >= 0.0) & (one <= sample_cloud_inputs().layer.thickness_max_m))
         np.testing.assert_array_equal(one, again)
     assert np.all(np.isfinite(provider.top_above_opaque_m(0.0, slice(0, 8), slice(0, 8))))
 

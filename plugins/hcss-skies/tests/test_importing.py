@@ -53,6 +53,7 @@ def test_an_imported_image_keeps_its_heights(tmp_path):
             np.where(np.arange(400).reshape(20, 20) == 7, np.nan, np.linspace(270, 350, 400).reshape(20, 20)),
             r"values of 27.* to 350; allowed: brightness temperatures",
         ),
+        (np.linspace(2200, 3000, 400).reshape(20, 20), "closest is the unit dK: 220.8 to 299.2 K"),
         (np.array([[280.0, 281.0], [282.0, 283.0]]), "2 x 2 pixels; allowed: sides of 4 to 4096"),
     ],
 )

@@ -1,23 +1,15 @@
 """Clouds of examples spread over heights: laws of the shares, windows, extremes, light between columns."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from conftest import FROZEN
-from hcss_skies.generator import ExampleClouds
+from hcss_author import sample_cloud_inputs
 from hcss_skies.relief import DENSEST, SOFT, below, depth_of, shares_of, sharpened
 from hcss_skies.tops import between_cells
 from test_tops import Emitting
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.providers import Motion
-
-
-def anchored(provider, anchor):
-    """Return the same sky in a layer that stands on its base or hangs from its top."""
-    layer = replace(provider._inputs.layer, anchor=anchor)
-    return ExampleClouds(replace(provider._inputs, layer=layer), provider._of)
 
 
 @pytest.mark.parametrize("hanging", [False, True])
@@ -33,8 +25,8 @@ def test_shares_of_a_column_are_the_integral_of_its_extinction(hanging):
 @pytest.mark.parametrize("pixel_m", [100.0, 700.0, 3000.0, 9000.0])
 def test_columns_keep_their_whole_at_any_height_and_pixel_size(make, pixel_m, anchor):
     """Shares sum to 1; those between coarse edges are the sums of fine ones; edges need not be even."""
-    provider = anchored(make(pixel_m, 64), anchor)
-    layer, window = provider._inputs.layer, (slice(-3, 61), slice(0, 64))
+    provider = make(pixel_m, 64, layer={"anchor": anchor})
+    layer, window = sample_cloud_inputs().layer, (slice(-3, 61), slice(0, 64))
     thickness = provider.thickness_around_m(0.0, *window)
     fine_m = np.linspace(layer.base_m, layer.top_m, 61)
     fine, coarse = (
@@ -107,12 +99,7 @@ def test_shares_stay_whole_at_extremes(hanging, thickness_m, body_m, pixel_m):
 
 def test_columns_and_clouds_with_tops_of_their_own_have_no_shares(make):
     assert not hasattr(make(shape="columns"), "height_shares")
-    provider = make()
-    layer = replace(provider._inputs.layer, thickness_min_m=1.0)
-    with_tops = provider._of.model_copy(update={"tops": "example"})
-    assert not hasattr(
-        ExampleClouds(replace(provider._inputs, inversion=Emitting(), layer=layer), with_tops), "height_shares"
-    )
+    assert not hasattr(make(inversion=Emitting(), least=1.0, tops="example"), "height_shares")
 
 
 def test_images_by_columns_do_not_see_the_shape_and_light_between_columns_does():

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from conftest import power_law
 from hcss_skies.surrogate.bands import BandAmplitudes
 from hcss_skies.surrogate.generator import SurrogateClouds
 from hcss_skies.surrogate.parameters import SurrogateParameters
@@ -19,18 +20,11 @@ from hcss_twin.providers import CloudInputs, Grid, Motion
 ALL = slice(None)
 
 
-def power_law(size, beta, seed):
-    """Periodic normal field whose power falls as k^-beta."""
-    frequency = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)[None, :])
-    frequency[0, 0] = np.inf
-    white = np.fft.rfft2(np.random.default_rng(seed).normal(size=(size, size)))
-    field = np.fft.irfft2(white * frequency ** (-beta / 2), s=(size, size))
-    return field / field.std()
-
-
 def intermittent(size=128):
     """Field that is smooth in some parts and rough in others."""
-    return power_law(size, 3.5, 1) + power_law(size, 1.5, 2) * np.exp(0.5 * power_law(size, 4.0, 3))
+    return power_law((size, size), 3.5, 1) + power_law((size, size), 1.5, 2) * np.exp(
+        0.5 * power_law((size, size), 4.0, 3)
+    )
 
 
 def make(folder, image, structure="bands", evolution=1000.0, coverage=1.0, **parameters):
@@ -72,7 +66,7 @@ def test_change_is_rarer_than_with_random_phases_as_in_the_image(tmp_path):
 
 def test_imposed_amplitudes_are_those_of_the_image_in_each_octave():
     """Repeated, on a field of other amplitudes; measured in bands by Gaussians, which are not the filters."""
-    image, other = intermittent(), power_law(128, 2.5, 8)
+    image, other = intermittent(), power_law((128, 128), 2.5, 8)
     amplitudes = BandAmplitudes(image, image.shape)
     coefficients = np.fft.rfft2(other)
     for _ in range(6):
@@ -87,7 +81,7 @@ def test_imposed_amplitudes_are_those_of_the_image_in_each_octave():
 
 
 def test_a_normal_field_stays_normal(tmp_path):
-    clouds = make(tmp_path, power_law(128, 2.0, 5))
+    clouds = make(tmp_path, power_law((128, 128), 2.0, 5))
     np.testing.assert_allclose(of_increments(frame(clouds)), 3.0, atol=0.2)
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from conftest import octave_power, power_law
 from hcss_skies.surrogate.evolution import EvolvingNoise
 from hcss_skies.surrogate.generator import SurrogateClouds
 from hcss_skies.surrogate.parameters import SurrogateParameters
@@ -43,15 +45,6 @@ LAYER = CloudLayer(
 )
 
 
-def power_law(shape, beta=3.0, seed=0, stretch=1.0):
-    """Periodic normal field whose power falls as k^-beta; stretched structures along x."""
-    frequency = np.hypot(np.fft.fftfreq(shape[0])[:, None], stretch * np.fft.rfftfreq(shape[1])[None, :])
-    frequency[0, 0] = np.inf
-    white = np.fft.rfft2(np.random.default_rng(seed).normal(size=shape))
-    field = np.fft.irfft2(white * frequency ** (-beta / 2), s=shape)
-    return field / field.std()
-
-
 def make(
     folder,
     image=None,
@@ -84,16 +77,6 @@ def make(
 
 def frame(clouds, time_s=0.0):
     return clouds.thickness_m(time_s, slice(None), slice(None))
-
-
-def octave_power(field):
-    """Power in octaves of the wavenumber, in units of the variance: 1-2, 2-4, ... cycles."""
-    rows, columns = field.shape
-    ky, kx = np.fft.fftfreq(rows) * rows, np.fft.fftfreq(columns) * columns
-    wavenumber = np.hypot(ky[:, None], kx[None, :])
-    power = np.abs(np.fft.fft2(field - field.mean())) ** 2
-    edges = 2.0 ** np.arange(int(np.log2(min(rows, columns))))
-    return np.array([power[(wavenumber >= low) & (wavenumber < 2 * low)].sum() for low in edges]) / power.sum()
 
 
 def rms_log_error(field, template):
@@ -160,10 +143,7 @@ def test_field_mode_is_exact_over_the_torus_and_varies_from_frame_to_frame(tmp_p
             wind=(0.0, wind),
         )
         # The four quarters of the torus, as four sensors see them at the same time of evolution.
-        noise_time = 9.0
-        places = moved._along(0, noise_time)[0][0], moved._along(1, noise_time)[0][0]
-        assert places == ((48 * 9) % 96 if wind else 0, (64 * 9) % 128 if platform else 0)
-        tiles.append(frame(moved, noise_time))
+        tiles.append(frame(moved, 9.0))
     together = np.concatenate(tiles, axis=None)
     assert np.count_nonzero(together) == round(0.4 * 96 * 128)
     np.testing.assert_array_equal(np.sort(together), np.sort(clouds.template.thickness_m, axis=None))
@@ -369,7 +349,7 @@ def test_tapered_edges_are_refused(tmp_path):
 def test_crop_and_period_that_do_not_fit_are_refused_together(tmp_path):
     with pytest.raises(ScenarioError) as caught:
         make(tmp_path, crop_rows=97, crop_columns=200)
-    assert "crop_rows: 97 is more than the image has (96 rows, 128 columns); closest is 96" in str(caught.value)
+    assert re.search(r"crop_rows: 97 .*closest is 96", str(caught.value))
     assert "crop_columns: 200" in str(caught.value)
     with pytest.raises(ScenarioError, match=r"period_columns: 100 is less than the 128 columns of the scene"):
         make(tmp_path, period_columns=100)

@@ -13,6 +13,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from conftest import octave_power
 from hcss_author import sample_cloud_inputs
 from hcss_skies.surrogate.generator import SurrogateClouds
 from hcss_skies.surrogate.parameters import SurrogateParameters
@@ -119,14 +120,6 @@ def test_results_are_those_recorded():
 
 
 # --- measured images --------------------------------------------------------------------
-
-
-def octave_power(field):
-    ky, kx = (np.fft.fftfreq(size) * size for size in field.shape)
-    wavenumber = np.hypot(ky[:, None], kx[None, :])
-    power = np.abs(np.fft.fft2(field - field.mean())) ** 2
-    edges = 2.0 ** np.arange(int(np.log2(min(field.shape))))
-    return np.array([power[(wavenumber >= low) & (wavenumber < 2 * low)].sum() for low in edges]) / power.sum()
 
 
 @pytest.mark.parametrize(

@@ -85,11 +85,9 @@ def test_clouds_have_the_brightness_temperature_asked_for_at_any_top(layer):
 
 
 def test_a_scene_with_its_own_tops_shows_the_example_and_both_fields_belong_together(make):
-    provider = make()
-    layer = replace(provider._inputs.layer, base_m=500.0, top_m=1500.0, thickness_min_m=0.5)
-    inputs = replace(provider._inputs, inversion=Emitting(), layer=layer)
+    altitudes = {"base_m": 500.0, "top_m": 1500.0}
     of_layer, of_tops = (
-        ExampleClouds(inputs, provider._of.model_copy(update={"tops": tops})) for tops in ("layer", "example")
+        make(inversion=Emitting(), least=0.5, layer=altitudes, tops=tops) for tops in ("layer", "example")
     )
     assert of_layer.cloud_top_range_m is None
     window = 0.0, slice(0, 64), slice(0, 64)

@@ -9,6 +9,7 @@ from cheap import CHEAP, CHEAP_OPTIONS
 from click.testing import CliRunner
 from hcss_uncertainty import propagate
 from hcss_uncertainty.dataset import open_propagation, with_summary
+from hcss_uncertainty.draws import UncertainScenario
 from hcss_uncertainty.joint_sample import PosteriorDraws
 from posterior_example import example_posterior
 from scipy import ndimage
@@ -368,6 +369,20 @@ def test_the_draw_that_is_not_valid_is_named_with_its_value(tmp_path):
     assert "sea.wind_speed = -" in str(caught.value)
     assert "also wrong: draws " in str(caught.value)
     assert str(caught.value).count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("key", "closest"), [("sea.temprature", "temperature"), ("clouds.parameters.gama", "gamma"), ("see.waves", "seed")]
+)
+def test_a_wrong_key_is_refused_before_draws_are_checked(tmp_path, monkeypatch, key, closest):
+    checked = []
+    check = UncertainScenario.scenario
+    monkeypatch.setattr(
+        UncertainScenario, "scenario", lambda *arguments: checked.append(arguments) or check(*arguments)
+    )
+    with pytest.raises(HcssError, match=rf"{key}: .*closest is '{closest}'$"):
+        propagate("stratus", draws=1000, uncertain={key: "normal:291:1"}, overrides=SMALL)
+    assert len(checked) <= 3
 
 
 @pytest.mark.long

@@ -31,7 +31,7 @@ def test_the_short_form_and_the_table_are_the_same(short, table):
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({"sea.temperature": "gauss:1:2"}, "distribution 'gauss'; allowed: log-uniform, normal, uniform"),
+        ({"sea.temperature": "gauss:1:2"}, "'gauss'; allowed: log-uniform, normal, uniform; closest is 'normal'"),
         ({"sea.temperature": "normal:1"}, "has 1 number; allowed"),
         ({"sea.temperature": "normal:291:-1"}, "standard_deviation = -1; allowed: > 0"),
         ({"sea.temperature": "normal:a:b"}, "'a', 'b': allowed: numbers"),

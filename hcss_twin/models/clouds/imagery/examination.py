@@ -22,7 +22,16 @@ KELVIN_LIMITS = 100.0, 500.0
 """Brightness temperatures of the Earth and its fires, K; others are no measurements."""
 
 LIKE_KELVIN, LIKE_CELSIUS = (150.0, 350.0), (-110.0, 70.0)
-"""Ranges of values that are questioned if a file states no unit."""
+"""Ranges of values that are questioned if a file states no unit; the median of temperatures is within the first."""
+
+HOTTEST_K, HOTTEST_PERCENTILE = 400.0, 99.0
+"""No image of brightness temperature has more than a few pixels above: fires."""
+
+LEAST_SPAN_K = 2.0
+"""Images of less contrast, such as reflectances, are not read as temperatures in another unit."""
+
+READINGS = ("K", "dK", "cK", "mK", "degC", "degF")
+"""Units in which temperatures are stored by mistake, or without saying so."""
 
 FAR = 10.0
 """Gap between a value and the rest, in ranges of the rest, beyond which the value belongs to no image."""
@@ -61,13 +70,13 @@ def examined(path: Path, image: SatelliteImage) -> SatelliteImage:
     if min(rows, columns) < 2:
         raise CatalogError(f"{path}: an image of {rows} x {columns} pixels; allowed: 2 or more rows and columns")
     notes = []
-    stated, image = image.units, in_kelvin(image)
+    stored, image = image, in_kelvin(image)
     values = np.where(np.isfinite(image.values), image.values, np.nan)
     infinite = np.count_nonzero(np.isinf(image.values))
     if infinite:
         notes.append(f"Infinite values ({infinite} pixels) are taken for missing.")
     _require_contrast(path, values)
-    while fills := _impossible(path, image, stated, values) if image.is_temperature else _fills(image, values):
+    while fills := _impossible(path, image, stored, values) if image.is_temperature else _fills(image, values):
         counts = [int(np.count_nonzero(values == value)) for value in fills]
         values[np.isin(values, fills)] = np.nan
         rest = f"{np.nanmin(values):.5g} to {np.nanmax(values):.5g}"
@@ -77,6 +86,10 @@ def examined(path: Path, image: SatelliteImage) -> SatelliteImage:
         ]
     notes += _without_border(values)
     _require_contrast(path, values)
+    if image.is_temperature:
+        doubt = doubted_kelvin(values, stored)
+        if doubt:
+            raise CatalogError(f"{path}: {image.variable or image.long_name} (stated unit: {stored.units}): {doubt}")
     return replace(image, values=values, notes=(*image.notes, *notes))
 
 
@@ -88,7 +101,7 @@ def _require_contrast(path: Path, values: Array) -> None:
         raise CatalogError(f"{path}: all pixels have the value {finite[0]:g}; clouds need a contrast")
 
 
-def _impossible(path: Path, image: SatelliteImage, stated: str, values: Array) -> list[float]:
+def _impossible(path: Path, image: SatelliteImage, stored: SatelliteImage, values: Array) -> list[float]:
     """Return the values, at most a few, that are no brightness temperatures; raises CatalogError if there are many."""
     low, high = KELVIN_LIMITS
     wrong = values[(values < low) | (values > high)]
@@ -96,10 +109,45 @@ def _impossible(path: Path, image: SatelliteImage, stated: str, values: Array) -
     if different.size > 2 * MOST_FILLS or 2 * wrong.size > np.count_nonzero(np.isfinite(values)):
         raise CatalogError(
             f"{path}: {wrong.size} pixels of {image.variable or image.long_name} have values from {wrong.min():.5g} to "
-            f"{wrong.max():.5g} K (stated unit: {stated}); allowed: brightness temperatures "
-            f"of {low:g} to {high:g} K. Is the unit wrong, or are scale_factor and add_offset missing?"
+            f"{wrong.max():.5g} K (stated unit: {stored.units}); allowed: brightness temperatures "
+            f"of {low:g} to {high:g} K{closest_reading(stored) or '; are scale_factor and add_offset missing?'}"
         )
     return [float(value) for value in different]
+
+
+def doubted_kelvin(values: Array, stored: SatelliteImage) -> str:
+    """Return why values of any shape cannot be brightness temperatures in kelvin; empty if they can.
+
+    ``stored`` has the values, and the unit that is stated or assumed, from which they were converted.
+    """
+    median, hottest = np.percentile(values[np.isfinite(values)], (50.0, HOTTEST_PERCENTILE))
+    if LIKE_KELVIN[0] <= median <= LIKE_KELVIN[1] and hottest <= HOTTEST_K:
+        return ""
+    low, high = LIKE_KELVIN
+    return (
+        f"a median of {median:.5g} K, and {100.0 - HOTTEST_PERCENTILE:g} % of the pixels above {hottest:.5g} K; "
+        f"allowed: brightness temperatures with a median of {low:g} to {high:g} K, and few above {HOTTEST_K:g} K"
+        f"{closest_reading(stored)}"
+    )
+
+
+def assumed_kelvin(values: Array) -> SatelliteImage:
+    """Return values without a stated unit as the image of temperature for which they are taken."""
+    return SatelliteImage(values, None, False, "K", "", "")
+
+
+def closest_reading(stored: SatelliteImage) -> str:
+    """Return, as the end of a message, the other unit in which values would be temperatures; empty if none."""
+    finite = stored.values[np.isfinite(stored.values)]
+    as_stated = in_kelvin(replace(stored, values=finite)).values
+    for unit in READINGS if finite.size else ():
+        kelvin = in_kelvin(replace(stored, values=finite, units=unit)).values
+        if np.array_equal(kelvin, as_stated):
+            continue
+        coldest, median, hottest = np.percentile(kelvin, (100.0 - HOTTEST_PERCENTILE, 50.0, HOTTEST_PERCENTILE))
+        if LIKE_KELVIN[0] <= median <= LIKE_KELVIN[1] and coldest + LEAST_SPAN_K <= hottest <= HOTTEST_K:
+            return f"; closest is the unit {unit}: {coldest:.5g} to {hottest:.5g} K"
+    return ""
 
 
 def _fills(image: SatelliteImage, values: Array) -> list[float]:
@@ -136,6 +184,16 @@ def like_kelvin(low: float, high: float, values: Array) -> bool:
     return LIKE_KELVIN[0] <= low <= high <= LIKE_KELVIN[1] and not (high <= 255.0 and _has_8_bits(values))
 
 
+def _like_part_of_kelvin(values: Array) -> str:
+    """Return dK or cK if values, zero left out, may be brightness temperatures times 10 or 100; else nothing."""
+    stored = values[np.isfinite(values) & (values > 0.0)]
+    if not stored.size:
+        return ""
+    low, high = np.percentile(stored, (1.0, 99.0))
+    found = (unit for unit, factor in (("dK", 0.1), ("cK", 0.01)) if like_kelvin(factor * low, factor * high, values))
+    return next(found, "")
+
+
 def _has_8_bits(values: Array) -> bool:
     finite = values[np.isfinite(values)]
     return bool(np.all((finite >= 0.0) & (finite <= 255.0) & (finite == np.rint(finite))))
@@ -169,6 +227,11 @@ def questions(image: SatelliteImage, bright: bool, stated: bool) -> Iterator[str
             yield (
                 f"Are the values, {low:.5g} to {high:.5g}, temperatures in degrees Celsius? Then cold is cloud: state "
                 "cloud_is, or the unit degC in the file."
+            )
+        elif part := _like_part_of_kelvin(values):
+            yield (
+                f"Are the values, {low:.5g} to {high:.5g}, brightness temperatures in {part}? Then cold is cloud: "
+                f"state cloud_is, or the unit {part} in the file."
             )
     if not _has_levels(values):
         return

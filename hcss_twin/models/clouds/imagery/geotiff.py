@@ -17,7 +17,15 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, require_size
-from hcss_twin.models.clouds.imagery.image import SQUARE, SatelliteImage, choose_plane, luminance, square_side
+from hcss_twin.models.clouds.imagery.image import (
+    ORIENTATION,
+    SQUARE,
+    SatelliteImage,
+    choose_plane,
+    luminance,
+    require_upright,
+    square_side,
+)
 from hcss_twin.models.clouds.imagery.netcdf_image import quiet
 from hcss_twin.physics.geodesy import MEAN_EARTH_RADIUS_M
 
@@ -51,6 +59,7 @@ def read_tiff(path: Path, variable: str | None) -> SatelliteImage:
     with reading(path, CatalogError, "not an image that can be read"), quiet(), tifffile.TiffFile(path) as file:
         page = _only_page(path, file)
         require_size(path, page.shape, CatalogError, MAX_IMAGE_PIXELS, "samples")
+        require_upright(path, page.tags.valueof(ORIENTATION))
         image = _page(path, page, variable)
         for mask in file.pages:
             # Bit 2 of NewSubfileType: a mask; those of overviews have other shapes.

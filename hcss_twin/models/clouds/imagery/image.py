@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -115,7 +116,32 @@ def luminance(colours: NDArray[np.float64]) -> NDArray[np.float64]:
     return grey if colours.shape[2] == 3 else np.where(colours[..., 3] > 0.0, grey, np.nan)
 
 
-def choose_plane(path: Path, variable: str | None, planes: list[str], known: list[str]) -> str:
+class SeveralImagesError(CatalogError):
+    """A file has several images, and none of them is chosen.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    planes : iterable of str
+        Names of the images.
+    hint : str
+        What is known of them.
+    option : str
+        What chooses one of them.
+    """
+
+    def __init__(self, path: Path, planes: Iterable[str], hint: str = "", option: str = "variable") -> None:
+        self._parts = path, tuple(planes), hint
+        listed = ", ".join(sorted(planes))
+        super().__init__(f"{path}: several images; set {option} to one of: {listed}{f'; {hint}' if hint else ''}")
+
+    def chosen_with(self, option: str) -> SeveralImagesError:
+        """Return the same error of a command whose option chooses the image."""
+        return SeveralImagesError(*self._parts, option)
+
+
+def choose_plane(path: Path, variable: str | None, planes: list[str], known: list[str], hint: str = "") -> str:
     """Return the variable to read: ``variable``, or the only one of ``planes``.
 
     Parameters
@@ -126,6 +152,8 @@ def choose_plane(path: Path, variable: str | None, planes: list[str], known: lis
         The user's choice.
     planes, known : list of str
         Names of the planes, and of all variables that the user may choose.
+    hint : str
+        What is known of the planes.
 
     Raises
     ------
@@ -140,8 +168,38 @@ def choose_plane(path: Path, variable: str | None, planes: list[str], known: lis
         return planes[0]
     if not planes:
         raise CatalogError(f"{path}: no image: none of its variables has two dimensions")
-    listed = ", ".join(sorted(planes))
-    raise CatalogError(f"{path}: several images; set variable to one of: {listed}")
+    raise SeveralImagesError(path, planes, hint)
+
+
+ORIENTATION = 274
+"""Tag of TIFF and EXIF; 1 is upright, and values beyond 8 mean nothing."""
+
+_ORIENTATIONS = MappingProxyType(
+    {
+        2: "mirrored left to right",
+        3: "turned by 180 degrees",
+        4: "mirrored top to bottom",
+        5: "mirrored and turned by 90 degrees",
+        6: "turned by 90 degrees clockwise",
+        7: "mirrored and turned by 270 degrees",
+        8: "turned by 90 degrees anticlockwise",
+    }
+)
+
+
+def require_upright(path: Path, orientation: object) -> None:
+    """Refuse a picture that viewers turn or mirror: north would not be where the user sees it.
+
+    Raises
+    ------
+    CatalogError
+        If its orientation is one of 2 to 8.
+    """
+    if isinstance(orientation, int) and orientation in _ORIENTATIONS:
+        raise CatalogError(
+            f"{path}: orientation {int(orientation)} in TIFF or EXIF data (shown {_ORIENTATIONS[orientation]}); "
+            "allowed: 1, stored as shown; turn the pixels and save the picture"
+        )
 
 
 def square_side(path: Path, side_x: float, side_y: float) -> float:

@@ -16,6 +16,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.core.netcdf import NETCDF, NetcdfFile, netcdf_lock
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, first_bytes, reading, require_size
+from hcss_twin.models.clouds.database import FORMAT as ENTRY
 from hcss_twin.models.clouds.imagery.image import SQUARE, SatelliteImage, choose_plane, square_side
 
 UNITS = "mW m-2 sr-1 (cm-1)-1"
@@ -29,6 +30,10 @@ _RADIANS = {"rad", "radian"}
 # Beyond this wavelength an image is taken as thermal emission, in which high cloud is cold. This is wrong near 4 um in
 # daylight, where the user has to set cloud_is.
 _THERMAL_UM = 3.0
+
+_OF_AN_ENTRY = (
+    "it is an entry of the cloud database, whose 'image' is the imported one; a scenario names it with parameters.entry"
+)
 
 _USABLE = ("good", "conditionally_usable")
 
@@ -45,7 +50,8 @@ def read_netcdf(path: Path, variable: str | None) -> SatelliteImage:
     """Read one plane of a NetCDF file; see :func:`hcss_twin.models.clouds.imagery.reader.read_image`."""
     what = "it is NetCDF, but damaged, truncated or unsupported"
     with reading(path, CatalogError, what), quiet(), NetcdfFile(path) as dataset:
-        name = choose_plane(path, variable, _planes(dataset), list(dataset.variables))
+        hint = _OF_AN_ENTRY if _text(dataset, "format") == ENTRY else ""
+        name = choose_plane(path, variable, _planes(dataset), list(dataset.variables), hint)
         require_size(path, dataset.variables[name].shape, CatalogError, MAX_IMAGE_PIXELS, "pixels")
         return _netcdf_plane(path, dataset, dataset.variables[name])
 

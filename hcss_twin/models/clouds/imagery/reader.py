@@ -14,7 +14,7 @@ from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, first_bytes, reading, require_no_stream, require_size
 from hcss_twin.models.clouds.imagery.examination import examined
 from hcss_twin.models.clouds.imagery.geotiff import read_tiff
-from hcss_twin.models.clouds.imagery.image import SatelliteImage, choose_plane, luminance
+from hcss_twin.models.clouds.imagery.image import ORIENTATION, SatelliteImage, choose_plane, luminance, require_upright
 from hcss_twin.models.clouds.imagery.netcdf_image import quiet, read_netcdf
 
 # First bytes of TIFF and BigTIFF in both byte orders.
@@ -78,6 +78,7 @@ def _read_picture(path: Path) -> SatelliteImage:
             if frames != 1:
                 raise CatalogError(f"{path}: {frames} pictures in one file; allowed: 1")
             require_size(path, picture.size[::-1], CatalogError, MAX_IMAGE_PIXELS, "pixels")
+            require_upright(path, picture.getexif().get(ORIENTATION))
             if picture.mode in ("1", "L", "F") or picture.mode.startswith("I"):
                 values = np.asarray(picture).astype(np.float64)
                 values[values == picture.info.get("transparency")] = np.nan

@@ -47,7 +47,7 @@ _MAX_SPECTRA, _MAX_SOLVED = 4, 1e7
 """Limits of solved clouds in memory: spectra, and values of a spectrum over all suns; at one wavenumber of one sun some
 hundred times streams times azimuth modes between cloud and sea."""
 
-_VALUES_TOGETHER = 1024
+VALUES_TOGETHER = 1024
 """Columns times wavenumbers computed together: larger arrays do not fit in the processor cache."""
 
 _COLUMNS_AT_ONCE = 32
@@ -187,7 +187,7 @@ class SettingColumns:
         layers = self._setting.layers
         slabs = [self._slabs(solvers, toward, layer, thickness_m[:, i]) for i, layer in enumerate(layers)]
         results = {name: np.empty((thickness_m.shape[0], wavenumber_cm1.size)) for name in TERMS}
-        together = max(_VALUES_TOGETHER // wavenumber_cm1.size, 1)
+        together = max(VALUES_TOGETHER // wavenumber_cm1.size, 1)
 
         def batches() -> Iterator[tuple[list[int], SceneColumns]]:
             for order, rows in _rows_by_layers(thickness_m, slabs).items():

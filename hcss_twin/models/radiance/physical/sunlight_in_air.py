@@ -16,7 +16,7 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import ColumnSetting, SolarIrradiance, Sun, TransmittanceProvider
 
-_MAX_SUN_ZENITH_DEG = 88.0
+MAX_SUN_ZENITH_DEG = 88.0
 """Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
 
 _COLD_SEA_K = 263.15
@@ -71,7 +71,7 @@ def scattered_once(
     if solar_path_radiance is None or sun is None:
         return lambda altitude_m: np.zeros_like(wavenumber_cm1)
     highest = sun_zenith_along(view_zenith_deg, sun.zenith_deg, relative_azimuth, top_m, _MIN_EARTH_RADIUS_M)
-    if max(sun.zenith_deg, highest) > _MAX_SUN_ZENITH_DEG:
+    if max(sun.zenith_deg, highest) > MAX_SUN_ZENITH_DEG:
         return lambda altitude_m: np.zeros_like(wavenumber_cm1)
 
     @cache

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.providers import Declaration, OutputVariable, ProviderError, VariableInputs
+from hcss_twin.providers import Declaration, OutputVariable, ProviderError, VariableInputs, choose_from
 
 
 class Parameters(BaseModel):
@@ -41,7 +41,7 @@ class SplitWindow:
         names = [band.name for band in inputs.bands]
         for name in parameters.bands:
             if name not in names:
-                raise ProviderError(f"split-window: bands has {name!r}; allowed: {', '.join(names)}")
+                raise ProviderError(f"split-window: bands has {name!r}; {choose_from(name, names)}")
         self._first, self._second = (names.index(name) for name in parameters.bands)
         self._thin = parameters.thin
 

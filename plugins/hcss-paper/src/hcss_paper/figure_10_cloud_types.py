@@ -83,7 +83,7 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
         covered &= abs(float(cloudy.mean()) - COVERAGE) <= 0.5 / values.size
     off = max(abs(row.difference or 0.0) for row in rows)
     highest = float(np.max(np.abs(surface)))
-    expected = _expected_highest_m(surface.size)
+    expected = expected_highest_m(surface.size)
     rows += [
         Row(f"largest undulation of the sea at {WIND_M_S:g} m/s", "m", LARGEST_M, highest),
         Row("the same, expected of as many independent points", "m", LARGEST_M, expected),
@@ -165,10 +165,18 @@ def _drawn_sea(seed: int) -> Figure:
     return figure
 
 
-def _expected_highest_m(count: int) -> float:
-    """Return the expected largest absolute value of ``count`` independent normal numbers with the variance of eq 1.
+def expected_highest_m(count: int) -> float:
+    """Return the highest elevation to expect in an image of the sea: that of as many independent points.
 
-    This is the median m of the largest value: 2 (1 - Phi)(m) = 1 - 2^(-1/count).
+    Parameters
+    ----------
+    count : int
+        Number of points, normal with the variance of eq 1.
+
+    Returns
+    -------
+    float
+        Median of the largest absolute value: m deviations, where 2 (1 - Phi)(m) = 1 - 2^(-1/count).
     """
     quantile: Any = ndtri(1.0 - 0.5 * (1.0 - 0.5 ** (1.0 / count)))
     return math.sqrt(elevation_variance_m2(WIND_M_S)) * float(quantile)

@@ -24,13 +24,14 @@ SHORT_WAVE = "swir-2.7-3.0"
 BANDS = {SHORT_WAVE: "2.7-3.0 um", "mwir": "3.0-5.0 um", "lwir": "8.0-14.0 um"}
 """The paper's bands by their names in the catalog."""
 
-_PARTS: Mapping[Model, Mapping[str, Any]] = {
+MODEL_SECTIONS: Mapping[Model, Mapping[str, Any]] = {
     "as-printed": {
         "optics": {"provider": "mie", "parameters": {"phase_function": "henyey-greenstein"}},
         "sea.model": "cox-munk",
     },
     "physical": PHYSICAL,
 }
+"""What a scenario has for each of the two radiance models."""
 
 PHYSICAL_NOTE = (
     "Physical: the same scene with the corrected physics, with the full glint and with sunlight on the clouds, to 1 % "
@@ -62,7 +63,7 @@ def scenario_of(name: str, model: Model, overrides: Mapping[str, Any]) -> Scenar
         "output.certificate": 0,
         "sea.temperature": fitted(f"sea temperature{kind}"),
         "atmosphere.coefficients": "lowtran7",
-        **_PARTS[model],
+        **MODEL_SECTIONS[model],
     }
     if model == "as-printed":
         glint = fitted(_glint_name(next(iter(overrides.get("bands", ["mwir"]))), kind))

@@ -86,7 +86,8 @@ FIGURES: tuple[Item, ...] = (
 
 ITEMS: tuple[Item, ...] = TABLES + FIGURES
 
-_ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X", "XI", "XII")
+_ONES = ("", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX")
+_ROMAN = ("0", *(f"{tens}{ones}" for tens in ("", "X", "XX", "XXX") for ones in _ONES if tens or ones))
 
 
 def chosen(names: Sequence[str]) -> tuple[Item, ...]:

@@ -112,7 +112,7 @@ class ExampleClouds:
         if parameters.clear_sky == "example":
             self._clear_m = min(self._clear_m, float(np.quantile(example.opaque_m[example.opaque], _WARMEST)))
         heights = level.heights_m[:, 0].astype(np.float64)
-        thickness = self._thickness_of(heights)
+        thickness = self.layer_thickness_m(heights)
         of_pairs = thickness[:, None]
         self._hanging: HangingClouds | None = None
         self._last: tuple[tuple[float, ...], NDArray[np.float32]] | None = None
@@ -270,8 +270,19 @@ class ExampleClouds:
         y, x = (0.5 * (edge[1:] + edge[:-1]) - 0.5 for edge in edges)
         return between_cells(cells, y, x, first)
 
-    def _thickness_of(self, opaque_m: Array) -> Array:
-        """Return the thickness of the layer for heights p, any shape."""
+    def layer_thickness_m(self, opaque_m: Array) -> Array:
+        """Return the thickness of the layer where the example has heights p: what makes a cloud of each of its pixels.
+
+        Parameters
+        ----------
+        opaque_m : ndarray (...)
+            Heights p of opaque clouds, m.
+
+        Returns
+        -------
+        ndarray (...)
+            Thickness, m, of the same shape; 0 at the example's clear sky and below.
+        """
         inversion, layer, clear = self._inputs.inversion, self._inputs.layer, self._clear_m
         top = float(self.example.opaque_m[-1])
         if inversion is None:

@@ -168,8 +168,9 @@ def scenarios_of(source: UncertainScenario, sample: JointSample) -> dict[str, tu
     """Create and check the scenarios of all draws of all mixtures.
 
     Scenarios are returned by mixture name. Raises ScenarioError with each problem listed once, with its draws and their
-    values.
+    values; a wrong key, of which no draw can be valid, is refused before the other draws are checked.
     """
+    _require_keys(source, sample)
     scenarios: dict[str, tuple[Scenario, ...]] = {}
     wrong: dict[Problem, list[tuple[Mixture, int]]] = {}
     for mixture in sample.mixtures:
@@ -190,6 +191,19 @@ def scenarios_of(source: UncertainScenario, sample: JointSample) -> dict[str, tu
         scenario.model_copy(update={SEED: int(seed)}) for scenario, seed in zip(same, sample.seeds[B], strict=True)
     )
     return scenarios
+
+
+def _require_keys(source: UncertainScenario, sample: JointSample) -> None:
+    """Raise ScenarioError with what the first two draws have in common: problems that do not depend on drawn values."""
+    problems: list[tuple[Problem, ...]] = []
+    for draw in range(2):
+        try:
+            source.scenario({**sample.overrides(sample.mixtures[0], draw), **_SUMMED_UP})
+        except ScenarioError as error:
+            problems.append(error.problems)
+    common = [problem for problem in problems[0] if problem in problems[1]] if len(problems) == 2 else []
+    if common:
+        raise ScenarioError(common, source.origin)
 
 
 def with_draw(error: ScenarioError, sample: JointSample, mixture: Mixture, draw: int) -> ScenarioError:

@@ -33,12 +33,16 @@ def _diameter(name: str, noun: str, default: int) -> Any:
     )
 
 
+_LIST = "\0"
+"""Value of --sample without NAME: what no argument of a command can contain."""
+
+
 @click.command("import")
 @click.argument("image", type=EXISTING_FILE, required=False)
 @click.option(
     "--sample",
     is_flag=False,
-    flag_value="",
+    flag_value=_LIST,
     metavar="[NAME]",
     help="Measured image of the extra samples, in place of IMAGE; without NAME: list them.",
 )
@@ -89,7 +93,7 @@ def import_command(
         raise click.UsageError(
             "--crop: has no meaning with --sample, which is a part without land; allowed: leave it out"
         )
-    if sample == "":
+    if sample == _LIST:
         _list_samples(as_json)
         return
     if sample is not None:
@@ -97,8 +101,11 @@ def import_command(
         from hcss_twin.core.catalog import Catalog
 
         found = measured(sample, Catalog())
-        image, name = found.path(), name or sample
-        options |= {key: value for key, value in found.stated.items() if options[key] is None}
+        image, name = found.path(), sample if name is None else name
+        stated = {key: value for key, value in found.stated.items() if options[key] is None}
+        options |= stated
+        if stated.get("pixel_size_m") is not None:
+            options["pixel_size_from"] = "sample"
     assert image is not None
     from hcss_evaluate.database.cloud_import import ImportOptions, import_image
     from hcss_evaluate.database.folder import valid_entry_name
@@ -115,7 +122,7 @@ def import_command(
     if largest_hole is not None and fill_holes is False:
         raise click.UsageError("--largest-hole: allowed without --no-fill-holes only")
     try:
-        name = valid_entry_name(name or image.stem)
+        name = valid_entry_name(image.stem if name is None else name)
     except CatalogError as error:
         raise click.BadParameter(str(error), param_hint="--name") from error
     path = folder / f"{name}{SUFFIX}"

@@ -21,7 +21,7 @@ from hcss_twin.core.reading import first_bytes, reading
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, described, has_values_in_cloud_only
-from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.image import SatelliteImage, SeveralImagesError
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients, quiet
 from hcss_twin.models.clouds.imagery.reader import read_image
 
@@ -145,7 +145,10 @@ def open_footage(
         for path in paths:
             if path.is_dir():
                 raise CatalogError(f"{title}: {path} is a folder; allowed: an image, or a cube")
-        return open_images(paths, choice)
+        try:
+            return open_images(paths, choice)
+        except SeveralImagesError as error:
+            raise error.chosen_with(f"variable (--{title.lower()}-variable)") from error
     from hcss_evaluate.comparison.cube_footage import cube_footage
     from hcss_twin.cube.reader import open_cube
 

@@ -58,6 +58,8 @@ class ImportOptions:
         First row, first column, rows and columns of the part to import, counted as stored; None: the whole image.
     pixel_size_m : float or None
         Overrides the pixel size in the file; required if the file has none.
+    pixel_size_from : {"user", "sample"}
+        Who states ``pixel_size_m``: the user, or the catalog's description of a measured sample.
     band, observed, source, licence : str or None
         Override the metadata in the file.
     """
@@ -70,6 +72,7 @@ class ImportOptions:
     cleaning: Cleaning = field(default_factory=Cleaning)
     crop: tuple[int, int, int, int] | None = None
     pixel_size_m: float | None = None
+    pixel_size_from: Literal["user", "sample"] = "user"
     band: str | None = None
     observed: str | None = None
     source: str | None = None
@@ -128,7 +131,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         licence=options.licence or (f"stated in the file: {image.rights}" if image.rights else NOT_STATED),
         pixel_size_m=size,
         pixel_size_is_nominal=options.pixel_size_m is None and image.pixel_size_is_nominal,
-        pixel_size_from="file" if options.pixel_size_m is None else "user",
+        pixel_size_from="file" if options.pixel_size_m is None else options.pixel_size_from,
         units=image.units or NOT_STATED,
         cloud_is="bright" if bright else "dark",
         method=options.method,

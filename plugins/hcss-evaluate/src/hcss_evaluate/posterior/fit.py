@@ -239,7 +239,7 @@ def prepare(
     likelihood = likelihood.learn(drawn[:, : len(SHAPE)], likelihood.draw_lasts(drawn, rng), rng, progress)
     candidates = space.draw(rng, _CANDIDATES * walkers_of(len(space.names)))
     for count, power in zip(near, _POWERS, strict=True):
-        pilot = candidates = _pilot(_flattened(space, likelihood, power), candidates, rng)
+        pilot = candidates = pilot_draws(_flattened(space, likelihood, power), candidates, rng)
         centre = pilot.mean(axis=0)
         low, high = _limits(space, pilot)
         drawn = pilot[rng.permutation(pilot.shape[0])[:count]]
@@ -254,8 +254,21 @@ def _flattened(space: Space, likelihood: ImageLikelihood, power: float) -> Singl
     return SingleModel(space, lambda values: power * likelihood(values))
 
 
-def _pilot(model: SingleModel, candidates: Array, rng: np.random.Generator) -> Array:
-    """Sample the posterior of a provisional likelihood, starting from the likeliest candidates."""
+def pilot_draws(model: SingleModel, candidates: Array, rng: np.random.Generator) -> Array:
+    """Sample the posterior of a provisional likelihood: where it is large, simulations measure the scatter.
+
+    Parameters
+    ----------
+    model : SingleModel
+        Posterior with that likelihood.
+    candidates : ndarray (N, free)
+        Positions of which the likeliest are where walkers start; they may be repeated.
+
+    Returns
+    -------
+    ndarray (draws, free)
+        Positions of all walkers after the burn-in.
+    """
     walkers = walkers_of(len(model.names))
     # Candidates may be repeated steps of a chain; walkers at identical points could never separate.
     candidates = np.unique(candidates, axis=0)

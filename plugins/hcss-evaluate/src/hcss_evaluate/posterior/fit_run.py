@@ -178,8 +178,8 @@ def _spread_priors(space: Space, priors: Mapping[str, str], several: bool) -> tu
     )
 
 
-# Long chains are large files, so the state is not written after every block.
-_SECONDS_APART = 5.0
+SECONDS_APART = 5.0
+"""Least time between states: those of long chains are large files, and not written after every block."""
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ class Checkpoint:
 
         Raises PosteriorError if the file cannot be written.
         """
-        if not now and time.monotonic() - self._written < _SECONDS_APART:
+        if not now and time.monotonic() - self._written < SECONDS_APART:
             return
         arrays: dict[str, NDArray[np.generic]] = {
             f"noise_{i}_{f.name}": np.asarray(getattr(noise, f.name))

@@ -75,7 +75,7 @@ class PopulationModel:
         low, high = self.space.limits
         spread = np.exp(log_spread)
         with np.errstate(divide="ignore", invalid="ignore"):
-            inside = _log_between((low - mean) / spread, (high - mean) / spread)
+            inside = log_normal_between((low - mean) / spread, (high - mean) / spread)
             whole = log_spread + inside
             density = -0.5 * ((of_images - mean[:, None]) / spread[:, None]) ** 2 - whole[:, None]
         possible = (of_images > low) & (of_images < high) & ~np.isnan(density)
@@ -115,8 +115,19 @@ class PopulationModel:
         return np.concatenate([alone.mean(axis=1), np.log(spread), alone.reshape(alone.shape[0], -1)], axis=1)
 
 
-def _log_between(low: Array, high: Array) -> Array:
-    """Return ln of the normal probability between two numbers, low < high."""
+def log_normal_between(low: Array, high: Array) -> Array:
+    """Return the logarithm of the normal probability between two numbers: it normalizes truncated densities.
+
+    Parameters
+    ----------
+    low, high : ndarray (...)
+        Ends in standard deviations from the mean, ``low`` below ``high``; infinite ones are allowed.
+
+    Returns
+    -------
+    ndarray (...)
+        ln(Phi(high) - Phi(low)), to all digits in either tail.
+    """
     # The difference is computed in the tail where both probabilities are small, to avoid cancellation.
     flip = low > 0.0
     a, b = np.where(flip, -high, low), np.where(flip, -low, high)

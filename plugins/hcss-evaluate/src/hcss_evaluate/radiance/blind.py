@@ -117,7 +117,7 @@ def blind_test(
         if progress is not None:
             progress(number, len(chosen))
         try:
-            simulated.append(_simulated(spot, limits_um, reference))
+            simulated.append(simulated_kelvin(spot, limits_um, reference))
         except ScenarioError as error:  # ice, or no ships: the climatology lacks the place
             position = f"{spot.latitude:.1f} N, {spot.longitude:.1f} E"
             notes.append(f"left out, {spot.kind} at {position}: {' '.join(str(error).split())}")
@@ -162,8 +162,23 @@ def _spaced(spots: list[Spot], most: int) -> list[Spot]:
     return [spots[index] for index in at]
 
 
-def _simulated(spot: Spot, limits_um: Mapping[str, tuple[float, float]], reference: str) -> dict[str, float]:
-    """Return the simulated brightness temperature of a spot by channel."""
+def simulated_kelvin(spot: Spot, limits_um: Mapping[str, tuple[float, float]], reference: str) -> dict[str, float]:
+    """Return the simulated brightness temperature of a spot by channel, to compare with the measured one.
+
+    Parameters
+    ----------
+    spot : Spot
+        Place, time and view; of an opaque cloud also the temperature.
+    limits_um : mapping of str to (float, float)
+        Limits of each channel.
+    reference : str
+        Channel whose measured temperature an opaque cloud has.
+
+    Raises
+    ------
+    ScenarioError
+        If the climatology lacks the place.
+    """
     bands = {f"channel-{number}": name for number, name in enumerate(limits_um)}
     scene: dict[str, Any] = {
         "title": "Blind test", "seed": 1, "time": spot.time.isoformat(),

@@ -11,6 +11,7 @@ from scipy.ndimage import gaussian_filter
 
 from hcss_twin import ImageError
 from hcss_twin.core.arrays import Array
+from hcss_twin.models.clouds.imagery.examination import assumed_kelvin, closest_reading
 
 SIZE = 64
 """Side of a patch, pixels."""
@@ -91,6 +92,7 @@ def cut_patches(
         if not 100.0 < low <= high < 400.0:
             raise ImageError(
                 f"{side} image {index}: values from {low:g} to {high:g}, allowed: brightness temperature, 100 to 400 K"
+                f"{closest_reading(assumed_kelvin(field))}"
             )
         if blur_pixels:
             field = gaussian_filter(field, blur_pixels, mode="nearest")
