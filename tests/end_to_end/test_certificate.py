@@ -327,7 +327,7 @@ def test_a_band_that_nothing_lights_is_told():
 def test_a_scene_that_is_run_again_is_certified_from_the_same_columns():
     first = cube(seed=4711)
     with pytest.MonkeyPatch.context() as patch:  # of its own: with that of the test, kept columns would not be read
-        patch.setattr(reference_columns, "reference_spectra", None)
+        patch.setattr(reference_columns, "ColumnStates", None)
         again = cube(seed=4711)
         with pytest.raises(TypeError):
             cube(seed=4712)

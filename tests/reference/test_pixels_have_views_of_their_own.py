@@ -127,7 +127,7 @@ def test_what_is_made_for_one_view_is_refused_in_a_wide_field_and_kept_in_a_narr
     with pytest.raises(ScenarioError) as caught:
         plan_of(changes)
     assert [problem.field for problem in caught.value.problems] == [field]
-    assert "pixels need individual views" in str(caught.value)
+    assert "a view of each pixel" in str(caught.value)
     assert plan_of({**changes, "image.pixel_size": 5.0, "accuracy": 0.05}).views is None
 
 
