@@ -34,9 +34,8 @@ def assert_tables_agree_with_the_reference_path(plan: Plan, draw: Draw, of_estim
         layers = [each.thickness_m(time_s, rows, columns).ravel() for each in plan.assembly.generators]
         thickness = np.stack(layers, axis=1)
         chosen, sun = draw(random, thickness), plan.sun_track.at(time_s)
-        exact = reference_radiance(
-            plan.assembly.model, plan.spectral_grid, thickness[chosen], sun if sun.is_up else None
-        )
+        setting = plan.assembly.setting(sun if sun.is_up else None)
+        exact = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickness[chosen])
         found = frame["radiance"].reshape(len(plan.bands), -1)[:, chosen].T
         np.testing.assert_allclose(found, exact, rtol=plan.budget.total + ROUNDING)
         np.testing.assert_allclose(found, exact, rtol=of_estimate * tables.estimated_error + ROUNDING)

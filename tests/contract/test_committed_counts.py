@@ -30,7 +30,7 @@ def test_every_scene_has_committed_counts_of_solutions_calls_wavenumbers_and_byt
     committed = counts.committed_counts()
     assert set(committed) == set(counts.SCENES)
     for name, each in committed.items():
-        assert {"radiance, cloudy: calls", "tables: wavenumbers", "cube: bytes"} <= set(each)
+        assert {"radiance, columns: calls", "tables: wavenumbers", "cube: bytes"} <= set(each)
         assert ("layers solved" in each) == ("as-printed" not in name)
 
 

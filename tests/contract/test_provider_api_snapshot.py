@@ -171,9 +171,8 @@ def test_every_optional_member_the_engine_looks_for_is_documented_and_no_other()
         package / "reports" / "cloud_columns.py",
         *(package / "providers" / "registry" / "guards").glob("*.py"),
     ]
-    # Light transports and views of imagers are no providers, and not part of the frozen API; models of sweeps over the
-    # sea's temperature are the engine's own.
-    others = {"declares", "stage", "check", "over_views", "suns", "foresee"}
+    # Light transports and views of imagers are no providers, and not part of the frozen API.
+    others = {"declares", "stage", "check", "over_views", "suns"}
     found = {name for path in files for name in asked_for(path)} - others
     assert found == options() == set(declared.OPTIONAL_MEMBERS)
 

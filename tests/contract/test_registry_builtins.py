@@ -285,7 +285,8 @@ class PhysicalContract(FewWavenumbers, RadianceModelContract):
     @pytest.fixture
     def inputs(self):
         inputs = sample_radiance_inputs()
-        return replace(inputs, transmittance=LegsTogether(inputs.profile))
+        setting = replace(inputs.setting, transmittance=LegsTogether(inputs.setting.profile))
+        return replace(inputs, setting=setting)
 
 
 class TestPhysical(PhysicalContract):

@@ -8,6 +8,7 @@ from hcss_author import (
     sample_element_inputs,
     sample_microphysics,
     sample_motion,
+    sample_radiance_inputs,
     sample_sensor_inputs,
     sample_variable_inputs,
 )
@@ -20,7 +21,7 @@ from hcss_twin.models.radiance.as_printed import AsPrinted
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.physics.paths import to_space
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.providers import AtmosphereDeclaration, Grid, Points, Sun
+from hcss_twin.providers import AtmosphereDeclaration, ColumnStates, Grid, Points
 from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
 from hcss_twin.providers.registry.guard import guard
 
@@ -30,6 +31,7 @@ GRID = Grid(4, 5, 100.0)
 SPECTRAL = "wavenumber_cm1 of shape (3,)"
 
 POINTS = Points(*np.ones((4, 1)), np.ones((1, 1)))
+STATES = ColumnStates.product([sample_radiance_inputs().setting], np.ones((4, 1)))
 
 # Of each member of each kind: arguments, and what an error says of them.
 MEMBERS = {
@@ -54,10 +56,7 @@ MEMBERS = {
     ("atmosphere", "solar_path_radiance"): ((NU, PATHS, 30.0, 0.0), "paths of length 2, arguments of length 2"),
     ("atmosphere", "absorber_amounts"): ((PATHS,), "paths of length 2"),
     ("atmosphere", "transmittance_of_amounts"): ((NU, np.ones((2, 7))), "amounts of shape (2, 7)"),
-    ("radiance", "clear"): ((NU, None), f"{SPECTRAL}, sun = None"),
-    ("radiance", "cloudy"): ((NU, np.ones((4, 1)), Sun(30.0, 0.0, 1.0)), "thickness_m of shape (4, 1), sun a Sun"),
-    ("radiance", "expect"): (([None],), "suns of length 1"),
-    ("radiance", "expect_views"): (([None],), "views of length 1"),
+    ("radiance", "columns"): ((STATES, NU), f"states a ColumnStates, {SPECTRAL}"),
     ("elements", "pixels"): ((0.0, *WINDOW, None), "scene = None"),
     ("surfaces", "surface"): ((0.0, *WINDOW), "time_s = 0.0"),
     ("variables", "values"): (
@@ -84,7 +83,7 @@ def guarded(kind, **members):
     return guard(Entry(Kind(kind), spec, Origin("a", "hcss-a", "1.2")), provider, INPUTS.get(kind))
 
 
-UNCHECKED = ("frame_summary", "tilted", "wave_field", "expect", "expect_views")
+UNCHECKED = ("frame_summary", "tilted", "wave_field")
 """Members whose results are what the provider likes, or objects that are checked when they are used."""
 
 
@@ -139,9 +138,9 @@ def test_attribute_that_cannot_be_read_names_provider_and_attribute():
 @pytest.mark.parametrize("error", [ZeroDivisionError("by nothing"), ProviderError("no such path")])
 def test_provider_within_another_one_is_at_fault_alone(error):
     gas = guarded("atmosphere", transmittance=raising(error))
-    model = guarded("radiance", clear=lambda self, wavenumber, sun: gas.transmittance(wavenumber, PATHS))
+    model = guarded("radiance", columns=lambda self, states, wavenumber: gas.transmittance(wavenumber, PATHS))
     with pytest.raises(ProviderError) as caught:
-        model.clear(NU, None)
+        model.columns(STATES, NU)
     assert str(caught.value).startswith("transmittance provider 'toy' of hcss-a 1.2: transmittance()")
     assert "radiance model" not in str(caught.value)
 
@@ -161,8 +160,7 @@ SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands
     [
         (MieOptics, "single_scattering", {}),
         (CoxMunkSea, "emissivity", {}),
-        (AsPrinted, "clear", {}),
-        (AsPrinted, "cloudy", {}),
+        (AsPrinted, "columns", {}),
         (FractalClouds, "thickness_m", {"clouds.coverage_mode": "field"}),
     ],
 )

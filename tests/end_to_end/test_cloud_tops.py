@@ -8,11 +8,9 @@ from cheap import CHEAP
 from installed_providers import install
 
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError, ScenarioError
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.verification import Verdict, verify_cube
-from hcss_twin.plan.assemble import assemble
 from hcss_twin.providers import CloudDeclaration
 from hcss_twin.providers.registry import ProviderSpec, hookimpl
 
@@ -102,15 +100,6 @@ def test_a_pixel_is_that_of_a_scene_with_its_cloud_top(changes, columns):
             warnings.simplefilter("ignore")  # the lowest layer is thinner than some clouds
             alone = simulate(scene(**changes, **own, **{"output.certificate": 0}))
         np.testing.assert_allclose(whole["radiance"][0, ..., column], alone["radiance"][0, ..., column], rtol=2 * 0.005)
-
-
-def test_a_sweep_over_the_sea_says_that_its_scenes_do_not_share_columns():
-    between, slant = SeaTemperatures((289.0, 290.0, 291.0), "group"), make_plan(scene()).assembly.slant
-    for generator, model, said in ("slope", "physical", 1), ("slope", "as-printed", 0), ("level", "physical", 0):
-        scenario = scene(**{"clouds.generator": generator, "radiance.model": model, "sea.temperature": 290.0})
-        assembly = assemble(scenario, Catalog(), slant, between)
-        assert sum("solved for this scene alone" in note for note in assembly.cloud_notes) == said
-        assert (assembly.between is None) == (generator == "slope" or model == "as-printed")
 
 
 def test_a_sweep_is_resumed_only_with_the_code_of_its_plugins():

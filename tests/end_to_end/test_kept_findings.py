@@ -24,10 +24,10 @@ def _kept(monkeypatch, tmp_path):
 
 @pytest.fixture
 def asked(monkeypatch):
-    """Number of columns that the radiance model was asked for."""
+    """What the radiance model was asked for."""
     calls = []
-    clear = AsPrinted.clear
-    monkeypatch.setattr(AsPrinted, "clear", lambda *each: calls.append(each) or clear(*each))
+    columns = AsPrinted.columns
+    monkeypatch.setattr(AsPrinted, "columns", lambda *each: calls.append(each) or columns(*each))
     return calls
 
 
@@ -120,21 +120,21 @@ def test_what_cannot_be_had_is_not_kept(monkeypatch):
 
 def test_a_file_of_another_folder_is_not_taken_for_that_of_this_one(asked, monkeypatch, tmp_path):
     """Of a provider that opens its file when it is first asked."""
-    clear = AsPrinted.clear
+    columns = AsPrinted.columns
 
-    def lazily(self, wavenumber, sun):
+    def lazily(self, states, wavenumber):
         catalog[0].file("factor.txt")
-        return clear(self, wavenumber, sun)
+        return columns(self, states, wavenumber)
 
     catalog = []
     assemble = planning.assemble
 
-    def assembled(scenario, own, slant, *between):
+    def assembled(scenario, own, slant, *climate):
         catalog[:] = [own]
-        return assemble(scenario, own, slant, *between)
+        return assemble(scenario, own, slant, *climate)
 
     monkeypatch.setattr(planning, "assemble", assembled)
-    monkeypatch.setattr(AsPrinted, "clear", lazily)
+    monkeypatch.setattr(AsPrinted, "columns", lazily)
     used = []
     for name in ("a", "b"):
         (tmp_path / name).mkdir()

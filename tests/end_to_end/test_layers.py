@@ -88,9 +88,9 @@ def test_where_one_layer_has_cloud_the_radiance_is_that_of_its_own_scene(both):
         plan = make_plan(scenario(layer))
         exact = reference_radiance(
             plan.assembly.model,
+            plan.assembly.setting(plan.sun_track.at(0.0)),
             plan.spectral_grid,
             thickness.sel(layer=name).values[where][:10],
-            plan.sun_track.at(0.0),
         )
         np.testing.assert_allclose(both.radiance[0].values[:, where][:, :10].T, exact, rtol=1e-4 + 3e-7)
 

@@ -1,4 +1,4 @@
-"""Cost follows what is asked for: counted in calls of the radiance model and columns x wavenumbers, not in seconds."""
+"""Cost follows what is asked for: counted in columns x wavenumbers of the radiance model, not in seconds."""
 
 import json
 from typing import NamedTuple
@@ -21,7 +21,7 @@ from hcss_twin.plan.description import describe
 from hcss_twin.providers import Sun
 
 
-class Call(NamedTuple):
+class Asked(NamedTuple):
     columns: int
     """Times wavenumbers."""
     sun: Sun | None
@@ -35,22 +35,19 @@ DEFAULT_MODELS = {"accuracy": 1e-2}
 
 @pytest.fixture
 def asked(monkeypatch):
-    """Every call of a radiance model."""
-    calls = []
+    """What radiance models are asked for: each clear sky, and the cloudy columns of each setting."""
+    found = []
     for model in (AsPrinted, Physical):
-        clear, cloudy = model.clear, model.cloudy
 
-        def counted_clear(self, wavenumber_cm1, sun, clear=clear):
-            calls.append(Call(wavenumber_cm1.size, sun, False))
-            return clear(self, wavenumber_cm1, sun)
+        def counted(self, states, wavenumber_cm1, columns=model.columns):
+            for _, setting, thickness_m in states.groups():
+                cloudy = np.count_nonzero(np.any(thickness_m > 0.0, axis=1))
+                found.extend([Asked(wavenumber_cm1.size, setting.sun, False)] * (len(thickness_m) - cloudy))
+                found.extend([Asked(wavenumber_cm1.size * cloudy, setting.sun, True)] * int(cloudy > 0))
+            return columns(self, states, wavenumber_cm1)
 
-        def counted_cloudy(self, wavenumber_cm1, thickness_m, sun, cloudy=cloudy):
-            calls.append(Call(wavenumber_cm1.size * thickness_m.shape[0], sun, True))
-            return cloudy(self, wavenumber_cm1, thickness_m, sun)
-
-        monkeypatch.setattr(model, "clear", counted_clear)
-        monkeypatch.setattr(model, "cloudy", counted_cloudy)
-    return calls
+        monkeypatch.setattr(model, "columns", counted)
+    return found
 
 
 def made(path, models=CHEAP, **overrides):
@@ -70,17 +67,17 @@ def test_without_a_variable_of_radiance_no_radiance_is_computed(tmp_path, asked,
 def test_at_night_no_model_is_asked_for_sunlight(tmp_path, asked, models):
     made(tmp_path, models, **NIGHT_LWIR)
     assert asked
-    assert all(call.sun is None for call in asked)
+    assert all(each.sun is None for each in asked)
 
 
 def test_faint_sunlight_is_asked_for_by_plan_and_certificate_only(asked):
     plan = make_plan(Scenario.load("stratus", {**SMALL, **CHEAP, "bands": ["lwir"], "accuracy": 2e-2}))
     assert plan.faint_sunlight is not None
-    assert any(call.sun is not None for call in asked)
+    assert any(each.sun is not None for each in asked)
     asked.clear()
     list(stream(plan, compile_tables(plan)))
     assert asked
-    assert all(call.sun is None for call in asked)
+    assert all(each.sun is None for each in asked)
 
 
 def test_terms_that_are_not_asked_for_are_not_looked_up():
@@ -100,7 +97,7 @@ def spectral_columns(asked, models, **overrides):
     plan = make_plan(Scenario.load("stratus", {**SMALL, **models, **overrides}))
     asked.clear()
     compile_tables(plan)
-    return sum(call.columns for call in asked), sum(call.columns for call in asked if call.cloudy)
+    return sum(each.columns for each in asked), sum(each.columns for each in asked if each.cloudy)
 
 
 @pytest.mark.parametrize(
@@ -146,7 +143,7 @@ def test_a_layer_that_has_no_cloud_anywhere_is_not_generated(tmp_path, monkeypat
 def dense_clear_skies(asked, plan):
     """Suns under which clear skies were asked for at all wavenumbers."""
     every = plan.spectral_grid.wavenumber_cm1.size
-    return [call.sun for call in asked if not call.cloudy and call.columns == every]
+    return [each.sun for each in asked if not each.cloudy and each.columns == every]
 
 
 def test_a_sun_that_hardly_moves_takes_few_clear_skies_at_all_wavenumbers(asked):
@@ -160,7 +157,7 @@ def test_a_sun_that_hardly_moves_takes_few_clear_skies_at_all_wavenumbers(asked)
     assert nodes.wavenumber_cm1.size < grid.wavenumber_cm1.size
     for time_s in plan.frame_times_s:
         exact, few = (
-            np.sum(list(plan.assembly.model.clear(each.wavenumber_cm1, plan.sun_at(time_s)).values()), axis=0)
+            np.sum(list(plan.assembly.clear(each.wavenumber_cm1, plan.sun_at(time_s)).values()), axis=0)
             @ each.weights_cm1.T
             for each in (grid, nodes)
         )

@@ -18,21 +18,21 @@ def test_a_broken_radiance_model_is_no_problem_of_the_time(monkeypatch):
     def broken(*_):
         raise ZeroDivisionError("by a plugin")
 
-    monkeypatch.setattr(AsPrinted, "clear", broken)
-    with pytest.raises(ProviderError, match=r"as-printed.*clear\(\) raised ZeroDivisionError: by a plugin") as caught:
+    monkeypatch.setattr(AsPrinted, "columns", broken)
+    with pytest.raises(ProviderError, match=r"as-printed.*columns\(\) raised ZeroDivisionError: by a plugin") as caught:
         plan()
     assert "allowed: times with the sun" not in str(caught.value)
 
 
 def test_a_model_that_refuses_a_low_sun_is_a_problem_of_the_time(monkeypatch):
-    clear = AsPrinted.clear
+    columns = AsPrinted.columns
 
-    def up_to_35_deg(self, wavenumber, sun):
-        if sun is not None and sun.zenith_deg > 35.0:
+    def up_to_35_deg(self, states, wavenumber):
+        if any(setting.sun is not None and setting.sun.zenith_deg > 35.0 for setting in states.settings):
             raise ProviderError("no sun so low")
-        return clear(self, wavenumber, sun)
+        return columns(self, states, wavenumber)
 
-    monkeypatch.setattr(AsPrinted, "clear", up_to_35_deg)
+    monkeypatch.setattr(AsPrinted, "columns", up_to_35_deg)
     with pytest.raises(ScenarioError, match=r"time: .*no sun so low; allowed: times"):
         make_plan(Scenario.load("stratus", {**SMALL, "time": "2024-04-20T16:30:00+10:00"}))
 

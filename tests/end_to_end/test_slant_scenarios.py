@@ -122,7 +122,7 @@ def test_a_plan_without_shadows_bounds_what_they_could_change():
 def simulate_clear_terms(plan):
     """Bands of the clear column at the first frame."""
     grid = plan.spectral_grid
-    terms = plan.assembly.model.clear(grid.wavenumber_cm1, plan.sun_track.at(0.0))
+    terms = plan.assembly.clear(grid.wavenumber_cm1, plan.sun_track.at(0.0))
     return {name: grid.weights_cm1 @ values for name, values in terms.items()}
 
 

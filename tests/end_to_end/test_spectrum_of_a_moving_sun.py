@@ -29,7 +29,7 @@ def test_clouds_under_suns_that_no_choice_knew_keep_the_share(model, bands):
     kept = np.searchsorted(grid.wavenumber_cm1, spectrum.nodes.wavenumber_cm1)
     assert kept.size < grid.wavenumber_cm1.size
     for time_s in plan.frame_times_s[[7, 61, 171]]:
-        terms = plan.assembly.model.cloudy(grid.wavenumber_cm1, np.array([[40.0], [700.0]]), plan.sun_at(time_s))
+        terms = plan.assembly.cloudy(grid.wavenumber_cm1, np.array([[40.0], [700.0]]), plan.sun_at(time_s))
         total = np.sum(list(terms.values()), axis=0)
         found = total[:, kept] @ spectrum.nodes.weights_cm1.T
         np.testing.assert_allclose(found, total @ grid.weights_cm1.T, rtol=plan.budget.wavenumbers)

@@ -33,7 +33,7 @@ def percent(note):
 def test_the_difference_is_that_of_whole_bands():
     plan, note = plan_and_note(**TABLE)
     grid, assembly = plan.spectral_grid, plan.assembly
-    terms = assembly.model.clear(grid.wavenumber_cm1, None)
+    terms = assembly.clear(grid.wavenumber_cm1, None)
     own = assembly.transmittance.path_radiance(grid.wavenumber_cm1, [to_space(0.0, 60.0)])[0]
     more, clear = (grid.weights_cm1 @ each for each in (own - terms["path_emission"], sum(terms.values())))
     assert "radiance model 'physical' does not use the path radiance of the atmosphere 'table'" in note
@@ -58,7 +58,7 @@ def test_imported_radiance_that_the_profile_does_not_explain_is_in_the_note(monk
     monkeypatch.setattr(TableTransmittance, "path_radiance", lambda *given: 0.5 * own(*given))
     plan, note = plan_and_note(**TABLE)
     wavenumber, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1
-    terms = plan.assembly.model.clear(wavenumber, None)
+    terms = plan.assembly.clear(wavenumber, None)
     lost = weights @ (0.5 * terms["path_emission"]) / (weights @ sum(terms.values()))
     np.testing.assert_allclose(list(percent(note).values()), -100 * lost, rtol=0.1)
 

@@ -60,8 +60,8 @@ def test_each_pixel_is_the_radiance_of_its_tilted_sea_but_for_the_level(planned,
         crosswind = slope[0] * np.cos(wind) - slope[1] * np.sin(wind)
         # The sun is to the left of the bearing toward the sensor or to the right of it: here clockwise from it.
         assert 0.0 < sun.azimuth_deg - plan.view.azimuth_deg < 180.0
-        model = plan.assembly.model_over(plan.assembly.sea.tilted(upwind, crosswind, 2.0))
-        terms = model.clear(plan.spectral_grid.wavenumber_cm1, sun)
+        tilted = plan.assembly.over_sea(plan.assembly.sea.tilted(upwind, crosswind, 2.0))
+        terms = tilted.clear(plan.spectral_grid.wavenumber_cm1, sun)
         ratios.append(
             [frame[f"radiance_{name}"][:, y, x] / (plan.spectral_grid.weights_cm1 @ terms[name]) for name in names]
         )
@@ -84,8 +84,8 @@ def test_a_sun_on_the_other_side_is_followed(planned):
     mirrored = type(sun)(sun.zenith_deg, 2.0 * 20.0 - sun.azimuth_deg, sun.distance_au)
     radiance = []
     for position in (sun, mirrored):
-        model = plan.assembly.model_over(plan.assembly.sea.tilted(0.05, 0.08, 2.0))
-        radiance.append(weights @ np.sum(list(model.clear(wavenumber, position).values()), axis=0))
+        tilted = plan.assembly.over_sea(plan.assembly.sea.tilted(0.05, 0.08, 2.0))
+        radiance.append(weights @ np.sum(list(tilted.clear(wavenumber, position).values()), axis=0))
     np.testing.assert_allclose(radiance[0], radiance[1], rtol=1e-12)
     assert not np.allclose(tables.waves.change[0], tables.waves.change[0][:, ::-1], rtol=1e-3)
 

@@ -8,12 +8,14 @@ import pytest
 from scipy import constants
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.laws.radiance import LawScene
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.parameters import AsPrintedParameters
 from hcss_twin.models.radiance.as_printed import AsPrinted
 from hcss_twin.providers import (
     AtmosphereDeclaration,
     CloudLayer,
+    ColumnSetting,
     Microphysics,
     OpticsDeclaration,
     RadianceInputs,
@@ -73,17 +75,18 @@ def layer(**changes):
 
 
 def model(parameters=None, **changes):
-    inputs = {
+    own = {
+        "view": VIEW,
+        "sun": None,
+        "sea": Sea(),
+        "sea_temperature_K": 290.0,
         "profile": load_profile("us-standard-1976", Catalog()),
         "transmittance": Gas(),
-        "sea": Sea(),
-        "optics": Particles(),
         "layers": (layer(),),
-        "sea_temperature_K": 290.0,
-        "view": VIEW,
-        "solar_irradiance": lambda wavenumber: np.full(wavenumber.size, IRRADIANCE),
     }
-    return AsPrinted(RadianceInputs(**{**inputs, **changes}), AsPrintedParameters(**(parameters or {})))
+    setting = ColumnSetting(**{**own, **changes})
+    inputs = RadianceInputs(setting, Particles(), lambda wavenumber: np.full(wavenumber.size, IRRADIANCE))
+    return LawScene(AsPrinted(inputs, AsPrintedParameters(**(parameters or {}))), setting)
 
 
 def planck(wavenumber_cm1, temperature):
@@ -139,7 +142,7 @@ def test_path_emission_counts_the_air_above_the_cloud_top_only():
 def test_no_sun_no_solar_term(sun):
     tested = model()
     for terms in (tested.clear(WAVENUMBER, sun), tested.cloudy(WAVENUMBER, np.array([[10.0], [100.0]]), sun)):
-        for name in tested.solar_terms:
+        for name in tested.model.solar_terms:
             assert np.all(terms[name] == 0.0)
 
 
@@ -226,7 +229,7 @@ def test_an_opaque_upper_cloud_hides_what_is_below_exactly():
     tested = model(layers=(LOW, high))
     both = tested.cloudy(WAVENUMBER, np.array([[1.0, 1e6], [2000.0, 1e6]]), SUN)
     alone = model(layers=(high,)).cloudy(WAVENUMBER, np.array([[1e6]]), SUN)
-    for name in tested.terms:
+    for name in tested.model.terms:
         np.testing.assert_array_equal(both[name], np.repeat(alone[name], 2, axis=0))
 
 
@@ -235,7 +238,7 @@ def test_a_vanishing_lower_cloud_leaves_the_upper_one_and_its_own_reflection():
     tested = model({"cloud_sun_scale": 0.0}, layers=(LOW, HIGH))
     vanishing = tested.cloudy(WAVENUMBER, np.array([[1e-9, 300.0]]), SUN)
     alone = tested.cloudy(WAVENUMBER, np.array([[0.0, 300.0]]), SUN)
-    for name in tested.terms:
+    for name in tested.model.terms:
         np.testing.assert_allclose(vanishing[name], alone[name], rtol=1e-9)
 
 
@@ -244,7 +247,7 @@ def test_a_vanishing_upper_cloud_takes_away_only_the_emission_of_the_air_below_i
     tested = model({"cloud_sun_scale": 0.0}, layers=(LOW, HIGH))
     vanishing = tested.cloudy(WAVENUMBER, np.array([[300.0, 1e-9]]), SUN)
     alone = tested.cloudy(WAVENUMBER, np.array([[300.0, 0.0]]), SUN)
-    for name in set(tested.terms) - {"path_emission"}:
+    for name in set(tested.model.terms) - {"path_emission"}:
         np.testing.assert_allclose(vanishing[name], alone[name], rtol=1e-9)
     assert vanishing["path_emission"] < alone["path_emission"]
 
@@ -257,7 +260,15 @@ def test_the_order_of_layers_does_not_matter():
         np.testing.assert_array_equal(backward[name], values)
 
 
-@pytest.mark.parametrize("wrong", [[[0.0, 0.0]], [[-1.0, 5.0]], [[5.0]], [5.0, 5.0]])
+def test_columns_without_cloud_among_others_are_clear_sky():
+    tested = model(layers=(LOW, HIGH))
+    clear = tested.clear(WAVENUMBER, SUN)
+    among = tested.cloudy(WAVENUMBER, np.array([[400.0, 0.0], [0.0, 0.0], [0.0, 700.0]]), SUN)
+    for name, values in among.items():
+        np.testing.assert_array_equal(values[1], clear[name])
+
+
+@pytest.mark.parametrize("wrong", [[[-1.0, 5.0]], [[np.nan, 5.0]], [[5.0]], [5.0, 5.0]])
 def test_columns_that_are_none_are_refused(wrong):
     with pytest.raises(ValueError, match="thickness_m"):
         model(layers=(LOW, HIGH)).cloudy(WAVENUMBER, np.array(wrong), SUN)

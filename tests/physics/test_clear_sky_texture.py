@@ -195,10 +195,13 @@ def test_the_sea_shows_through_cloud_as_where_all_is_solved_over_a_warmer_sea(ti
     columns, sun = BandColumns(plan, all_nodes(plan.spectral_grid)), plan.sun_up_at(0.0)
     thickness = np.array([[2.0], [20.0]])
     scene_, derived, solved = (
-        np.sum(each.cloudy(thickness, sun), axis=1)
+        np.sum(each.cloudy(thickness, [each.plan.assembly.setting(sun)])[0], axis=1)
         for each in (columns, OverWarmerSea(columns, warmer, sun), columns.of(warmer))
     )
-    clear = np.sum(columns.of(warmer).clear(sun) - columns.clear(sun), axis=0)
+    warm, own = (
+        np.sum(each.clear([each.plan.assembly.setting(sun)])[0], axis=0) for each in (columns.of(warmer), columns)
+    )
+    clear = warm - own
     np.testing.assert_allclose((derived - scene_) / clear, (solved - scene_) / clear, atol=0.01)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hcss_twin
-from hcss_twin.models.radiance.physical.model import VALUES_TOGETHER
+from hcss_twin.models.radiance.physical.setting_columns import VALUES_TOGETHER
 
 TWO_LAYERS = "cirrus-over-cumulus"
 ONE_BY_ONE = {"image.rows": 8, "image.columns": 8, "frames.count": 1}
@@ -47,10 +47,10 @@ def test_columns_computed_together_are_those_computed_one_by_one(name, overrides
         thickness = columns_of(plan, count)
         if len(plan.layers) == 1:
             assert (len(thickness) > VALUES_TOGETHER // wavenumber.size) == several
-        together = plan.assembly.model.cloudy(wavenumber, thickness, sun)
+        together = plan.assembly.cloudy(wavenumber, thickness, sun)
         total = sum(np.asarray(together[term]) for term in plan.assembly.model.terms)
         for row, own in enumerate(thickness):
-            alone = plan.assembly.model.cloudy(wavenumber, own[None], sun)
+            alone = plan.assembly.cloudy(wavenumber, own[None], sun)
             for term in plan.assembly.model.terms:
                 away = np.abs(np.asarray(together[term])[row] - np.asarray(alone[term])[0])
                 np.testing.assert_array_less(away, 1e-13 * total[row] + 1e-300, err_msg=term)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from hcss_author import PlainGas, sample_high_layer, sample_layer, sample_profile
 
+from hcss_twin.laws.radiance import LawScene
 from hcss_twin.laws.samples import sample_radiance_inputs
 from hcss_twin.models.parameters import PhysicalParameters
-from hcss_twin.models.radiance.physical import gathered_paths, model
+from hcss_twin.models.radiance.physical import gathered_paths, setting_columns
 from hcss_twin.models.radiance.physical.model import Physical, PhysicalTwoStream
 from hcss_twin.providers import Sun
 
@@ -27,9 +28,14 @@ class CountedGas(PlainGas):
         return super().transmittance(wavenumber_cm1, paths) ** (1.0 + wavenumber_cm1 / 4000.0)
 
 
+def scene(of, gas, *layers):
+    inputs = sample_radiance_inputs(layers=layers)
+    inputs = replace(inputs, setting=replace(inputs.setting, transmittance=gas))
+    return LawScene(of(inputs, PARAMETERS), inputs.setting)
+
+
 def radiance(of, gas, sun):
-    inputs = replace(sample_radiance_inputs(layers=(sample_layer(), sample_high_layer())), transmittance=gas)
-    made = of(inputs, PARAMETERS)
+    made = scene(of, gas, sample_layer(), sample_high_layer())
     terms = made.cloudy(NU, THICKNESS, sun), made.clear(NU, sun)
     return [np.stack(list(each.values())) for each in terms]
 
@@ -52,7 +58,7 @@ def test_radiance_is_that_of_one_call_for_each_leg_and_the_calls_are_few(of, sun
 def test_little_memory_means_more_calls_and_the_same_radiance(monkeypatch):
     usual = radiance(PhysicalTwoStream, CountedGas(), None)
     monkeypatch.setattr(gathered_paths, "MOST_VALUES", 2000)
-    monkeypatch.setattr(model, "MOST_GATHERED", 2000)
+    monkeypatch.setattr(setting_columns, "MOST_GATHERED", 2000)
     scarce = CountedGas()
     for one, other in zip(usual, radiance(PhysicalTwoStream, scarce, None), strict=True):
         np.testing.assert_array_equal(one, other)
@@ -61,8 +67,7 @@ def test_little_memory_means_more_calls_and_the_same_radiance(monkeypatch):
 
 def test_a_known_spectrum_asks_for_nothing_twice():
     gas = CountedGas()
-    inputs = replace(sample_radiance_inputs(layers=(sample_layer(),)), transmittance=gas)
-    made = PhysicalTwoStream(inputs, PARAMETERS)
+    made = scene(PhysicalTwoStream, gas, sample_layer())
     made.cloudy(NU, THICKNESS[2:, :1], None)
     before = gas.calls
     made.cloudy(NU, THICKNESS[2:3, :1], None)

@@ -21,11 +21,11 @@ def test_error_of_the_grid_holds_above_high_clouds():
     }
     plan = make_plan(Scenario.from_dict(scene))
     assembly, refinement = plan.assembly, plan.grid_refinement.refinement
-    model, thickest = assembly.at_level(0).model, np.array([[4000.0]])
+    coarsest, thickest = assembly.at_level(0), np.array([[4000.0]])
 
     def radiance(refinement):
         grid = assembly.refined_grid(refinement)
-        spectrum = sum(model.cloudy(grid.wavenumber_cm1, thickest, None).values())
+        spectrum = sum(coarsest.cloudy(grid.wavenumber_cm1, thickest, None).values())
         return float((spectrum @ grid.weights_cm1.T)[0, 0])
 
     change = abs(radiance(refinement) / radiance(refinement + 1) - 1.0)

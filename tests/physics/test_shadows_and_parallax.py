@@ -198,7 +198,7 @@ def test_grey_clouds_follow_bouguer(thickness):
 def exact_transmission(plan, heights, mu0):
     """Reference: the dense spectrum of the clear column's glint through clouds, integrated over each band."""
     grid, sun = plan.spectral_grid, plan.sun_track.at(0.0)
-    glint = plan.assembly.model.clear(grid.wavenumber_cm1, sun)["sea_reflected_sun"]
+    glint = plan.assembly.clear(grid.wavenumber_cm1, sun)["sea_reflected_sun"]
     path = sum(
         plan.assembly.optics.single_scattering(layer.microphysics, grid.wavenumber_cm1).extinction_m1 * height / mu0
         for layer, height in zip(plan.layers, heights, strict=True)

@@ -10,7 +10,6 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.core.error_norm import largest_error
 from hcss_twin.engine import compile as compiling
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
@@ -51,7 +50,7 @@ def radiance_of(plan):
     return np.stack([frame["radiance"] for frame in frames_of(plan)]).astype(np.float64)
 
 
-def largest_error(full, short):
+def largest_change(full, short):
     return float(np.max(np.abs(full - short) / short))
 
 
@@ -59,7 +58,7 @@ def largest_error(full, short):
 def every_wavenumber(monkeypatch):
     """No wavenumbers are chosen, so that runs differ by what is left out and not by the choice."""
 
-    def all_of(plan, tolerance):
+    def all_of(plan, *_):
         grid = plan.spectral_grid
         return Spectrum(all_nodes(grid), grid.wavenumber_cm1.size, 0.0)
 
@@ -120,12 +119,14 @@ def test_faint_sunlight_by_day(models, name, time):
     columns[1 : 1 + len(layers)] *= np.eye(len(layers))
     grid, model = plan.spectral_grid, plan.assembly.model
     sun = plan.sun_up_at(0.0)
-    with_sun, without = (reference_radiance(model, grid, columns, each, 8) for each in (sun, None))
-    assert 0.1 * bound < largest_error(with_sun, without) < bound
+    with_sun, without = (
+        reference_radiance(model, plan.assembly.setting(each), grid, columns, 8) for each in (sun, None)
+    )
+    assert 0.1 * bound < largest_change(with_sun, without) < bound
     lit = dataclasses.replace(plan, faint_sunlight=None)
     assert lit.sun_at(0.0) == sun
     errors = compile_tables(plan).estimated_error + compile_tables(lit).estimated_error
-    assert largest_error(radiance_of(lit), radiance_of(plan)) < errors + ROUNDING
+    assert largest_change(radiance_of(lit), radiance_of(plan)) < errors + ROUNDING
 
 
 def test_sunlight_is_not_faint_where_it_is_asked_for_or_makes_shadows():
@@ -143,13 +144,13 @@ def test_sunlight_scattered_by_air_under_a_very_low_sun(monkeypatch):
     full = plan_of(models={}, **evening)
     assert not any("low sun" in item.what for item in full.omissions)
     sun = full.sun_up_at(0.0)
-    with_all = reached(full, full.assembly.model, sun)
+    with_all = reached(full, full.assembly, sun)
     monkeypatch.setattr(sunlight, "LOW_SUN_DEG", 70.0)
     monkeypatch.setattr(sunlight_in_air, "MAX_SUN_ZENITH_DEG", 70.0)
     short = plan_of(models={}, **evening)
     bound = bound_of(short, "sunlight of a very low sun")
     assert 70.0 < sun.zenith_deg < 80.0
-    assert 0.2 * bound < largest_error(with_all, reached(short, short.assembly.model, sun)) < bound
+    assert 0.2 * bound < largest_change(with_all, reached(short, short.assembly, sun)) < bound
 
 
 def test_a_very_low_sun_is_told():
@@ -186,7 +187,7 @@ def test_a_layer_without_coverage(monkeypatch, every_wavenumber):
     assert tables.pair is not None
     # Tables of two layers have other nodes than that of one; both keep their own errors.
     errors = tables.estimated_error + compile_tables(plan).estimated_error
-    assert largest_error(np.stack([f["radiance"] for f in stream(full, tables)]), short) < errors + ROUNDING
+    assert largest_change(np.stack([f["radiance"] for f in stream(full, tables)]), short) < errors + ROUNDING
 
 
 def test_outputs_that_are_not_asked_for():
@@ -212,19 +213,20 @@ def test_tables_for_single_pixels():
     for time_s, frame in zip(plan.frame_times_s, frames_of(plan), strict=True):
         pixels = np.random.default_rng(1).choice(frame["cloud_thickness"].size, 16, replace=False)
         thickness = frame["cloud_thickness"].ravel()[pixels].astype(np.float64)
-        exact = reference_radiance(plan.assembly.model, plan.spectral_grid, thickness, plan.sun_up_at(float(time_s)))
-        assert largest_error(frame["radiance"].reshape(len(plan.bands), -1)[:, pixels].T, exact) < bound
+        setting = plan.assembly.setting(plan.sun_up_at(float(time_s)))
+        exact = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickness)
+        assert largest_change(frame["radiance"].reshape(len(plan.bands), -1)[:, pixels].T, exact) < bound
 
 
 LARGE = {"image.pixel_size": 1000.0, "frames.count": 1}
 PLACES = [(x, y) for x in (-8e3, -3e3, 0.0, 8e3) for y in (-8e3, 0.0, 5e3, 8e3)]
 
 
-def reached(plan, model, sun):
+def reached(plan, scene, sun):
     """Clear sky and clouds from the thinnest to the thickest."""
     layer = plan.layers[0]
     columns = np.concatenate(([0.0], np.geomspace(layer.thickness_min_m, layer.thickness_max_m, 3)))
-    return reference_radiance(model, plan.spectral_grid, columns, sun, 8)
+    return reference_radiance(scene.model, scene.setting(sun), plan.spectral_grid, columns, 8)
 
 
 @pytest.mark.parametrize(
@@ -246,11 +248,11 @@ def test_one_view_angle_for_all_pixels(models, changes):
     bound, sun = bound_of(plan, "view angles of single pixels"), plan.sun_up_at(0.0)
     zenith, azimuth = math.radians(plan.view.zenith_deg), math.radians(plan.view.azimuth_deg)
     foot = 800e3 * math.tan(zenith)
-    known, found = reached(plan, plan.assembly.model, sun), []
+    known, found = reached(plan, plan.assembly, sun), []
     for x, y in PLACES:
         east, north = foot * math.sin(azimuth) - x, foot * math.cos(azimuth) - y
         seen = View(math.degrees(math.atan(math.hypot(east, north) / 800e3)), math.degrees(math.atan2(east, north)))
-        found.append(largest_error(reached(plan, plan.assembly.model_toward(seen), sun), known))
+        found.append(largest_change(reached(plan, plan.assembly.toward(seen), sun), known))
     assert 0.2 * bound < max(found) < bound
 
 
@@ -261,12 +263,12 @@ def test_one_view_angle_seen_from_a_platform(altitude):
     assert plan.views is None
     (told,) = [item for item in plan.omissions if item.what == "view angles of single pixels"]
     assert f"seen from {altitude}" in told.why
-    sun, known, found = plan.sun_up_at(0.0), reached(plan, plan.assembly.model, plan.sun_up_at(0.0)), []
+    sun, known, found = plan.sun_up_at(0.0), reached(plan, plan.assembly, plan.sun_up_at(0.0)), []
     for x, y in PLACES:
         # Half an image is 320 m.
         seen = plan.assembly.lines_of_sight.from_points(np.array(x / 25.0), np.array(y / 25.0))
         view = View(float(seen.zenith_deg), float(seen.plane_azimuth_deg))
-        found.append(largest_error(reached(plan, plan.assembly.model_toward(view), sun), known))
+        found.append(largest_change(reached(plan, plan.assembly.toward(view), sun), known))
     assert 0.2 * told.bound < max(found) < told.bound
 
 
@@ -283,14 +285,14 @@ def test_one_view_angle_seen_from_a_platform(altitude):
 def test_one_sun_for_all_pixels(models, time):
     plan = plan_of(models=models, **LARGE, time=f"2024-04-20T{time}:00+10:00")
     bound = bound_of(plan, "sun angles of single pixels")
-    place, known = plan.scenario.place, reached(plan, plan.assembly.model, plan.sun_up_at(0.0))
+    place, known = plan.scenario.place, reached(plan, plan.assembly, plan.sun_up_at(0.0))
     found = []
     for x, y in PLACES:
         # Degrees on a sphere of 6371 km.
         north = place.latitude + y / 111_194.9
         east = place.longitude + x / (111_194.9 * math.cos(math.radians(place.latitude)))
         where = sun_position([plan.scenario.time], np.array([north]), np.array([east]))
-        found.append(largest_error(reached(plan, plan.assembly.model, Sun(*(float(each[0]) for each in where))), known))
+        found.append(largest_change(reached(plan, plan.assembly, Sun(*(float(each[0]) for each in where))), known))
     assert 0.2 * bound < max(found) < bound
 
 
@@ -300,7 +302,7 @@ def test_clouds_within_the_footprint():
     bound = bound_of(plan, "clouds within the footprint of a pixel")
     averaged = plan_of("cumulus", **changes, **{"image.samples_per_pixel": 4})
     assert not any("footprint" in item.what for item in averaged.omissions)
-    assert 0.0 < largest_error(radiance_of(averaged), radiance_of(plan)) < bound
+    assert 0.0 < largest_change(radiance_of(averaged), radiance_of(plan)) < bound
 
 
 @pytest.mark.parametrize("shadows", [False, True])
@@ -309,7 +311,7 @@ def test_parallax(shadows):
     plan = plan_of("cumulus", **changes)
     displaced = plan_of("cumulus", **changes, **{"slant.parallax": True})
     bound = bound_of(plan, "parallax of clouds")
-    assert 0.0 < largest_error(radiance_of(displaced), radiance_of(plan)) < bound
+    assert 0.0 < largest_change(radiance_of(displaced), radiance_of(plan)) < bound
     if not shadows:
         return
     vertical = plan_of("cumulus", **changes, **{"slant.parallax": True, "view.zenith": 0.0})
@@ -323,7 +325,7 @@ def test_shadows():
     plan = plan_of("cumulus", **changes)
     shaded = plan_of("cumulus", **changes, **{"slant.shadows": True})
     bound = bound_of(plan, "shadows of clouds on the sea")
-    assert 0.9 * bound < largest_error(radiance_of(shaded), radiance_of(plan)) < bound
+    assert 0.9 * bound < largest_change(radiance_of(shaded), radiance_of(plan)) < bound
     covered = {**changes, "clouds.coverage": 1.0}
     plan, shaded = plan_of(**covered), plan_of(**covered, **{"slant.shadows": True})
     assert bound_of(plan, "shadows of clouds on the sea") == 0.0

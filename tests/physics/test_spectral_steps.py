@@ -12,7 +12,7 @@ from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.models.radiance.physical.numerics import LEVELS
 from hcss_twin.models.radiance.physical.operator_table import DENSE, spectral_steps
-from hcss_twin.providers import OpticsInputs, Sun
+from hcss_twin.providers import OpticsInputs, Sun, cloudy_columns
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 
@@ -50,10 +50,13 @@ def test_radiance_of_a_dense_spectrum_is_that_of_clouds_solved_everywhere(layer,
     entry = registry.resolve(Kind.OPTICS, "bulk")
     optics = registry.create(entry, OpticsInputs(Catalog()), registry.parameters_model(entry)())
     inputs = dataclasses.replace(sample_radiance_inputs(profile, (layer,)), optics=optics, numerical_level=0)
-    thickness = np.geomspace(layer.thickness_min_m, layer.thickness_max_m, 5)[:, None]
+    thickness, setting = (
+        np.geomspace(layer.thickness_min_m, layer.thickness_max_m, 5)[:, None],
+        inputs.setting.under(sun),
+    )
 
     def radiance():
-        return sum(Physical(inputs, PhysicalParameters()).cloudy(GRID, thickness, sun).values())
+        return sum(cloudy_columns(Physical(inputs, PhysicalParameters()), setting, GRID, thickness).values())
 
     few = radiance()
     monkeypatch.setattr(

@@ -11,6 +11,7 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import stream
+from hcss_twin.laws.radiance import LawScene
 from hcss_twin.laws.samples import flat_sun
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.model import Physical
@@ -19,28 +20,28 @@ from hcss_twin.physics import quadrature
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.surfaces import TemperatureAxis
-from hcss_twin.providers import RadianceInputs, Sun, View
+from hcss_twin.providers import ColumnSetting, RadianceInputs, Sun, View
 
 WAVENUMBER = np.linspace(750.0, 3600.0, 9)
 
 
 def columns(surface, depth, kelvin, view_deg=40.0, space=0.0):
     profile = sample_profile(280.0)
-    inputs = RadianceInputs(
+    setting = ColumnSetting(
+        view=View(view_deg, 90.0),
+        sun=None,
+        sea=surface,
+        sea_temperature_K=kelvin,
         profile=profile,
         transmittance=PlainGas(profile, depth),
-        sea=surface,
-        optics=PlainOptics(),
         layers=(),
-        sea_temperature_K=kelvin,
-        view=View(view_deg, 90.0),
-        solar_irradiance=flat_sun,
     )
-    return Physical(inputs, PhysicalParameters(space_temperature=space))
+    inputs = RadianceInputs(setting, PlainOptics(), flat_sun)
+    return LawScene(Physical(inputs, PhysicalParameters(space_temperature=space)), setting)
 
 
-def total(model, sun=None):
-    return np.sum(list(model.clear(WAVENUMBER, sun).values()), axis=0)
+def total(scene, sun=None):
+    return np.sum(list(scene.clear(WAVENUMBER, sun).values()), axis=0)
 
 
 @pytest.mark.parametrize("name", ["land", "sand", "snow", "ice"])
@@ -50,11 +51,11 @@ def test_in_transparent_air_a_surface_emits_and_reflects_the_sun_as_a_lambertian
     table = Catalog().columns(Catalog().find("emissivity", "surfaces", ".csv"))
     emissivity = np.interp(1e4 / WAVENUMBER, table["wavelength_um"], table[name])
     for view_deg in (0.0, 40.0, 70.0):
-        model = columns(surface, 0.0, 300.0, view_deg)
+        scene = columns(surface, 0.0, 300.0, view_deg)
         emitted = emissivity * planck(WAVENUMBER, 300.0)
-        np.testing.assert_allclose(total(model), emitted, rtol=1e-9)
+        np.testing.assert_allclose(total(scene), emitted, rtol=1e-9)
         reflected = (1.0 - emissivity) * np.cos(np.radians(50.0)) * 0.01 / np.pi
-        np.testing.assert_allclose(total(model, Sun(50.0, 200.0, 1.0)), emitted + reflected, rtol=1e-9)
+        np.testing.assert_allclose(total(scene, Sun(50.0, 200.0, 1.0)), emitted + reflected, rtol=1e-9)
 
 
 def test_below_isothermal_air_a_surface_reflects_the_flux_of_the_sky():

@@ -12,7 +12,7 @@ from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import AtmosphereDeclaration, Sun, View
+from hcss_twin.providers import AtmosphereDeclaration, Sun, View, cloudy_columns
 
 STREAMS = 32
 HALF = STREAMS // 2
@@ -76,18 +76,17 @@ LOW_LAYER = dataclasses.replace(LAYER, name="low", top_m=1500.0)
 
 def ours(view_mu, thickness_m, sun, albedo, sea=None, layers=(LAYER,), **parameters):
     thickness = np.atleast_2d(thickness_m)
-    inputs = dataclasses.replace(
-        sample_radiance_inputs(PROFILE, layers),
+    inputs = sample_radiance_inputs(PROFILE, layers)
+    setting = dataclasses.replace(
+        inputs.setting,
         transmittance=PlaneGas(),
         sea=sea or PlainSea(EMISSIVITY),
-        optics=PlainOptics(1e-10, albedo, G),
         sea_temperature_K=SEA_K,
         view=View(math.degrees(math.acos(view_mu)), 30.0),
     )
+    inputs = dataclasses.replace(inputs, setting=setting, optics=PlainOptics(1e-10, albedo, G))
     model = Physical(inputs, PhysicalParameters(**{"space_temperature": 0.0, "streams": 8, **parameters}))
-    if not np.any(thickness):
-        return model.clear(NU, sun)
-    return {name: term[0] for name, term in model.cloudy(NU, thickness, sun).items()}
+    return {name: term[0] for name, term in cloudy_columns(model, setting.under(sun), NU, thickness).items()}
 
 
 PARTS = 8

@@ -33,8 +33,8 @@ def plan_of(changes, models=CHEAP, name="stratus"):
     return make_plan(Scenario.load(name, {**WIDE, **models, **changes}))
 
 
-def narrow_model(plan, row, column):
-    """The radiance model of a scenario without a platform, with the view of one pixel."""
+def narrow_scene(plan, row, column):
+    """The scene without a platform, with the view of one pixel."""
     scenario, image = plan.scenario, plan.scenario.image
     place, view = scenario.place, scenario.view
     lines = LinesOfSight(place.latitude, place.longitude, view.zenith, view.azimuth, 800e3)
@@ -43,7 +43,12 @@ def narrow_model(plan, row, column):
     raw = {key: value for key, value in scenario.model_dump(mode="json").items() if key != "platform"}
     raw["view"] = {"zenith": float(seen.zenith_deg), "azimuth": float(seen.plane_azimuth_deg)}
     raw["image"] |= {"rows": 1, "columns": 1, "pixel_size": 1.0}
-    return make_plan(Scenario.from_dict(raw)).assembly.model
+    return make_plan(Scenario.from_dict(raw)).assembly
+
+
+def radiance_of(scene, plan, thickness):
+    setting = scene.setting(plan.sun_up_at(0.0))
+    return reference_radiance(scene.model, setting, plan.spectral_grid, thickness)[0]
 
 
 @pytest.mark.parametrize(
@@ -69,15 +74,14 @@ def test_a_pixel_has_the_radiance_of_a_narrow_scene_at_its_view(changes, models,
     assert plan.views is not None
     accuracy = plan.accuracy.relative
     frame = next(stream(plan, compile_tables(plan)))
-    sun = plan.sun_up_at(0.0)
     random, one_view = np.random.default_rng(2), []
     pixels = [(0, 0), (0, 39), (29, 0), (29, 39), *random.integers((0, 0), (30, 40), (2, 2)).tolist()]
     for row, column in pixels:
         thickness = frame["cloud_thickness"][row, column : column + 1].astype(np.float64)
-        exact = reference_radiance(narrow_model(plan, row, column), plan.spectral_grid, thickness, sun)[0]
+        exact = radiance_of(narrow_scene(plan, row, column), plan, thickness)
         found = frame["radiance"][:, row, column]
         assert np.max(np.abs(found / exact - 1.0)) < accuracy
-        centre = reference_radiance(plan.assembly.model, plan.spectral_grid, thickness, sun)[0]
+        centre = radiance_of(plan.assembly, plan, thickness)
         one_view.append(np.max(np.abs(centre / exact - 1.0)))
     # It is needed: one view for all pixels would miss the accuracy.
     assert max(one_view) > 2.0 * accuracy
@@ -123,7 +127,7 @@ def test_what_is_made_for_one_view_is_refused_in_a_wide_field_and_kept_in_a_narr
     with pytest.raises(ScenarioError) as caught:
         plan_of(changes)
     assert [problem.field for problem in caught.value.problems] == [field]
-    assert "pixels need individual views" in str(caught.value)
+    assert "a view of each pixel" in str(caught.value)
     assert plan_of({**changes, "image.pixel_size": 5.0, "accuracy": 0.05}).views is None
 
 

@@ -79,10 +79,11 @@ def test_the_certificates_reference_contradicts_radiance_without_the_peak(monkey
     plan = make_plan(scenario, keeps_results=False)
     coarse = replace(plan, assembly=plan.assembly.at_level(1).with_finer_sunlight(5))
     metres, sun, grid = np.array([[10.0], [20.0], [40.0], [68.0]]), plan.sun_up_at(0.0), plan.spectral_grid
-    exact = References().terms(coarse, metres, 0.0).sum(axis=1)
+    exact = References().terms(coarse, metres, [sun] * len(metres)).sum(axis=1)
+    model, setting = coarse.assembly.model, coarse.assembly.setting(sun)
 
     def differs():
-        spectra = reference_spectra(coarse.assembly.model, grid.wavenumber_cm1, metres, sun, 32).sum(axis=1)
+        spectra = reference_spectra(model, setting, grid.wavenumber_cm1, metres, 32).sum(axis=1)
         return float(np.max(np.abs(spectra @ grid.weights_cm1.T / exact - 1.0)))
 
     assert differs() < plan.accuracy.relative

@@ -31,9 +31,9 @@ def columns(shelf, **changes):
     catalog = Catalog(base=scenario.base)
     catalog.shelf = shelf
     sight = slant_paths(scenario.slant, View(scenario.view.zenith, scenario.view.azimuth), np.zeros(1), np.zeros(1))
-    model = assemble(scenario, catalog, sight).model
-    clear, cloudy = model.clear(WAVENUMBER, SUN), model.cloudy(WAVENUMBER, THICKNESS, SUN)
-    return np.stack([np.concatenate((clear[name][None], cloudy[name])) for name in model.terms])
+    assembly = assemble(scenario, catalog, sight)
+    clear, cloudy = assembly.clear(WAVENUMBER, SUN), assembly.cloudy(WAVENUMBER, THICKNESS, SUN)
+    return np.stack([np.concatenate((clear[name][None], cloudy[name])) for name in assembly.model.terms])
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,8 @@ def test_spectra_integrate_to_the_band_radiance_of_their_columns(scenario):
         found.thickness_m[[1, -1], 0], [plan.layers[0].thickness_min_m, plan.layers[0].thickness_max_m]
     )
     sun = plan.sun_up_at(30.0)
-    expected = reference_radiance(plan.assembly.model, plan.spectral_grid, found.thickness_m, sun)
+    setting = plan.assembly.setting(sun)
+    expected = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, found.thickness_m)
     np.testing.assert_allclose(found.radiance @ found.weights_cm1.T, expected, rtol=1e-9)
     assert found.bands == tuple(band.name for band in plan.bands)
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hcss_twin import Scenario, make_plan
+from hcss_twin.laws.samples import sample_radiance_inputs
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.numerics import LEVELS, levels
 from hcss_twin.models.radiance.spectral_grid import SpectralBand, dense_grid
@@ -53,15 +54,15 @@ def test_stated_streams_converge_above_ice():
     sizes |= {"output.variables": ["cloud_mask"]}  # whose plan chooses no level
     plan = make_plan(Scenario.load("cirrus", sizes))
 
-    def sunlight(model):
-        found = model.cloudy(np.array([3450.0]), np.array([[300.0], [2000.0]]), plan.sun_at(0.0))
+    def sunlight(assembly):
+        found = assembly.cloudy(np.array([3450.0]), np.array([[300.0], [2000.0]]), plan.sun_at(0.0))
         return sum(found.values())
 
-    finest = sunlight(plan.assembly.at_level(len(LEVELS) - 1).model)
+    finest = sunlight(plan.assembly.at_level(len(LEVELS) - 1))
     for streams, most in ((8, 5e-3), (24, 2.5e-3)):
         stated = {f"radiance.parameters.{name}": streams for name in ("streams", "sun_streams", "azimuth_modes")}
         own = make_plan(Scenario.load("cirrus", sizes | stated))
-        assert np.abs(sunlight(own.assembly.at_level(0).model) / finest - 1.0).max() < most
+        assert np.abs(sunlight(own.assembly.at_level(0)) / finest - 1.0).max() < most
 
 
 @dataclass(frozen=True)
@@ -76,13 +77,13 @@ class ModelWithError:
         self.level, self.declares, self.steps, self.falls = level, Declared(count), steps, falls
         self.terms = {"emission": "of the sea"}
 
-    def clear(self, wavenumber_cm1, sun):
+    def columns(self, states, wavenumber_cm1):
         sunlit = min(self.level + self.steps, self.declares.numerical_levels - 1)
-        error = 0.04 * (self.falls[0] ** self.level + (sun is not None) * self.falls[1] ** sunlit)
-        return {"emission": np.full(wavenumber_cm1.size, 1.0 + error)}
-
-    def expect(self, suns):
-        pass
+        result = states.empty(self.terms, wavenumber_cm1)
+        for rows, setting, _ in states.groups():
+            error = 0.04 * (self.falls[0] ** self.level + (setting.sun is not None) * self.falls[1] ** sunlit)
+            result["emission"][rows] = 1.0 + error
+        return result
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,9 @@ class Scene:
     has_clear_sky: bool = True
     spectral_grid: object = field(default_factory=lambda: dense_grid([BAND], NATIVE))
     extreme_thicknesses_m: object = field(default_factory=lambda: np.empty((0, 0)))
+
+    def setting(self, sun):
+        return sample_radiance_inputs(layers=()).setting.under(sun)
 
     def at_level(self, level):
         own = self.model

@@ -54,8 +54,9 @@ def test_certificates_read_from_curves_what_columns_give():
     thickness[1:4, 0] = np.geomspace(low.thickness_min_m, low.thickness_max_m, 3)
     thickness[3:7, 1] = np.geomspace(high.thickness_min_m, high.thickness_max_m, 4)
     exact, curves = References(), References(from_curves=True)
-    terms = curves.terms(plan, thickness, 0.0)
-    np.testing.assert_allclose(terms, exact.terms(plan, thickness, 0.0), rtol=1e-5, atol=1e-7)
+    suns = [plan.sun_up_at(0.0)] * len(thickness)
+    terms = curves.terms(plan, thickness, suns)
+    np.testing.assert_allclose(terms, exact.terms(plan, thickness, suns), rtol=1e-5, atol=1e-7)
     assert curves.read == 5  # one column has cloud in both layers, three have none
     assert exact.interpolation == ""
     assert f"{curves.read} columns is interpolated between {curves.curve_columns} reference" in curves.interpolation
@@ -65,12 +66,13 @@ def test_all_columns_of_curves_are_solved_afresh_and_the_certificate_says_how_fa
     plan = make_plan(Scenario.load("stratus", CHEAP | {"bands": ["lwir-10.8"]}))
     thickness = np.append(0.0, np.geomspace(plan.layers[0].thickness_min_m, plan.layers[0].thickness_max_m, 8))[:, None]
     exact, curves, checked = References(), References(from_curves=True), References(from_curves=True, afresh=3)
-    terms = checked.terms(plan, thickness, 0.0)
-    own = np.any(terms != curves.terms(plan, thickness, 0.0), axis=(1, 2))
+    suns = [plan.sun_up_at(0.0)] * len(thickness)
+    terms = checked.terms(plan, thickness, suns)
+    own = np.any(terms != curves.terms(plan, thickness, suns), axis=(1, 2))
     assert np.count_nonzero(own) == checked.checked == 8
     assert not own[0]  # clear sky is on no curve
     # The change on the next finer spectral grid is interpolated between few of the columns of a call.
-    np.testing.assert_allclose(terms[own], exact.terms(plan, thickness, 0.0)[own], rtol=1e-6, atol=1e-5)
+    np.testing.assert_allclose(terms[own], exact.terms(plan, thickness, suns)[own], rtol=1e-6, atol=1e-5)
     assert 0.0 < checked.check_error < 1e-5
     assert "8 of the columns are solved afresh" in checked.interpolation
 

@@ -4,7 +4,15 @@ import pickle
 
 import numpy as np
 import pytest
-from hcss_author import PlainGas, PlainOptics, PlainSea, sample_cloud_inputs, sample_microphysics, sample_profile
+from hcss_author import (
+    PlainGas,
+    PlainOptics,
+    PlainSea,
+    sample_cloud_inputs,
+    sample_microphysics,
+    sample_profile,
+    sample_radiance_inputs,
+)
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.physics.multiple_scattering.layer import checked_layers
@@ -12,6 +20,7 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.providers import (
     AtmosphereDeclaration,
     CloudGenerator,
+    ColumnStates,
     Optics,
     SeaModel,
     SingleScattering,
@@ -40,7 +49,7 @@ class Answers:
             raise self.answer
         return self.answer
 
-    thickness_m = emissivity = brdf = single_scattering = transmittance = clear = cloudy = _reply
+    thickness_m = emissivity = brdf = single_scattering = transmittance = columns = _reply
 
 
 def guarded(kind, provider, inputs=None):
@@ -194,24 +203,30 @@ def test_nobody_is_asked_outside_the_declared_range():
 
 def test_terms_are_checked_by_name_shape_and_sun():
     names = {"terms": {"sea": "emitted", "glint": "reflected"}, "solar_terms": frozenset({"glint"})}
-    sun = Sun(40.0, 180.0, 1.0)
+    night = sample_radiance_inputs().setting
+    settings, ones = (night, night.under(Sun(40.0, 180.0, 1.0))), np.ones((2, 3))
 
-    def clear(answer, sun=sun):
-        return guarded("radiance", Answers(answer, **names)).clear(NU, sun)
+    def columns(answer, lit=(True, True)):
+        states = ColumnStates(settings, np.array(lit, dtype=np.intp), np.ones((2, 1)))
+        return guarded("radiance", Answers(answer, **names)).columns(states, NU)
 
-    assert set(clear({"sea": ONES, "glint": ONES})) == {"sea", "glint"}
-    assert clear({"sea": ONES, "glint": 0 * ONES}, None)["glint"].max() == 0.0
+    assert set(columns({"sea": ones, "glint": ones})) == {"sea", "glint"}
+    assert columns({"sea": ones, "glint": 0 * ones}, (False, False))["glint"].max() == 0.0
     for answer, message in (
-        ({"sea": ONES}, "a mapping with the terms sea, glint, got sea"),
-        ({"sea": ONES, "glint": ONES, "extra": ONES}, "with the terms"),
-        ({"sea": ONES, "glint": np.ones(2)}, "term 'glint'"),
-        ({"sea": ONES * np.nan, "glint": ONES}, "term 'sea'"),
-        ([ONES, ONES], "a mapping"),
+        ({"sea": ones}, "a mapping with the terms sea, glint, got sea"),
+        ({"sea": ones, "glint": ones, "extra": ones}, "with the terms"),
+        ({"sea": ones, "glint": np.ones((2, 2))}, "term 'glint'"),
+        ({"sea": ones, "glint": np.ones((1, 3))}, "term 'glint'"),
+        ({"sea": ones * np.nan, "glint": ones}, "term 'sea'"),
+        ([ones, ones], "a mapping"),
     ):
         with pytest.raises(ProviderError, match=message):
-            clear(answer)
-    with pytest.raises(ProviderError, match=r"solar term 'glint'.*exactly 0 without a sun"):
-        clear({"sea": ONES, "glint": 1e-30 * ONES}, None)
+            columns(answer)
+    first = {"sea": ones, "glint": np.array([[1e-30], [0.0]]) * ones}
+    assert columns(first, (True, False))["glint"].max() == 1e-30
+    for lit in ((False, True), (False, False)):
+        with pytest.raises(ProviderError, match=r"solar term 'glint'.*exactly 0 without a sun"):
+            columns(first, lit)
 
 
 def test_wrapped_providers_are_still_providers_and_forward_the_rest():

@@ -214,8 +214,9 @@ def _means(plan: Plan, quantities: Quantities, states: PixelStates, references: 
         return np.empty((0, len(quantities.names), len(plan.bands)))
     seen = list(zip(states.suns, states.views, strict=True))
     different = list(dict.fromkeys(seen))
-    of_pixel = np.repeat([different.index(state) for state in seen], points)
-    rows = np.column_stack((of_pixel, states.thickness_m.reshape(-1, layers)))
+    number = {state: index for index, state in enumerate(different)}
+    of_pixel = np.repeat([number[state] for state in seen], points)
+    rows = np.column_stack((of_pixel, states.thickness_m.reshape(pixels * points, layers)))
     both, which = np.unique(rows, axis=0, return_inverse=True)
     columns = np.asarray(both[:, 1:], dtype=np.float64)
     suns = [different[index][0] for index in both[:, 0].astype(int)]
