@@ -196,9 +196,8 @@ def spectra_of(
     model: SolvesColumns, settings: Sequence[ColumnSetting], wavenumber_cm1: Array, thickness_m: Array
 ) -> Array:
     """Return the terms (S, N, K, V) of columns (N, L) in each of S settings, computed together."""
-    states = ColumnStates.product(settings, thickness_m)
-    if not len(states):
+    if not len(settings) or not len(thickness_m):
         return np.empty((len(settings), len(thickness_m), len(model.terms), wavenumber_cm1.size))
-    terms = model.columns(states, wavenumber_cm1)
+    terms = model.columns(ColumnStates.product(settings, thickness_m), wavenumber_cm1)
     stacked = np.stack([np.asarray(terms[name]) for name in model.terms], axis=1)
     return stacked.reshape(len(settings), len(thickness_m), *stacked.shape[1:])
