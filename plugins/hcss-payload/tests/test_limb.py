@@ -111,7 +111,7 @@ def test_the_table_is_accurate_between_its_heights(plan):
 def test_grazing_ground_continues_that_of_the_tables(plan):
     # The tables hold to 85 degrees, with a sea that reflects; the model of the paper has plane air.
     air, grid = plan.assembly, plan.spectral_grid
-    clear = air.model_toward(View(85.0, 0.0)).clear(grid.wavenumber_cm1, None)
+    clear = air.toward(View(85.0, 0.0)).clear(grid.wavenumber_cm1, None)
     band = sum(clear.values()) @ grid.weights_cm1.T
     height = EARTH_RADIUS_M * (np.sin(np.radians(85.0)) - 1.0)
     assert Limb(plan.assembly)(np.array([height]))[:, 0] == pytest.approx(band, rel=5e-3)
