@@ -161,7 +161,7 @@ class SettingColumns:
                 result[name][~cloudy] = values
         if np.any(cloudy):
             rows = np.flatnonzero(cloudy)
-            at_once = max(_COLUMNS_AT_ONCE, _VALUES_TOGETHER // wavenumber_cm1.size)
+            at_once = max(_COLUMNS_AT_ONCE, VALUES_TOGETHER // wavenumber_cm1.size)
             for some in (rows[first : first + at_once] for first in range(0, rows.size, at_once)):
                 for name, values in self._cloudy(wavenumber_cm1, thickness_m[some], sun, suns, views).items():
                     result[name][some] = values
