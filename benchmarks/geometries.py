@@ -1,0 +1,128 @@
+"""What do plan and tables of a scene cost in any geometry, beside another version in one run?
+
+    python benchmarks/geometries.py                                       # a quarter of an hour
+    python benchmarks/geometries.py --scenes stratus --number 5           # a minute
+    python benchmarks/geometries.py --beside ../old --with ../old/.venv/bin/python
+
+One lucky geometry proves nothing: the same clouds cost between one and ten times as much under other suns, because
+sunlight needs more streams there. Seconds are those of a processor, with empty caches and kernels that are compiled
+already. Both versions compute each geometry in turn, so that they meet the machine in the same state.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+STRATUS = {"type": "stratus", "coverage": 0.5, "coverage_mode": "field"}
+CIRRUS = {"type": "cirrus", "coverage": 0.5, "coverage_mode": "field"}
+SCENES: dict[str, dict[str, Any]] = {
+    "stratus": {},
+    "cirrus": {"clouds": CIRRUS},
+    "stratus, 1e-4": {"accuracy": 1e-4},
+    "two layers": {"clouds": {"layers": [STRATUS, CIRRUS]}},
+    "250 km": {"image": {"rows": 250, "columns": 250, "pixel_size": 1000.0}, "platform": {"altitude": 8e5}},
+}
+"""Scenes, and what differs in them from ``COMMON``, a copy of the shipped stratus that later versions do not change."""
+
+COMMON: dict[str, Any] = {
+    "place": {"latitude": 30.0, "longitude": 140.0},
+    "image": {"rows": 64, "columns": 64, "pixel_size": 100.0},
+    "bands": [[2.7, 3.0], [3.0, 5.0], [8.0, 14.0]],
+    "clouds": STRATUS,
+    "accuracy": 1e-3,
+    "output": {"certificate": 0},
+    "sea": {"wind_from": 200.0, "temperature": 291.4, "wind_speed": 10.0},
+    "atmosphere": {"profile": "us-standard-1976", "parameters": {"aerosol": "none"}},
+}
+SEED = 43
+
+
+def scenario(scene: str, number: int) -> dict[str, Any]:
+    """Keys of a scene in one of the random geometries: times of a day in June, and views."""
+    hours, zenith, azimuth = np.random.default_rng([SEED, number]).uniform((22.5, 0.0, 0.0), (30.0, 60.0, 360.0))
+    minutes = int(hours * 60.0)
+    day, minutes = 20 + minutes // 1440, minutes % 1440
+    zenith *= 0.5 if "platform" in SCENES[scene] else 1.0
+    return {
+        **COMMON,
+        "time": f"2024-06-{day}T{minutes // 60:02d}:{minutes % 60:02d}:00Z",
+        "view": {"zenith": float(zenith), "azimuth": float(azimuth)},
+        **SCENES[scene],
+    }
+
+
+def serve() -> None:
+    """Answer each line of keys with the seconds of its plan and its tables."""
+    from hcss_twin import Scenario, make_plan
+    from hcss_twin.engine.compile import compile_tables
+
+    for line in sys.stdin:
+        start = time.process_time()
+        compile_tables(make_plan(Scenario.from_dict(json.loads(line)), keeps_results=False))
+        print(time.process_time() - start, flush=True)
+
+
+class Version:
+    """A process of one version."""
+
+    def __init__(self, python: str, checkout: Path | None) -> None:
+        environment = os.environ | {"HCSS_CACHE_DIR": tempfile.mkdtemp()}
+        if checkout is not None:
+            environment["PYTHONPATH"] = str(checkout)
+        self._process = subprocess.Popen(
+            [python, __file__, "--serve"], env=environment, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+
+    def seconds(self, keys: dict[str, Any]) -> float:
+        """Seconds of a processor of one scene."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.write(json.dumps(keys) + "\n")
+        self._process.stdin.flush()
+        return float(self._process.stdout.readline())
+
+
+def main() -> None:
+    """Print a table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenes", nargs="+", choices=list(SCENES), default=list(SCENES))
+    parser.add_argument("--number", type=int, default=20, help="of geometries")
+    parser.add_argument("--beside", type=Path, help="checkout of another version")
+    parser.add_argument("--with", dest="python", default=sys.executable, help="the Python that has what it needs")
+    parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.serve:
+        serve()
+        return
+    versions = {"here": Version(sys.executable, Path(__file__).parents[1])}
+    if options.beside is not None:
+        versions["beside"] = Version(options.python, options.beside.resolve())
+    print(f"{'scene':16}{'version':10}{'median':>8}{'90 %':>8}{'largest':>9}  s of a processor")
+    for scene in options.scenes:
+        found: dict[str, list[float]] = {name: [] for name in versions}
+        for number in range(-1, options.number):  # the first compiles kernels
+            for name, version in versions.items():
+                seconds = version.seconds(scenario(scene, number + 1))
+                if number >= 0:
+                    found[name].append(seconds)
+        for name, values in found.items():
+            median, most, largest = np.quantile(values, (0.5, 0.9, 1.0))
+            print(f"{scene:16}{name:10}{median:8.2f}{most:8.2f}{largest:9.2f}", flush=True)
+        if len(found) > 1:
+            ratio = np.array(found["here"]) / np.array(found["beside"])
+            low, median, high = np.quantile(ratio, (0.0, 0.5, 1.0))
+            print(f"{scene:16}{'ratio':10}{median:8.2f}   from {low:.2f} to {high:.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
