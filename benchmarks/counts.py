@@ -4,9 +4,9 @@
     python benchmarks/counts.py --check     # and fail where a count differs from benchmarks/counts.json by over 10 %
     python benchmarks/counts.py --update    # and write that file
 
-Counted are layers solved for multiple scattering, calls of providers through their guards and the wavenumbers they were
-asked for, wavenumbers and thicknesses of the tables, and bytes of the cube. A count that fell is to be committed, too:
-what is committed stays the truth.
+Counted are layers solved for multiple scattering, calls of providers through their guards and the wavenumbers and
+columns they were asked for, wavenumbers and thicknesses of the tables, and bytes of the cube. A count that fell is to
+be committed, too: what is committed stays the truth.
 """
 
 from __future__ import annotations
@@ -79,6 +79,8 @@ def counting(counts: Counter[str]) -> Iterator[None]:
         counts[f"{name}: calls"] += 1
         if "wavenumber_cm1" in given:
             counts[f"{name}: wavenumbers"] += np.size(given["wavenumber_cm1"])
+        if "states" in given:
+            counts[f"{name}: columns"] += len(given["states"])
 
     with contextlib.ExitStack() as stack:
         for name in SOLVERS:

@@ -51,7 +51,7 @@ VALUES_TOGETHER = 1024
 """Columns times wavenumbers computed together: larger arrays do not fit in the processor cache."""
 
 _COLUMNS_AT_ONCE = 32
-"""Columns whose clouds are in memory at once."""
+"""Columns whose clouds are in memory at once; more at few wavenumbers."""
 
 _KEPT_BETWEEN_VIEWS = 2**18
 """Transmittances of legs in memory of an air that many views share: most legs are of one view."""
@@ -161,7 +161,8 @@ class SettingColumns:
                 result[name][~cloudy] = values
         if np.any(cloudy):
             rows = np.flatnonzero(cloudy)
-            for some in (rows[first : first + _COLUMNS_AT_ONCE] for first in range(0, rows.size, _COLUMNS_AT_ONCE)):
+            at_once = max(_COLUMNS_AT_ONCE, VALUES_TOGETHER // wavenumber_cm1.size)
+            for some in (rows[first : first + at_once] for first in range(0, rows.size, at_once)):
                 for name, values in self._cloudy(wavenumber_cm1, thickness_m[some], sun, suns, views).items():
                     result[name][some] = values
         return result
