@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -13,7 +12,15 @@ from numpy.typing import NDArray
 
 from hcss_author.contract import SpectralContract, holds
 from hcss_twin.laws import radiance
-from hcss_twin.laws.samples import frozen, sample_high_layer, sample_layer, sample_radiance_inputs
+from hcss_twin.laws.samples import (
+    PlainGas,
+    PlainSea,
+    frozen,
+    sample_high_layer,
+    sample_layer,
+    sample_profile,
+    sample_radiance_inputs,
+)
 from hcss_twin.providers import (
     Array,
     CloudLayer,
@@ -187,7 +194,7 @@ class RadianceModelContract(SpectralContract):
         """No term jumps, also not where the face of the cloud that moves crosses a level of the profile."""
         layer = _layer_across_levels(inputs, anchor)
         provider = self.make_provider(_with_layers(inputs, layer))
-        setting = dataclasses.replace(inputs.setting, layers=(layer,), sun=_SUN)
+        setting = replace(inputs.setting, layers=(layer,), sun=_SUN)
         names, some = list(provider.terms), wavenumber_cm1[::4]
 
         def columns(thickness_m: Array) -> Array:
@@ -214,15 +221,28 @@ class RadianceModelContract(SpectralContract):
     def test_result_does_not_depend_on_batching(
         self, provider: RadianceModel, setting: ColumnSetting, wavenumber_cm1: Array
     ) -> None:
-        """Each column alone gives the same value as together, also among columns of another view, sun and sea."""
-        others = _other_settings(setting)
-        states = ColumnStates.product([setting, *others], _THICKNESS_M)
-        every = provider.columns(states, wavenumber_cm1)
-        for rows, own, thickness_m in states.groups():
-            for row, thickness in zip(rows.tolist(), thickness_m, strict=True):
-                alone = cloudy_columns(provider, own, wavenumber_cm1, thickness[None])
-                for name in provider.terms:
-                    np.testing.assert_allclose(alone[name][0], every[name][row], rtol=self.batch_tolerance, atol=1e-18)
+        """Each column alone gives the same value as together, also among columns of another view, sun, sea and air."""
+        for other in _other_settings(setting):
+            states = ColumnStates.product([setting, other], _THICKNESS_M)
+            together = provider.columns(states, wavenumber_cm1)
+            for rows, own, thickness_m in states.groups():
+                for row, thickness in zip(rows.tolist(), thickness_m, strict=True):
+                    alone = cloudy_columns(provider, own, wavenumber_cm1, thickness[None])
+                    for name in provider.terms:
+                        np.testing.assert_allclose(
+                            alone[name][0], together[name][row], rtol=self.batch_tolerance, atol=1e-18
+                        )
+
+    def test_columns_are_those_of_their_settings(
+        self, provider: RadianceModel, inputs: RadianceInputs, setting: ColumnSetting, wavenumber_cm1: Array
+    ) -> None:
+        """View, sun, sea, air and layers are those of the states, not of the inputs."""
+        for other in _other_settings(setting):
+            own = self.make_provider(replace(inputs, setting=other.under(None)))
+            expected = cloudy_columns(own, other, wavenumber_cm1, _THICKNESS_M)
+            found = cloudy_columns(provider, other, wavenumber_cm1, _THICKNESS_M)
+            for name in provider.terms:
+                np.testing.assert_allclose(found[name], expected[name], rtol=self.batch_tolerance, atol=1e-18)
 
     def test_result_does_not_depend_on_other_wavenumbers(
         self, provider: RadianceModel, setting: ColumnSetting, wavenumber_cm1: Array
@@ -261,7 +281,7 @@ class RadianceModelContract(SpectralContract):
     ) -> None:
         """A scene without cloud layers equals the clear column of one with them."""
         cloudless = self.make_provider(_with_layers(inputs))
-        without = clear_column(cloudless, dataclasses.replace(setting, layers=()), wavenumber_cm1)
+        without = clear_column(cloudless, replace(setting, layers=()), wavenumber_cm1)
         beside = clear_column(provider, setting, wavenumber_cm1)
         for name in provider.terms:
             np.testing.assert_allclose(without[name], beside[name], rtol=1e-10, atol=1e-18)
@@ -278,7 +298,7 @@ class RadianceModelContract(SpectralContract):
         self, two_layers: RadianceModel, setting: ColumnSetting, wavenumber_cm1: Array
     ) -> None:
         """All terms (N, V), finite, with a sum greater than 0 that does not depend on batching."""
-        setting = dataclasses.replace(setting, layers=_LAYERS)
+        setting = replace(setting, layers=_LAYERS)
         together = cloudy_columns(two_layers, setting, wavenumber_cm1, _TWO_LAYERS_M)
         assert set(together) == set(two_layers.terms)
         assert np.all(total(together) > 0.0)
@@ -292,11 +312,11 @@ class RadianceModelContract(SpectralContract):
         self, two_layers: RadianceModel, inputs: RadianceInputs, setting: ColumnSetting, wavenumber_cm1: Array
     ) -> None:
         """A column with cloud in one of two layers is that of a scene which has only this layer."""
-        of_both = dataclasses.replace(setting, layers=_LAYERS)
+        of_both = replace(setting, layers=_LAYERS)
         for index, layer in enumerate(_LAYERS):
             rows = (_TWO_LAYERS_M[:, index] > 0) & (_TWO_LAYERS_M[:, 1 - index] == 0)
             single = self.make_provider(_with_layers(inputs, layer))
-            of_one = dataclasses.replace(setting, layers=(layer,))
+            of_one = replace(setting, layers=(layer,))
             alone = cloudy_columns(single, of_one, wavenumber_cm1, _TWO_LAYERS_M[rows, index : index + 1])
             among = cloudy_columns(two_layers, of_both, wavenumber_cm1, _TWO_LAYERS_M[rows])
             for name in two_layers.terms:
@@ -304,16 +324,21 @@ class RadianceModelContract(SpectralContract):
 
 
 def _with_layers(inputs: RadianceInputs, *layers: CloudLayer) -> RadianceInputs:
-    return dataclasses.replace(inputs, setting=dataclasses.replace(inputs.setting, layers=layers))
+    return replace(inputs, setting=replace(inputs.setting, layers=layers))
 
 
 def _other_settings(setting: ColumnSetting) -> list[ColumnSetting]:
-    """Return settings that differ in view, sun and sea temperature, one at a time."""
+    """Return settings that differ in view, sun, sea, its temperature, air and layers, one at a time."""
     view = View(setting.view.zenith_deg + 5.0, setting.view.azimuth_deg + 20.0)
+    profile = sample_profile(270.0)
+    raised = [replace(layer, base_m=layer.base_m + 100.0, top_m=layer.top_m + 100.0) for layer in setting.layers]
     return [
-        dataclasses.replace(setting, view=view),
+        replace(setting, view=view),
         setting.under(Sun(55.0, 160.0, 1.0)),
-        dataclasses.replace(setting, sea_temperature_K=setting.sea_temperature_K + 3.0),
+        replace(setting, sea=PlainSea(0.9)),
+        replace(setting, sea_temperature_K=setting.sea_temperature_K + 3.0),
+        replace(setting, profile=profile, transmittance=PlainGas(profile, 0.5)),
+        replace(setting, layers=tuple(raised)),
     ]
 
 
@@ -322,7 +347,7 @@ def _layer_across_levels(inputs: RadianceInputs, anchor: Literal["base", "top"])
     layer = inputs.setting.layers[0] if inputs.setting.layers else sample_layer()
     above = inputs.setting.profile.altitude_m[inputs.setting.profile.altitude_m > layer.base_m]
     top = float(0.5 * (above[1] + above[2])) if above.size > 2 else layer.top_m
-    return dataclasses.replace(layer, top_m=max(top, layer.top_m), anchor=anchor)
+    return replace(layer, top_m=max(top, layer.top_m), anchor=anchor)
 
 
 def total(terms: Mapping[str, Array]) -> Array:
