@@ -252,7 +252,7 @@ def totals(scenario: str, zenith_deg: float, finest: bool, **overrides: Any) -> 
     columns = few_columns(replace(assembly, spectral_grid=assembly.refined_grid(0)), PER_BAND)
     if finest:
         assembly = assembly.at_level(assembly.model.declares.numerical_levels - 1)
-    return {lit: columns.total(assembly.model, plan.sun_up_at(0.0) if lit else None) for lit in (True, False)}
+    return {lit: columns.total(assembly, plan.sun_up_at(0.0) if lit else None) for lit in (True, False)}
 
 
 Totals = dict[tuple[str, float], dict[bool, np.ndarray]]

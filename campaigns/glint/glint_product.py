@@ -16,7 +16,16 @@ from hcss_twin.models.parameters import MieParameters, PhysicalParameters
 from hcss_twin.models.radiance.physical.model import Physical
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import AtmosphereDeclaration, CloudLayer, Microphysics, OpticsInputs, SeaDeclaration, Sun, View
+from hcss_twin.providers import (
+    AtmosphereDeclaration,
+    CloudLayer,
+    Microphysics,
+    OpticsInputs,
+    SeaDeclaration,
+    Sun,
+    View,
+    cloudy_columns,
+)
 
 FINE = 200
 """Cosines, and azimuths, of the integrals over the sea's BRDF."""
@@ -85,20 +94,20 @@ def product(scene: GlintScene, level: int, sunlight_steps: int = 0) -> tuple[flo
     layer = layer_of(scene)
     optics = MieOptics(OpticsInputs(Catalog()), MieParameters())
     extinction = optics.single_scattering(layer.microphysics, wavenumbers(scene)).extinction_m1[0]
-    inputs = replace(
-        sample_radiance_inputs(profile, (layer,)),
+    sample = sample_radiance_inputs(profile, (layer,))
+    setting = replace(
+        sample.setting,
         transmittance=NoGas(),
         sea=OnceReflectingSea(scene),
-        optics=optics,
         sea_temperature_K=288.0,
         view=View(math.degrees(math.acos(scene.mu_view)), 30.0),
-        numerical_level=level,
-        sunlight_steps=sunlight_steps,
     )
+    inputs = replace(sample, setting=setting, optics=optics, numerical_level=level, sunlight_steps=sunlight_steps)
     model = Physical(inputs, PhysicalParameters(space_temperature=0.0))
     sun = Sun(math.degrees(math.acos(scene.mu_sun)), 30.0 + scene.azimuth_deg, 1.0)
     nu = wavenumbers(scene)
-    terms = model.cloudy(nu, np.array([[scene.optical_thickness / extinction]]), sun)
+    thickness = np.array([[scene.optical_thickness / extinction]])
+    terms = cloudy_columns(model, setting.under(sun), nu, thickness)
     solar = float(terms["cloud_reflected_sun"][0, 0] + terms["sea_reflected_sun"][0, 0])
     total = float(sum(each[0, 0] for each in terms.values()))
     received = scene.mu_sun * float(inputs.solar_irradiance(nu)[0])

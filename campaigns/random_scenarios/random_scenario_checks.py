@@ -96,10 +96,10 @@ def recompute(plan: Plan, place: np.ndarray, metres: np.ndarray, finer_grid: boo
     for frame in np.unique(place[:, 0]):
         here = np.flatnonzero(place[:, 0] == frame)
         # The real sun, also where its light is too faint for the accuracy to be computed with.
-        sun = plan.sun_up_at(float(plan.frame_times_s[frame]))
+        setting = plan.assembly.setting(plan.sun_up_at(float(plan.frame_times_s[frame])))
         for start in range(0, here.size, 16):
             part = here[start : start + 16]
-            radiance[part] = total_spectra(model, grid.wavenumber_cm1, metres[part], sun) @ weights
+            radiance[part] = total_spectra(model, setting, grid.wavenumber_cm1, metres[part]) @ weights
     return radiance
 
 
@@ -248,10 +248,10 @@ def _warm(plan: Plan) -> None:
     wavenumber = plan.spectral_grid.wavenumber_cm1
     sun = plan.sun_at(float(plan.frame_times_s[0]))
     other = make_plan(plan.scenario)
-    model = other.assembly.at_level(0).model
-    model.clear(wavenumber, sun)
+    coarse = other.assembly.at_level(0)
+    coarse.clear(wavenumber, sun)
     if plan.assembly.has_cloud:
-        model.cloudy(wavenumber, plan.assembly.extreme_thicknesses_m[:1], sun)
+        coarse.cloudy(wavenumber, plan.assembly.extreme_thicknesses_m[:1], sun)
 
 
 def forget(*kinds: str) -> None:

@@ -27,7 +27,7 @@ from scipy.optimize import nnls
 from hcss_twin.models.radiance.physical import slab_solver
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Sun
+from hcss_twin.providers import ColumnSetting, Sun, cloudy_columns
 
 COARSE, MODERATE = 1, 3
 """Levels whose spectra are known at every wavenumber."""
@@ -46,7 +46,7 @@ def finest_radiance(
     assembly = plan.assembly
     grid = assembly.refined_grid(refinement)
     wavenumber, weights = grid.wavenumber_cm1, band_weights(plan, grid, refined=True)
-    last = assembly.model.declares.numerical_levels - 1
+    last, setting = assembly.model.declares.numerical_levels - 1, assembly.setting(sun)
 
     def spectra(level: int, places: Any = np.s_[:]) -> np.ndarray:
         # A model of its own: those of the plan keep solved tables. Sunlight is as fine as all else.
@@ -58,7 +58,7 @@ def finest_radiance(
             provider._numerics = replace(provider._numerics, faint_sun=0.0, between_wavenumbers=0.0)
             if level == last:
                 provider._numerics = replace(provider._numerics, streams=32, turned_modes=64)
-        return total_spectra(model, wavenumber[places], metres, sun)
+        return total_spectra(model, setting, wavenumber[places], metres)
 
     with solved_at_each_thickness():
         if last <= MODERATE or not composed:
@@ -104,15 +104,10 @@ def _trapezoids(x: np.ndarray) -> np.ndarray:
     return 0.5 * (np.append(step, 0.0) + np.insert(step, 0, 0.0))
 
 
-def total_spectra(model: Any, wavenumber: np.ndarray, metres: np.ndarray, sun: Sun | None) -> np.ndarray:
+def total_spectra(model: Any, setting: ColumnSetting, wavenumber: np.ndarray, metres: np.ndarray) -> np.ndarray:
     """Total radiance (N, V) of columns."""
-    result = np.empty((len(metres), wavenumber.size))
-    cloudy = np.any(metres > 0, axis=1)
-    if not np.all(cloudy):
-        result[~cloudy] = sum(np.asarray(term) for term in model.clear(wavenumber, sun).values())
-    if np.any(cloudy):
-        result[cloudy] = sum(np.asarray(term) for term in model.cloudy(wavenumber, metres[cloudy], sun).values())
-    return result
+    terms = cloudy_columns(model, setting, wavenumber, metres)
+    return sum((np.asarray(term) for term in terms.values()), np.zeros((len(metres), wavenumber.size)))
 
 
 def two_sets(summands: np.ndarray, wavenumber: np.ndarray) -> tuple[Sequence[np.ndarray], Sequence[np.ndarray]]:

@@ -62,11 +62,8 @@ def own_thickness(plan, row, column, time_s):
 
 def column(plan, thickness_m, sun):
     """Radiance (B,) of a column with cloud of this thickness in each layer, by the radiance model itself."""
-    model, grid = plan.assembly.model, plan.spectral_grid
-    if not any(thickness_m):
-        terms = model.clear(grid.wavenumber_cm1, sun)
-        return grid.weights_cm1 @ sum(np.asarray(each) for each in terms.values())
-    terms = model.cloudy(grid.wavenumber_cm1, np.array([thickness_m]), sun)
+    grid = plan.spectral_grid
+    terms = plan.assembly.cloudy(grid.wavenumber_cm1, np.array([thickness_m]), sun)
     return grid.weights_cm1 @ sum(np.asarray(each)[0] for each in terms.values())
 
 

@@ -36,55 +36,90 @@ ARRAYS = {
 
 
 def changed_terms(change):
-    """A wrap that changes all terms of both methods; ``change`` maps name, term and wavenumbers to the new term."""
+    """A wrap that changes all terms; ``change`` maps name, term and wavenumbers to the new term."""
 
     def wrap(provider, inputs):
-        def method(member):
-            return lambda nu, *given: {
-                name: change(name, term, nu) for name, term in getattr(provider, member)(nu, *given).items()
-            }
+        def columns(states, nu):
+            return {name: change(name, term, nu) for name, term in provider.columns(states, nu).items()}
 
-        return Changed(provider, clear=method("clear"), cloudy=method("cloudy"))
+        return Changed(provider, columns=columns)
 
     return wrap
 
 
 def changed_cloudy(change):
+    """A wrap that changes the terms (N, V) of the columns with cloud."""
+
     def wrap(provider, inputs):
-        return Changed(
-            provider,
-            cloudy=lambda nu, *given: {name: change(term) for name, term in provider.cloudy(nu, *given).items()},
-        )
+        def columns(states, nu):
+            cloudy = np.any(states.thickness_m > 0.0, axis=1)
+            return {name: _changed_rows(term, cloudy, change) for name, term in provider.columns(states, nu).items()}
+
+        return Changed(provider, columns=columns)
 
     return wrap
+
+
+def _changed_rows(term, rows, change):
+    changed = change(term[rows])
+    if changed.shape != term[rows].shape:
+        return changed
+    result = np.array(term)
+    result[rows] = changed
+    return result
 
 
 def changed_thickness(change):
-    return lambda provider, inputs: Changed(
-        provider, cloudy=lambda nu, thickness, sun: provider.cloudy(nu, change(thickness), sun)
-    )
+    """A wrap that changes the thickness (N, L) of the columns with cloud."""
+
+    def wrap(provider, inputs):
+        def columns(states, nu):
+            cloudy = np.any(states.thickness_m > 0.0, axis=1)
+            return provider.columns(replace(states, thickness_m=_changed_rows(states.thickness_m, cloudy, change)), nu)
+
+        return Changed(provider, columns=columns)
+
+    return wrap
+
+
+def changed_settings(change):
+    """A wrap that changes the setting of each column."""
+
+    def wrap(provider, inputs):
+        def columns(states, nu):
+            return provider.columns(replace(states, settings=tuple(map(change, states.settings))), nu)
+
+        return Changed(provider, columns=columns)
+
+    return wrap
 
 
 def changed_sun(change):
-    def wrap(provider, inputs):
-        return Changed(
-            provider,
-            clear=lambda nu, sun: provider.clear(nu, sun and change(sun)),
-            cloudy=lambda nu, thickness, sun: provider.cloudy(nu, thickness, sun and change(sun)),
-        )
-
-    return wrap
+    return changed_settings(lambda setting: setting.under(setting.sun and change(setting.sun)))
 
 
 def changed_spectrum(change):
+    return lambda provider, inputs: Changed(provider, columns=lambda states, nu: provider.columns(states, change(nu)))
+
+
+def of_the_inputs(*names):
+    """A wrap that takes parts of the settings from the inputs."""
+
     def wrap(provider, inputs):
-        return Changed(
-            provider,
-            clear=lambda nu, *given: provider.clear(change(nu), *given),
-            cloudy=lambda nu, *given: provider.cloudy(change(nu), *given),
-        )
+        own = {name: getattr(inputs.setting, name) for name in names}
+        return changed_settings(lambda setting: replace(setting, **own))(provider, inputs)
 
     return wrap
+
+
+OF_THE_INPUTS = {
+    "view": ("the view", ("view",)),
+    "sea": ("the sea", ("sea",)),
+    "sea-temperature": ("the temperature of the sea", ("sea_temperature_K",)),
+    "profile": ("the profile", ("profile",)),
+    "transmittance": ("the transmittance", ("transmittance",)),
+    "layers": ("the layers", ("layers",)),
+}
 
 
 THICKNESS = {
@@ -135,60 +170,53 @@ def complement(provider, *names):
 
 
 def view(change):
-    return lambda inputs: replace(inputs, view=change(inputs.view))
+    return lambda setting: replace(setting, view=change(setting.view))
 
 
 def layers(**changes):
-    def change(inputs):
+    def change(setting):
         return replace(
-            inputs,
+            setting,
             layers=tuple(
                 replace(each, **{name: make(getattr(each, name)) for name, make in changes.items()})
-                for each in inputs.layers
+                for each in setting.layers
             ),
         )
 
     return change
 
 
-def irradiance(change):
-    return lambda inputs: replace(inputs, solar_irradiance=lambda nu: change(inputs.solar_irradiance(nu), nu))
+def cooler(setting):
+    profile = replace(setting.profile, temperature_K=setting.profile.temperature_K - 30.0)
+    return replace(setting, profile=profile)
 
 
-def cooler(inputs):
-    profile = replace(inputs.profile, temperature_K=inputs.profile.temperature_K - 30.0)
-    return replace(inputs, profile=profile)
-
-
-INPUTS = {
-    "sea-celsius": ("the sea 20 K too warm", lambda i: replace(i, sea_temperature_K=i.sea_temperature_K + 20.0)),
-    "sea-dropped": ("a sea of 300 K always", lambda i: replace(i, sea_temperature_K=300.0)),
+SETTINGS = {
+    "sea-celsius": ("the sea 20 K too warm", lambda s: replace(s, sea_temperature_K=s.sea_temperature_K + 20.0)),
+    "sea-dropped": ("a sea of 300 K always", lambda s: replace(s, sea_temperature_K=300.0)),
     "sea-of-air": (
         "the air's temperature for the sea",
-        lambda i: replace(i, sea_temperature_K=float(i.profile.temperature_K[0])),
+        lambda s: replace(s, sea_temperature_K=float(s.profile.temperature_K[0])),
     ),
     "air-cold": ("air 30 K too cold", cooler),
-    "emissivity-complement": ("1 minus emissivity", lambda i: replace(i, sea=complement(i.sea, "emissivity"))),
-    "emissivity-half": ("half the emissivity", lambda i: replace(i, sea=times(i.sea, emissivity=0.5))),
-    "brdf-double": ("twice the BRDF", lambda i: replace(i, sea=times(i.sea, brdf=2.0))),
-    "brdf-pi": ("pi times the BRDF", lambda i: replace(i, sea=times(i.sea, brdf=np.pi))),
-    "brdf-dropped": ("no BRDF", lambda i: replace(i, sea=times(i.sea, brdf=0.0))),
+    "emissivity-complement": ("1 minus emissivity", lambda s: replace(s, sea=complement(s.sea, "emissivity"))),
+    "emissivity-half": ("half the emissivity", lambda s: replace(s, sea=times(s.sea, emissivity=0.5))),
+    "brdf-double": ("twice the BRDF", lambda s: replace(s, sea=times(s.sea, brdf=2.0))),
+    "brdf-pi": ("pi times the BRDF", lambda s: replace(s, sea=times(s.sea, brdf=np.pi))),
+    "brdf-dropped": ("no BRDF", lambda s: replace(s, sea=times(s.sea, brdf=0.0))),
     "absorptance": (
         "absorptance for transmittance",
-        lambda i: replace(i, transmittance=complement(i.transmittance, "transmittance")),
+        lambda s: replace(s, transmittance=complement(s.transmittance, "transmittance")),
     ),
     "transmittance-half": (
         "half the transmittance",
-        lambda i: replace(i, transmittance=times(i.transmittance, transmittance=0.5)),
+        lambda s: replace(s, transmittance=times(s.transmittance, transmittance=0.5)),
     ),
     "view-radians": ("view zenith in radians", view(lambda v: View(float(np.radians(v.zenith_deg)), v.azimuth_deg))),
     "view-nadir": ("a view from the zenith", view(lambda v: View(0.0, v.azimuth_deg))),
     "view-elevation": ("elevation for zenith of the view", view(lambda v: View(90.0 - v.zenith_deg, v.azimuth_deg))),
     "view-opposite": ("the view from the other side", view(lambda v: View(v.zenith_deg, v.azimuth_deg + 180.0))),
     "view-north": ("a view from the north", view(lambda v: View(v.zenith_deg, 0.0))),
-    "sun-double": ("twice the irradiance", irradiance(lambda e, nu: 2.0 * e)),
-    "sun-per-um": ("the irradiance per um", irradiance(lambda e, nu: e * nu**2 / 1e4)),
-    "sun-over-pi": ("the irradiance over pi", irradiance(lambda e, nu: e / np.pi)),
     "cloud-temperature-dropped": ("no cloud temperature of its own", layers(temperature_K=lambda t: None)),
     "cloud-celsius": ("cloud temperature 20 K too warm", layers(temperature_K=lambda t: t and t + 20.0)),
     "cloud-base-km": ("altitudes of clouds in km", layers(base_m=lambda z: 1e-3 * z, top_m=lambda z: 1e-3 * z)),
@@ -203,12 +231,23 @@ INPUTS = {
     ),
     "layers-dropped": (
         "particles of the first layer for all",
-        lambda i: (
-            replace(i, layers=i.layers)
-            if len(i.layers) < 2
-            else replace(i, layers=tuple(replace(each, microphysics=i.layers[0].microphysics) for each in i.layers))
+        lambda s: (
+            replace(s, layers=s.layers)
+            if len(s.layers) < 2
+            else replace(s, layers=tuple(replace(each, microphysics=s.layers[0].microphysics) for each in s.layers))
         ),
     ),
+}
+
+
+def irradiance(change):
+    return lambda inputs: replace(inputs, solar_irradiance=lambda nu: change(inputs.solar_irradiance(nu), nu))
+
+
+INPUTS = {
+    "sun-double": ("twice the irradiance", irradiance(lambda e, nu: 2.0 * e)),
+    "sun-per-um": ("the irradiance per um", irradiance(lambda e, nu: e * nu**2 / 1e4)),
+    "sun-over-pi": ("the irradiance over pi", irradiance(lambda e, nu: e / np.pi)),
 }
 
 
@@ -249,6 +288,12 @@ def wrong_providers():
         )
     um = changed_spectrum(lambda nu: np.sort(1e4 / nu))
     yield Wrong(f"{right}.wavenumber.um", right, "wavenumber is taken in um", um)
+    for name, (words, each) in SETTINGS.items():
+        yield Wrong(f"{right}.inputs.{name}", right, f"columns are those of {words}", changed_settings(each))
+    for name, (words, names) in OF_THE_INPUTS.items():
+        yield Wrong(
+            f"{right}.states.{name}-dropped", right, f"{words} of the inputs for all columns", of_the_inputs(*names)
+        )
     for name, (words, each) in INPUTS.items():
         yield Wrong(f"{right}.inputs.{name}", right, f"the model is made with {words}", inputs=each)
     yield from term_changes(right, AS_PRINTED)

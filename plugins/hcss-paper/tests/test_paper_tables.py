@@ -172,7 +172,7 @@ def test_mwir_radiance_rises_to_the_glint_at_20_deg_and_falls_to_70(scene_rows):
 def test_mwir_rows_exclude_the_sunlight_that_eq_16_gives_the_cloud(scene_rows):
     sunlit = {"radiance.parameters": {"glint_scale": fitted("glint scale"), "cloud_sun_scale": 1.0}}
     plan = scene.scene("as-printed", 70.0, ("mwir",), sunlit)
-    cloudy = plan.assembly.model.cloudy(plan.spectral_grid.wavenumber_cm1, np.array([[1500.0]]), plan.sun_track.at(0.0))
+    cloudy = plan.assembly.cloudy(plan.spectral_grid.wavenumber_cm1, np.array([[1500.0]]), plan.sun_track.at(0.0))
     reflected = float((cloudy["cloud_reflected_sun"] @ plan.spectral_grid.weights_cm1.T)[0, 0])
     assert (scene_rows["Table IV, 3-5 um"][-1] + 0.3 * reflected) / printed_row("table_4", "3.0-5.0")[-1] > 1.05
 

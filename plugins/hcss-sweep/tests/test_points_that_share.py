@@ -1,11 +1,9 @@
-"""Points of a sweep that share curves of reference columns, or columns between temperatures of the sea."""
+"""What points of a sweep share: curves of reference columns, and the air over seas of several temperatures."""
 
-import numpy as np
-from hcss_sweep.points import SweepPoint, points_with_curves, sea_groups
-from hcss_twin.plan.between_sea_temperatures import ALL_COLUMNS, SeaTemperatures
+from hcss_sweep import sweep
+from hcss_sweep.points import SweepPoint, points_with_curves
 
-from hcss_twin import Scenario
-from hcss_twin.engine.certificate.reference_columns import AFRESH_COLUMNS
+from hcss_twin import Scenario, simulate
 
 
 def test_the_second_point_of_a_group_and_small_groups_solve_all_columns():
@@ -14,20 +12,19 @@ def test_the_second_point_of_a_group_and_small_groups_solve_all_columns():
     assert points_with_curves(points, groups) == set(range(40)) - {0, 1, 2, 4}
 
 
-def test_scenes_that_differ_in_more_than_the_sea_temperature_are_other_groups_and_some_are_certified_afresh():
-    scenarios = [
-        Scenario.load("stratus", {"sea.temperature": kelvin, "sea.wind_speed": wind, "seed": seed})
-        for wind, seed in ((8.0, 1), (8.0, 2), (9.0, 1))
-        for kelvin in np.linspace(288.0, 290.0, 8).tolist()
-    ]
-    groups = sea_groups([*scenarios, Scenario.load("stratus", {"sea.wind_speed": 7.0})])
-    assert groups[-1] is None
-    assert all(isinstance(group, SeaTemperatures) for group in groups[:-1])
-    assert groups[0].group == groups[7].group
-    assert len({groups[number].group for number in (0, 8, 16)}) == 3
-    assert not groups[0].afresh
-    assert groups[1].afresh == groups[17].afresh == ALL_COLUMNS
-    assert {group.afresh for group in groups[2:8]} <= {0, AFRESH_COLUMNS}
-    without_certificates = sea_groups(scenarios, certified=False)
-    assert without_certificates[0].group == without_certificates[8].group != without_certificates[16].group
-    assert not any(group.afresh for group in without_certificates)
+def test_points_over_seas_of_several_temperatures_are_those_of_their_scenarios_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    scene = {
+        "bands": ["lwir-10.8"],
+        "accuracy": 1e-2,
+        "image.rows": 6,
+        "image.columns": 8,
+        "frames.count": 1,
+        "output.certificate": 2,
+    }
+    kelvin = [288.0, 289.2, 290.1]
+    result = sweep("stratus", tmp_path / "sweep", over={"sea.temperature": kelvin}, overrides=scene)
+    assert not result.failed
+    for number in (0, 2):
+        simulate(Scenario.load("stratus", scene | {"sea.temperature": kelvin[number]}), tmp_path / "alone.nc").close()
+        assert result.cube(number).read_bytes() == (tmp_path / "alone.nc").read_bytes()
