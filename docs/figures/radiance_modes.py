@@ -62,8 +62,8 @@ def columns(overrides: dict[str, object], zenith: float) -> list[dict[str, np.nd
     sun = plan.sun_track.at(0.0)
     nu, weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1.T
     thick = plan.layers[0].thickness_max_m
-    cloudy = plan.assembly.model.cloudy(nu, np.array([[THIN_M], [thick]]), sun)
-    found = [{name: term @ weights for name, term in plan.assembly.model.clear(nu, sun).items()}]
+    cloudy = plan.assembly.cloudy(nu, np.array([[THIN_M], [thick]]), sun)
+    found = [{name: term @ weights for name, term in plan.assembly.clear(nu, sun).items()}]
     found += [{name: term[row] @ weights for name, term in cloudy.items()} for row in (0, 1)]
     return found
 
