@@ -93,7 +93,7 @@ class References:
         Whether columns with cloud in one layer are read from a curve through reference columns, which all scenes of a
         sweep share that differ in their clouds only.
     afresh : int
-        Number of columns at each time that are solved although they lie on curves.
+        Number of columns under each sun that are solved although they lie on curves.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class References:
         layers = np.flatnonzero(np.any(thickness_m, axis=0))
         on_curve = self.from_curves and layers.size == 1 and len(set(suns)) == 1
         nodes = self._kept(plan, int(layers[0]), suns[0]).nodes if on_curve else None
-        afresh = cloudy.size if nodes is not None else min(self._afresh, cloudy.size)
+        afresh = cloudy.size if nodes is not None else min(self._afresh * len(set(suns)), cloudy.size)
         drawn = np.sort(np.random.default_rng(seed).choice(cloudy, afresh, replace=False))
         of_drawn = [suns[row] for row in drawn.tolist()], [views[row] for row in drawn.tolist()] if views else ()
         exact = self._columns(plan, thickness_m[drawn], *of_drawn, nodes or AFRESH_NODES_TOLERANCE)
