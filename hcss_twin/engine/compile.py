@@ -283,6 +283,8 @@ def table_key(plan: Plan) -> str:
             if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS, Kind.SURFACES, Kind.VARIABLES)
         },
     }
+    if assembly.family is not None:
+        parts["family"] = assembly.family.key
     for effect in plan.effects:
         parts |= effect.key(scenario, assembly)
     if isinstance(plan.view, PlacedView):

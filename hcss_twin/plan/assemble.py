@@ -36,6 +36,7 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.section_types import selected
 
 if TYPE_CHECKING:
+    from hcss_twin.plan.scene_family import SceneFamily
     from hcss_twin.plan.surface_classes import SceneSurfaces
 
 MODELS = 8
@@ -52,13 +53,21 @@ PLACEHOLDER_SEA_K, PLACEHOLDER_WIND_M_S = 290.0, 5.0
 """Stand-in for missing surroundings: the sea is built only for its checks, because the scene is rejected anyway."""
 
 
-def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths, climate: Climate | None = None) -> Assembly:
+def assemble(
+    scenario: Scenario,
+    catalog: Catalog,
+    slant: SlantPaths,
+    climate: Climate | None = None,
+    family: SceneFamily | None = None,
+) -> Assembly:
     """Build all providers of a scenario, with clouds over the whole area of its slant paths.
 
     Parameters
     ----------
     climate : Climate, optional
         Of rays whose places have air and sea of their own.
+    family : SceneFamily, optional
+        Of scenes that share columns.
 
     Raises
     ------
@@ -129,7 +138,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths, climate: C
         model: RadianceModel = of_models.build(
             Kind.RADIANCE, selected(radiance, "model"), of_level, radiance.parameters
         )
-        return model
+        return model if family is None else family.sharing(model, (level, sunlight_steps), setting, sea_of)
 
     radiance = scenario.radiance
     generators = generators_of([LayerBrightness(model_at, setting, index) for index in range(len(layers))])
@@ -175,6 +184,7 @@ def assemble(scenario: Scenario, catalog: Catalog, slant: SlantPaths, climate: C
         surfaces=surfaces,
         air_over_field=over_field,
         air_memory=setting.air_memory,
+        family=family,
         built=built,
     )
 

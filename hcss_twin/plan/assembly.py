@@ -41,6 +41,7 @@ from hcss_twin.providers.registry.discovery import Entry
 
 if TYPE_CHECKING:
     from hcss_twin.plan.directions import Directions
+    from hcss_twin.plan.scene_family import SceneFamily
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
 
 
@@ -83,6 +84,8 @@ class Assembly:
         Where scenes with the same air keep it.
     vapour_factor : float
         Of the water vapour at all levels.
+    family : SceneFamily or None
+        Of scenes that share columns with this one.
     cloud_notes : tuple of str
         Notes on the cloud types.
     directions : Directions or None
@@ -124,6 +127,7 @@ class Assembly:
     air_over_field: AirOverField | None = None
     air_memory: OwnMemory | None = None
     vapour_factor: float = 1.0
+    family: SceneFamily | None = None
     cloud_notes: tuple[str, ...] = ()
     built: Mapping[str, Built] = field(default_factory=dict)
     directions: Directions | None = None
@@ -168,6 +172,11 @@ class Assembly:
             yield views
         else:
             yield from ([view] for view in views)
+
+    def spanning(self, sun: Sun | None, view: View) -> list[ColumnSetting]:
+        """Return the setting of the scene, or those that span its family."""
+        setting = self.setting(sun, view)
+        return [setting] if self.family is None else self.family.spanning(setting, self.sea_of)
 
     def clear(self, wavenumber_cm1: Array, sun: Sun | None) -> dict[str, Array]:
         """Return each term (V,) of clear sky."""

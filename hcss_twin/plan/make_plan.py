@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from hcss_twin.plan.accuracy import RequestedAccuracy
     from hcss_twin.plan.cloud_tops import CloudTops
     from hcss_twin.plan.probes import Probed
+    from hcss_twin.plan.scene_family import SceneFamily
     from hcss_twin.plan.texture import Texture
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
@@ -62,6 +63,7 @@ def make_plan(
     *,
     keeps_results: bool = True,
     shelf: ResultCache | None = None,
+    family: SceneFamily | None = None,
     rays: Callable[[Scenario, Catalog], Rays | None] = planned_rays,
 ) -> Plan:
     """Resolve a scenario and decide what to compute.
@@ -74,6 +76,8 @@ def make_plan(
         Whether to use results of earlier runs in the user's cache, and store new ones there.
     shelf : ResultCache, optional
         Files and results of scenes planned earlier in this process.
+    family : SceneFamily, optional
+        Where the scene is one of many that are alike but for one input.
     rays : callable
         Makes the rays; by default those of the scenario's sections. None: a grid on the ground.
 
@@ -89,19 +93,19 @@ def make_plan(
     try:
         catalog = (Catalog if keeps_results else SecludedCatalog)(base=scenario.base)
         catalog.shelf = shelf or catalog.shelf
-        return _make_plan(scenario, catalog, rays(scenario, catalog))
+        return _make_plan(scenario, catalog, family, rays(scenario, catalog))
     except ScenarioError as error:
         raise ScenarioError(error.problems, scenario.origin) from error
 
 
-def _make_plan(scenario: Scenario, catalog: Catalog, given: Rays | None) -> Plan:
+def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None, given: Rays | None) -> Plan:
     frames, image = scenario.frames, scenario.image
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
     view = View(scenario.view.zenith, scenario.view.azimuth) if given is None else given.view
     slant = slant_paths(scenario.slant, view, zenith, azimuth)
-    assembly = assemble(scenario, catalog, slant, None if given is None else given.climate)
+    assembly = assemble(scenario, catalog, slant, None if given is None else given.climate, family)
     if given is not None:
         assembly = replace(assembly, directions=given.directions)
     texture = _texture(scenario, assembly)

@@ -126,6 +126,8 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
         parts["surface"] = [assembly.surface.name, assembly.surface.temperature_K]
     if assembly.directions is not None:
         parts["views"] = repr(assembly.directions.at(EXTREMES + EDGES))
+    if assembly.family is not None:
+        parts["family"] = assembly.family.key
     key = result_key(parts, catalog.shelf)
     classes = (SceneAnalysis, RequestedAccuracy, Omission, ViewAxis, NumericalLevel, GridRefinement, RadianceRange)
     return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, catalog, sun), classes)

@@ -93,6 +93,14 @@ def choose_spectrum(plan: Plan, tolerance: float, views: Sequence[View] = (), te
     views, tested : sequence of View
         Those of the fit and of the test, if the view varies over the image.
     """
+    family, level = plan.assembly.family, (plan.assembly.numerical_level, plan.assembly.sunlight_steps)
+    if family is None:
+        return _choose(plan, tolerance, views, tested)
+    name = "spectrum", plan.spectral_grid.wavenumber_cm1.tobytes(), level, tolerance, *views, *tested
+    return family.keep(name, lambda: _choose(plan, tolerance, views, tested))
+
+
+def _choose(plan: Plan, tolerance: float, views: Sequence[View], tested: Sequence[View]) -> Spectrum:
     grid = plan.spectral_grid
     moves = any(_sun_moves(plan, view, tolerance) for view in views or (plan.view,))
     suns = _suns_over_time(plan, np.linspace(0.0, 1.0, 3)) if moves else _suns_that_hardly_move(plan)
@@ -131,7 +139,7 @@ def _spectra(
     cloudless, spectra = np.zeros((1, len(plan.layers))), []
     for rows, under in ((thickness_m, suns), (cloudless, skies)):
         for some in scene.together(views or (plan.view,)):
-            settings = [scene.setting(sun, view) for view in some for sun in under]
+            settings = [setting for view in some for sun in under for setting in scene.spanning(sun, view)]
             found = spectra_of(scene.model, settings, wavenumber, rows)
             spectra.append(found.reshape(-1, *found.shape[2:]))
     return np.concatenate(spectra)

@@ -7,6 +7,7 @@ import logging
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -46,6 +47,7 @@ from hcss_uncertainty.joint_budget import MODEL_ERRORS
 from hcss_uncertainty.joint_sample import DRAWS, JointSample, PosteriorDraws, joint_sample, notes_of
 from hcss_uncertainty.pixel_maps import PixelMaps, require_room_for_maps
 from hcss_uncertainty.scenes import DrawResult, DrawTask, TableCount, draws_made
+from hcss_uncertainty.sea_family import sea_temperatures
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -163,16 +165,19 @@ def propagate(
     if any(key.key.partition(".")[0] == "image" for key in keys) and maps:
         raise PropagationOptionError("maps: the image varies between draws; allowed: maps of one grid of pixels")
     of_draws = list(zip(*(scenarios[mixture.name] for mixture in sample.mixtures), strict=True))
+    temperatures = sea_temperatures([scenario for of_mixtures in of_draws for scenario in of_mixtures])
     with announce_compilation(logging.getLogger(__name__).warning):
         try:
-            plan = make_plan(scenarios[DRAWS][0], shelf=uncertain_scenario.cache)
+            cache, sea = uncertain_scenario.cache, temperatures[0]
+            plan = make_plan(scenarios[DRAWS][0], shelf=cache, family=None if sea is None else sea.family(cache))
             require_room(plan)
             if maps:
                 require_room_for_maps(plan)
         except ScenarioError as error:
             raise with_draw(error, sample, sample.mixtures[0], 0) from error
         collected = _Collected(sample)
-        tasks = [DrawTask(of_mixtures, maps) for of_mixtures in of_draws]
+        of_scenes = iter(temperatures)
+        tasks = [DrawTask(of_mixtures, maps, tuple(islice(of_scenes, len(of_mixtures)))) for of_mixtures in of_draws]
         with executor_of(min(workers, draws)) as (executor, count):
             made = enumerate(draws_made(tasks, uncertain_scenario.cache, executor, count))
             for draw, result in made if progress is None else progress(made, draws):

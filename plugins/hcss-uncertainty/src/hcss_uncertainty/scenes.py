@@ -21,6 +21,7 @@ from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.scenario.scenario import Scenario
 from hcss_uncertainty.draw_statistics import DrawStatistics, class_names, statistics_of
+from hcss_uncertainty.sea_family import SeaTemperatures
 
 _HELD = 4
 """Maximum number of sets of tables in memory: those of the current and the previous draw."""
@@ -78,11 +79,13 @@ def _noted(compiled: list[Plan], plan: Plan) -> RadianceTables:
 class DrawTask:
     """The scenes of one draw, one for each mixture, for any process with this package.
 
-    ``with_pixels`` asks for the pixels of the scenes with either seed, for maps.
+    ``with_pixels`` asks for the pixels of the scenes with either seed, for maps; ``temperatures`` are those of the sea
+    between which the columns of each scene are interpolated.
     """
 
     scenarios: tuple[Scenario, ...]
     with_pixels: bool
+    temperatures: tuple[SeaTemperatures | None, ...]
 
 
 @dataclass(frozen=True)
@@ -125,9 +128,10 @@ class DrawMaker:
         Raises ProviderError if a provider violates its contract.
         """
         statistics, pixels, names, keys, compiled = [], [], set(), set(), 0
-        for mixture_number, scenario in enumerate(task.scenarios):
+        for mixture_number, (scenario, sea) in enumerate(zip(task.scenarios, task.temperatures, strict=True)):
+            family = None if sea is None else sea.family(self._cache)
             try:
-                plan = make_plan(scenario, shelf=self._cache)
+                plan = make_plan(scenario, shelf=self._cache, family=family)
                 tables, key, is_new = self._tables.of(plan)
                 temperature = self._tables.temperature(plan)
                 of_scene, values = statistics_of(plan, tables, temperature, with_levels=mixture_number == 0)
