@@ -14,7 +14,7 @@ TOPICS = {
     "Simulate": ("run", "plan", "validate", "sweep", "sense"),
     "Look at cubes": ("preview", "report", "volume", "export", "verify"),
     "Clouds from images": ("import", "clouds", "match", "fit", "evaluate"),
-    "Inputs": ("scenarios", "schema", "atmosphere"),
+    "Inputs": ("scenarios", "schema", "atmosphere", "atmosphere import", "atmosphere plot"),
     "Plugins": ("plugins", "new-plugin", "check"),
     "This machine": ("cache",),
 }
@@ -38,8 +38,7 @@ class CommandGroup(click.Group):
         from hcss_twin.core.commands import collect
 
         groups = {name: group for name, group in self.commands.items() if isinstance(group, ExtensibleGroup)}
-        inner = (f"{name} {command}" for name, group in groups.items() for command in group.commands)
-        return collect(plugins, {*self.commands, *inner}, groups)
+        return collect(plugins, self.commands, groups)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a command by name; import it if it belongs to a plugin."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 COMMANDS: Mapping[str, str] = {
     "atmosphere import": "hcss-modtran",
+    "atmosphere plot": "hcss-modtran",
     "bench": "hcss-bench",
     "check": "hcss-author",
     "clouds": "hcss-evaluate",

@@ -34,22 +34,6 @@ def test_a_command_has_the_option(name, command):
     assert ("--json" in options) != (name in JSON_ALREADY)
 
 
-def test_an_atmosphere_is_plotted_with_its_numbers(tmp_path):
-    picture = tmp_path / "air.png"
-    found = answer("atmosphere", "plot", "us-standard-1976-lowtran7", "-o", picture, "--range-um", 8, 14.2, "--json")
-    assert found["picture"] == str(picture)
-    assert picture.is_file()
-    assert found["comparison"] == []
-    [source] = found["sources"].values()
-    [band] = source["bands"]
-    assert band["limits_um"] == [8.0, 14.0]
-    assert len(band["transmittance"]) == len(band["path_radiance"]) == len(source["zenith_deg"]) == 8
-    assert all(
-        later < earlier for earlier, later in zip(band["transmittance"], band["transmittance"][1:], strict=False)
-    )
-    assert 0 < band["path_radiance"][0] < band["path_radiance"][-1]
-
-
 def test_the_cloud_database_is_a_list(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shipped = answer("clouds", "--json")

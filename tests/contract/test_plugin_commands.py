@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from hcss_twin.cli.main import cli
 from hcss_twin.core.commands import CommandSpec
 from hcss_twin.core.errors import HcssError
+from hcss_twin.core.own_packages import COMMANDS, how_to_install
 
 HOOK = """
 from hcss_twin.core.commands import CommandSpec, hookimpl
@@ -138,11 +139,13 @@ def test_a_name_of_two_plugins_is_refused_with_both_named(install):
 
 
 def test_a_plugin_extends_a_group_of_the_core(install):
-    install("visitor", specs("atmosphere greet", "atmosphere plot", "nowhere greet", "greet"))
+    install("visitor", specs("atmosphere greet", "atmosphere wave", "nowhere greet", "greet"))
+    install("other", specs("atmosphere wave"))
     assert hcss("atmosphere", "greet", "you").output == "hello you\n"
     assert re.search(r"^  greet +Greet NAME\.$", hcss("atmosphere", "--help").output, re.MULTILINE)
     errors = [each["error"] for each in json.loads(hcss("plugins", "--json").output)["broken"]]
-    assert "command 'atmosphere plot' is also provided by hcss-twin" in errors
+    assert "command 'atmosphere wave' is also provided by other 1.2" in errors
+    assert "command 'atmosphere wave' is also provided by visitor 1.2" in errors
     assert "command 'nowhere greet': no group 'nowhere'; allowed: atmosphere" in errors
     assert hcss("greet", "you").output == "hello you\n"
 
@@ -172,6 +175,13 @@ def test_a_command_of_a_plugin_that_is_not_installed_names_the_plugin(monkeypatc
         done = CliRunner().invoke(cli, spec.name.split())
         assert done.exit_code == 2
         assert f"It comes with {folder}" in done.output
+
+
+def test_the_group_of_atmospheres_names_the_plugin_that_has_its_commands(monkeypatch):
+    monkeypatch.setattr("hcss_twin.core.plugins.installed", lambda group: [])
+    assert COMMANDS["atmosphere plot"] == "hcss-modtran"
+    for arguments in (["atmosphere"], ["atmosphere", "--help"]):
+        assert how_to_install("hcss-modtran") in " ".join(hcss(*arguments).output.split())
 
 
 @pytest.mark.parametrize("change", [{"name": "a b c"}, {"target": "a.b"}, {"summary": "two\nlines"}])

@@ -1,10 +1,14 @@
-"""Hook that registers the command. ``hcss --help`` imports this module, so it must import quickly."""
+"""Hook that registers the commands. ``hcss --help`` imports this module, so it must import quickly."""
 
 from hcss_twin.core.commands import CommandSpec, hookimpl
 
 
 @hookimpl
 def hcss_commands() -> list[CommandSpec]:
-    """Return the command ``atmosphere import``."""
-    summary = "Combine output of MODTRAN or libRadtran into one table."
-    return [CommandSpec("atmosphere import", "hcss_modtran.command:atmosphere_import", summary)]
+    """Return the commands ``atmosphere import`` and ``atmosphere plot``."""
+    importing = "Combine output of MODTRAN or libRadtran into one table."
+    drawing = "Draw one or two providers or tables; two are compared."
+    return [
+        CommandSpec("atmosphere import", "hcss_modtran.import_command:atmosphere_import", importing),
+        CommandSpec("atmosphere plot", "hcss_modtran.plot_command:atmosphere_plot", drawing),
+    ]

@@ -11,10 +11,13 @@ from hcss_paper.figure_base import blank
 from hcss_paper.inputs import in_words, published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.models.atmosphere.table import TableTransmittance
+from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
+from hcss_twin.models.parameters import TableParameters
 from hcss_twin.physics.paths import to_space
 from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.providers import TransmittanceProvider
-from hcss_twin.reports.atmosphere_plot import open_source
+from hcss_twin.providers import AtmosphereInputs, TransmittanceProvider
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -63,7 +66,9 @@ def spectra(table: str | None = None) -> tuple[Array, dict[str, Array]]:
     if table is None:
         provider = make_plan(Scenario.load("baseline", {"frames.count": 1})).assembly.transmittance
     else:
-        provider = open_source(table).provider
+        catalog = Catalog()
+        profile = read_atmosphere_table(catalog.find(table, "atmospheres", ".nc")).profile
+        provider = TableTransmittance(AtmosphereInputs(profile, catalog), TableParameters(file=table))
     low, high = 1e4 / RANGE_UM[1], 1e4 / RANGE_UM[0]
     wavenumber = np.arange(np.ceil(low / STEP_CM1) * STEP_CM1, high + 1e-9, STEP_CM1)
     found = {}

@@ -17,7 +17,7 @@ from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import AtmosphereInputs, TransmittanceProvider
+from hcss_twin.providers import AtmosphereInputs, Kind, TransmittanceProvider
 from hcss_twin.reports.figures import new_figure
 
 if TYPE_CHECKING:
@@ -81,7 +81,6 @@ def open_source(name: str, profile: str = "us-standard-1976") -> AtmosphereSourc
     from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
     from hcss_twin.models.parameters import TableParameters
     from hcss_twin.providers.registry.registry import Registry
-    from hcss_twin.providers.registry.specs import Kind
 
     catalog = Catalog()
     tables = catalog.names("atmospheres", ".nc")

@@ -1,6 +1,7 @@
 """hcss atmosphere plot: one or two providers or tables become a picture and a comparison."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -56,3 +57,20 @@ def test_plot_names_what_there_is(tmp_path):
     assert "one to plot, or two" in hcss("atmosphere", "plot", "a", "b", "c", "-o", tmp_path / "x.png").output
     with pytest.raises(CatalogError, match="no common wavenumbers"):
         hcss("atmosphere", "plot", "table", "-o", tmp_path / "x.png", "--range-um", 100, 200)
+
+
+def test_plot_answers_in_json_with_the_numbers_of_the_bands(tmp_path):
+    picture = tmp_path / "air.png"
+    arguments = ["us-standard-1976-lowtran7", "-o", picture, "--range-um", 8, 14.2, "--json"]
+    found = json.loads(hcss("atmosphere", "plot", *arguments).output)
+    assert found["picture"] == str(picture)
+    assert picture.is_file()
+    assert found["comparison"] == []
+    [source] = found["sources"].values()
+    [band] = source["bands"]
+    assert band["limits_um"] == [8.0, 14.0]
+    assert len(band["transmittance"]) == len(band["path_radiance"]) == len(source["zenith_deg"]) == 8
+    assert all(
+        later < earlier for earlier, later in zip(band["transmittance"], band["transmittance"][1:], strict=False)
+    )
+    assert 0 < band["path_radiance"][0] < band["path_radiance"][-1]
