@@ -39,7 +39,7 @@ class Sea:
 }
 SCENE = """
 from hcss_twin import Scenario, make_plan
-from hcss_twin.engine.compile import table_key
+from hcss_twin.engine.tables.table_key import table_key
 
 scene = {
     "time": "2024-04-20T22:30:00+10:00", "place": {"latitude": 35.0, "longitude": 150.0}, "bands": ["lwir-10.8"],

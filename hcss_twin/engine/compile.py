@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.cache import TABLES, recall_or_compute, result_key
+from hcss_twin.core.cache import TABLES, recall_or_compute
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.one_thread import in_one_thread
-from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.tables.columns import BandColumns, ExactColumns
 from hcss_twin.engine.tables.layer_pair import LayerPair, place_pair
 from hcss_twin.engine.tables.over_views import tables_over_views
@@ -28,17 +26,16 @@ from hcss_twin.engine.tables.radiance_tables import (
 from hcss_twin.engine.tables.scene_states import point_states
 from hcss_twin.engine.tables.shadows import compile_shadows
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
+from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_axis
 from hcss_twin.engine.tables.time_nodes import time_nodes
 from hcss_twin.engine.tables.waves import compile_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
-from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.numerics import MANY_STREAMS, for_spectra
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import EDGES, EXTREMES, views_over_image
 from hcss_twin.providers import Sun, View
-from hcss_twin.providers.registry.specs import Kind
 
 LARGEST_TABLE_BYTES = 128_000_000
 """Maximum size of the table of two layers at one instant; memory holds three of them if the sun moves."""
@@ -248,54 +245,3 @@ def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = No
         return tables_over_views(plan, partial(tables_of, compiler=compiler))
     compute = partial(compiler or compile_tables, plan)
     return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)
-
-
-INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "surfaces", "output", "sensor")
-"""Sections of a scenario that do not affect tables, except through the plan."""
-
-
-def table_key(plan: Plan) -> str:
-    """Return a hash of everything the tables of a plan depend on."""
-    scenario, assembly = json.loads(plan.scenario.to_json()), plan.assembly
-    independent = (*INDEPENDENT, *plan.scenario.sections)
-    for key in ("light", "light_profile", "light_accuracy"):  # what is added to the tables
-        scenario["radiance"].pop(key)
-    parts: dict[str, Any] = {
-        "scenario": {name: value for name, value in scenario.items() if name not in independent},
-        "accuracy": plan.accuracy.relative,
-        "numerics": [
-            plan.assembly.numerical_level,
-            plan.numerics.sunlight_steps,
-            plan.numerics.error,
-            dataclasses.astuple(plan.grid_refinement),
-        ],
-        "view": [plan.view.zenith_deg, plan.view.azimuth_deg],
-        "files": dict(plan.catalog.used),
-        "terms": [spec.name for spec in plan.computed if spec.name.startswith(TERM_PREFIX)],
-        "sunlight": [plan.sun_matters, plan.faint_sunlight],
-        "layers": [
-            dataclasses.asdict(dataclasses.replace(layer, coverage=float(cloudy), edge_taper=0.0, name=""))
-            for layer, cloudy in zip(plan.layers, assembly.cloudy_layers, strict=True)
-        ],
-        "code": {
-            name: code
-            for name, code in assembly.code.items()
-            if assembly.entries[name].kind not in (Kind.CLOUDS, Kind.ELEMENTS, Kind.SURFACES, Kind.VARIABLES)
-        },
-    }
-    if assembly.family is not None:
-        parts["family"] = assembly.family.key
-    for effect in plan.effects:
-        parts |= effect.key(scenario, assembly)
-    if isinstance(plan.view, PlacedView):
-        parts["place"] = [plan.view.latitude_deg, plan.view.longitude_deg]
-    surface = assembly.surface
-    if surface is not None:
-        parts["surface"] = [surface.name, surface.temperature_K]
-        if surface.boundary is not None:  # it may depend on all inputs of the provider
-            parts["surfaces"] = [scenario["surfaces"], scenario["image"], assembly.code[str(Kind.SURFACES)]]
-    layer_optics = [layer.get("optics") for layer in scenario["clouds"]["layers"]]
-    if any(layer_optics):
-        parts["optics"] = [[layer[key] for key in ("type", "base", "top")] for layer in scenario["clouds"]["layers"]]
-        parts["optics"] += layer_optics
-    return result_key(parts, plan.catalog.shelf)

@@ -6,8 +6,8 @@ import pytest
 
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.errors import ScenarioError
-from hcss_twin.engine.compile import table_key
 from hcss_twin.engine.tables.over_views import plans_over_views
+from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.physics.geodesy import to_geographic
 
 PRESSURE_PA = np.array([101300.0, 95000.0, 90000.0, 85000.0, 70000.0, 50000.0, 30000.0, 20000.0, 10000.0])

@@ -7,8 +7,9 @@ from click.testing import CliRunner
 
 from hcss_twin.cli.main import cli
 from hcss_twin.engine import compile
-from hcss_twin.engine.compile import table_key, tables_of
+from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import simulate
+from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 

@@ -11,8 +11,9 @@ from pydantic import BaseModel
 from refusals import problems_of
 
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.engine.compile import table_key, tables_of
+from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import stream
+from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.description import describe_particles
 from hcss_twin.plan.optics import LayerOptics

@@ -21,7 +21,7 @@ from hcss_twin.core.cache import REFERENCES, recall_or_compute
 from hcss_twin.core.error_norm import largest_error
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.certificate.reference_curve import ReferenceCurve, reference_curve
-from hcss_twin.engine.compile import table_key
+from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.engine.tables.thickness_axis import total
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, all_nodes, choose_nodes
 from hcss_twin.plan.assembly import Assembly

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.engine.compile import table_key
+from hcss_twin.engine.tables.table_key import table_key
 
 
 @given(

@@ -24,12 +24,13 @@ from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
-from hcss_twin.engine.compile import table_key, tables_of
+from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import cube_header, run
 from hcss_twin.engine.stages.stage import Frame
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.over_views import plans_over_views
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import CloudGenerator
