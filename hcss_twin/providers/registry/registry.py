@@ -302,7 +302,7 @@ def _checked(entry: Entry, provider: Any) -> Any:
     """Return a provider after checking that it has the members of its kind."""
     import hcss_twin.providers as providers
     from hcss_twin.providers.common import check_element_variables, check_measured, check_options, check_surface_classes
-    from hcss_twin.providers.declarations import check_declaration
+    from hcss_twin.providers.declaration_checks import check_declaration
 
     protocol = getattr(providers, entry.kind.protocol)
     expected = getattr(providers, protocol.__annotations__["declares"])
