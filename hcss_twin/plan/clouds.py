@@ -1,4 +1,4 @@
-"""Cloud layers of a scene and their generators, also for the larger planes that slant paths need."""
+"""Cloud layers of a scene and their generators."""
 
 from __future__ import annotations
 
@@ -9,92 +9,20 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder, numbered
+from hcss_twin.plan.displaced_clouds import DisplacedClouds
 from hcss_twin.plan.slant_paths import SlantPaths, enlarged
 from hcss_twin.plan.surroundings import FilledIn, Surroundings, with_climatological_top
-from hcss_twin.providers import (
-    BrightnessInversion,
-    CloudDeclaration,
-    CloudGenerator,
-    CloudInputs,
-    CloudLayer,
-    Grid,
-    Motion,
-)
+from hcss_twin.providers import BrightnessInversion, CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap_problems, resolve_layer
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.section_types import own, selected
-
-
-class DisplacedClouds:
-    """A cloud generator for a plane larger than the image, addressed by the rows and columns of the image.
-
-    All other attributes are delegated to the generator.
-
-    Parameters
-    ----------
-    generator : CloudGenerator
-        Made for the larger plane; can compute windows.
-    margin : (int, int)
-        Rows and columns of the plane before and after those of the image.
-    view_shift : (int, int)
-        Displacement of the cloud seen from each point, within the margin.
-    """
-
-    def __init__(self, generator: CloudGenerator, margin: tuple[int, int], view_shift: tuple[int, int]) -> None:
-        self._generator = generator
-        self._margin = margin
-        self._view_shift = view_shift
-
-    @property
-    def declares(self) -> CloudDeclaration:
-        """Declaration of the generator."""
-        return self._generator.declares
-
-    def __getattr__(self, name: str) -> Any:
-        # attributes of copies and unpickled objects are looked up before the generator is set
-        if name.startswith("__") or name == "_generator":
-            raise AttributeError(name)
-        attribute = getattr(self._generator, name)
-        # looked up here, so that hasattr() reflects the generator
-        return self._thickness_around_m if name == "thickness_around_m" else attribute
-
-    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
-        """Return the thickness (y, x) seen from a window of the image."""
-        return self.displaced_m(time_s, rows, columns, self._view_shift)
-
-    def _thickness_around_m(self, time_s: float, rows: slice, columns: slice, summary: Any) -> NDArray[np.float32]:
-        """Return the thickness (y, x) seen from a window that may reach outside the image."""
-        return self.displaced_m(time_s, rows, columns, self._view_shift)
-
-    def displaced_m(self, time_s: float, rows: slice, columns: slice, shift: tuple[int, int]) -> NDArray[np.float32]:
-        """Return the thickness (y, x) displaced by ``shift`` rows north and columns east of a window of the image.
-
-        Raises
-        ------
-        ValueError
-            If the displacement exceeds the margin.
-        """
-        if any(abs(by) > room for by, room in zip(shift, self._margin, strict=True)):
-            raise ValueError(f"shift: {shift} given, allowed: up to {self._margin}")
-        moved = (
-            slice(window.start + room + by, window.stop + room + by)
-            for window, room, by in zip((rows, columns), self._margin, shift, strict=True)
-        )
-        # The sky of the generator may continue beyond the plane, like the window.
-        around = getattr(self._generator, "thickness_around_m", None)
-        if around is not None:
-            sky: NDArray[np.float32] = around(time_s, *moved, None)
-            return sky
-        return self._generator.thickness_m(time_s, *moved)
-
 
 _REMEDY = "or slant.shadows = false and slant.parallax = false"
 

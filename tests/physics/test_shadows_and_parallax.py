@@ -15,7 +15,7 @@ from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stages.shadows import sun_paths
 from hcss_twin.engine.stream import stream
 from hcss_twin.laws.samples import PlainOptics
-from hcss_twin.plan.clouds import DisplacedClouds
+from hcss_twin.plan.displaced_clouds import DisplacedClouds
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.windows import windows
 from hcss_twin.providers import CloudDeclaration, Sun, View

@@ -58,7 +58,7 @@ class SunPaths:
         Parameters
         ----------
         generator : CloudGenerator
-            With the method ``displaced_m`` of :class:`hcss_twin.plan.clouds.DisplacedClouds`.
+            With the method ``displaced_m`` of :class:`hcss_twin.plan.displaced_clouds.DisplacedClouds`.
         """
         first, last = self.shifts.min(axis=0), self.shifts.max(axis=0)
         wide = (
