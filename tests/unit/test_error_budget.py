@@ -19,7 +19,8 @@ from hcss_twin.core.errors import ProviderDefect
 from hcss_twin.cube.requested_variables import expand
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.plan.accuracy import RequestedAccuracy
-from hcss_twin.plan.error_budget import ENGINE, NUMERICS, Contribution, ErrorBudget, beyond_accuracy, error_budget
+from hcss_twin.plan.error_budget import ENGINE, NUMERICS, ErrorBudget, beyond_accuracy, error_budget
+from hcss_twin.plan.error_contributions import Contribution
 from hcss_twin.providers import ModelError
 
 MODELS = Path(__file__).parents[2] / "hcss_twin" / "models"
