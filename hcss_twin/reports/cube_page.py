@@ -29,7 +29,7 @@ from hcss_twin.reports.page import (
     paragraph,
 )
 from hcss_twin.reports.provenance import certificate_badge, json_attribute, names_in, origin, provenance
-from hcss_twin.reports.scene_geometry import scene_blocks
+from hcss_twin.reports.scene_section import scene_blocks
 from hcss_twin.reports.tables import Table, bound_text, frames_text, number
 
 if TYPE_CHECKING:
