@@ -44,11 +44,11 @@ from hcss_twin.engine.stages.placed_points import (
     WindowPieces,
     higher_than,
     merged,
+    placed_point,
     point_of,
 )
 from hcss_twin.engine.stages.stage import WITH_ELEMENTS, Frame, FramePart, PartWindow, Stage
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.rays import instants_s
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import ElementPixels, ElementPoint, SightPath, Sun
 
@@ -59,12 +59,6 @@ Thickness = NDArray[np.float32]
 
 _SEED_KEY = 2**18
 """Distinguishes the seeds of elements from those of clouds, waves and the certificate."""
-
-_RATE_S = 1e-3
-"""Time over which the motion of elements against the image is measured, around the instant."""
-
-_STEPS_PER_PIXEL = 8
-"""Instants of the integration time for each pixel by which a small element moves."""
 
 
 class ElementStage(Stage):
@@ -184,52 +178,16 @@ class InstantElements:
 
     def _given(self, window: Window) -> list[tuple[int, ElementPixels | PlacedPoint]]:
         """Return what the providers give for a window, with the numbers of their sections, from the lowest on."""
-        plan, parts = self._plan, list[tuple[float, int, ElementPixels | PlacedPoint]]()
+        plan, time_s, parts = self._plan, self._time_s, list[tuple[float, int, ElementPixels | PlacedPoint]]()
         for number, provider in enumerate(plan.assembly.elements, start=1):
             seed = np.random.SeedSequence(plan.scenario.seed, spawn_key=(_SEED_KEY, number, self._number))
-            self.sun, self.random = plan.sun_at(self._time_s), np.random.Generator(np.random.PCG64(seed))
-            for element in provider.pixels(self._time_s, *window, self):
-                placed = self._placed(number, element) if isinstance(element, ElementPoint) else element
+            self.sun, self.random = plan.sun_at(time_s), np.random.Generator(np.random.PCG64(seed))
+            for element in provider.pixels(time_s, *window, self):
+                placed = placed_point(plan, number, element, time_s) if isinstance(element, ElementPoint) else element
                 if placed is not None:
                     parts.append((element.altitude_m, number, placed))
         parts.sort(key=lambda part: part[0])
         return [(number, element) for _, number, element in parts]
-
-    def _placed(self, number: int, point: ElementPoint) -> PlacedPoint | None:
-        """Return a small element at its place in the image; None if it is not seen."""
-        if (seen := self._seen(point)) is None:
-            return None
-        row, column, rate = seen
-        area = 0.0
-        if point.area_m2 is not None:
-            area = point.area_m2 / self._area_m2(float(row.mean()), float(column.mean()), point)
-        side = max(point.side_m / self._plan.grid.pixel_size_m, math.sqrt(area) if area > 1.0 else 0.0)
-        return PlacedPoint(number, point, row, column, rate, area, side)
-
-    def _seen(self, point: ElementPoint) -> tuple[Array, Array, tuple[float, float]] | None:
-        """Return row and column (M,) of a small element at the instants that the frame shows, and its further motion.
-
-        The motion is in rows and columns per second. None if it is not seen.
-        """
-        rays, (row, column) = self._plan.rays, self._at(point, 0.0)
-        beside = max(rays.image.rows, rays.image.columns) + point.side_m / rays.image.pixel_size_m
-        if not all(-beside < at < size + beside for at, size in ((row, rays.image.rows), (column, rays.image.columns))):
-            return None
-        half = 0.5 * (rays.integration_s or _RATE_S)
-        (row_0, column_0), (row_1, column_1) = (self._at(point, later) for later in (-half, half))
-        if rays.integration_s == 0.0:
-            return np.array([row]), np.array([column]), ((row_1 - row_0) / _RATE_S, (column_1 - column_0) / _RATE_S)
-        count = max(rays.instants, math.ceil(_STEPS_PER_PIXEL * math.hypot(row_1 - row_0, column_1 - column_0)))
-        places = [self._at(point, later) for later in instants_s(rays.integration_s, count)]
-        rows, columns = (np.array(positions) for positions in zip(*places, strict=True))
-        return rows, columns, (0.0, 0.0)
-
-    def _at(self, point: ElementPoint, later_s: float) -> Place:
-        """Return the row and column of a small element at a time after that of the part."""
-        start = point.x_m, point.y_m, point.altitude_m
-        x_m, y_m, z_m = (np.array([at + later_s * speed]) for at, speed in zip(start, point.velocity_m_s, strict=True))
-        row, column = self._plan.rays.project(x_m, y_m, z_m, self._time_s, later_s)
-        return float(row[0]), float(column[0])
 
     def project(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
         """Return where points appear in the image, as :meth:`hcss_twin.providers.ElementScene.project`."""

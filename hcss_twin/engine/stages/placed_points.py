@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.squares import Rectangle, segments, share_left
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.rays import Rays, instants_s
 from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import ElementPoint
 
@@ -22,6 +24,12 @@ Place = tuple[float, float]
 
 LARGEST_DRAWN = 16.0
 """Side in pixels up to which sensors draw squares through their point spread; larger ones are blurred as the image."""
+
+_RATE_S = 1e-3
+"""Time over which the motion of elements against the image is measured, around the instant."""
+
+_STEPS_PER_PIXEL = 8
+"""Instants of the integration time for each pixel by which a small element moves."""
 
 
 @dataclass(frozen=True)
@@ -141,6 +149,46 @@ class PlacedPoint:
                 if share > 0.0:
                     found.setdefault((y, x), []).append(Share(at_row, at_column, share / self.row.size))
         return found
+
+
+def placed_point(plan: Plan, number: int, point: ElementPoint, time_s: float) -> PlacedPoint | None:
+    """Return a small element of a section, by its number, at its place in the image; None if it is not seen."""
+    if (seen := _seen(plan.rays, point, time_s)) is None:
+        return None
+    row, column, rate = seen
+    area = 0.0
+    if point.area_m2 is not None:
+        at_m = point.x_m, point.y_m, point.altitude_m
+        area = point.area_m2 / plan.rays.pixel_area_m2(float(row.mean()), float(column.mean()), time_s, at_m)
+    side = max(point.side_m / plan.grid.pixel_size_m, math.sqrt(area) if area > 1.0 else 0.0)
+    return PlacedPoint(number, point, row, column, rate, area, side)
+
+
+def _seen(rays: Rays, point: ElementPoint, time_s: float) -> tuple[Array, Array, tuple[float, float]] | None:
+    """Return row and column (M,) of a small element at the instants that the frame shows, and its further motion.
+
+    The motion is in rows and columns per second. None if it is not seen.
+    """
+    row, column = _at(rays, point, time_s, 0.0)
+    beside = max(rays.image.rows, rays.image.columns) + point.side_m / rays.image.pixel_size_m
+    if not all(-beside < at < size + beside for at, size in ((row, rays.image.rows), (column, rays.image.columns))):
+        return None
+    half = 0.5 * (rays.integration_s or _RATE_S)
+    (row_0, column_0), (row_1, column_1) = (_at(rays, point, time_s, later) for later in (-half, half))
+    if rays.integration_s == 0.0:
+        return np.array([row]), np.array([column]), ((row_1 - row_0) / _RATE_S, (column_1 - column_0) / _RATE_S)
+    count = max(rays.instants, math.ceil(_STEPS_PER_PIXEL * math.hypot(row_1 - row_0, column_1 - column_0)))
+    places = [_at(rays, point, time_s, later) for later in instants_s(rays.integration_s, count)]
+    rows, columns = (np.array(positions) for positions in zip(*places, strict=True))
+    return rows, columns, (0.0, 0.0)
+
+
+def _at(rays: Rays, point: ElementPoint, time_s: float, later_s: float) -> Place:
+    """Return the row and column of a small element at a time after that of the frame."""
+    start = point.x_m, point.y_m, point.altitude_m
+    x_m, y_m, z_m = (np.array([at + later_s * speed]) for at, speed in zip(start, point.velocity_m_s, strict=True))
+    row, column = rays.project(x_m, y_m, z_m, time_s, later_s)
+    return float(row[0]), float(column[0])
 
 
 def higher_than(point: PlacedPoint, ascending: Sequence[PlacedPoint]) -> list[Rectangle]:
