@@ -6,7 +6,6 @@ Files are written atomically and contain no code; the least recently used are re
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import hashlib
 import json
 import os
@@ -16,14 +15,12 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-import numpy as np
 import platformdirs
-from numpy.typing import NDArray
 
-from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import CacheWarning, HcssError
 from hcss_twin.core.files import atomic_write, remove_orphans
+from hcss_twin.core.records import read_record, write_record
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.core.trust import distrust, make_private, withhold
 
@@ -267,50 +264,3 @@ def _remove(path: Path) -> bool:
         path.unlink()
         return True
     return False
-
-
-def write_record(path: Path, record: Any, classes: tuple[type, ...]) -> None:
-    """Write a tree of dataclasses, tuples, arrays, numbers, text and None as an npz archive: arrays, and JSON.
-
-    Raises
-    ------
-    TypeError
-        If the tree contains another type.
-    """
-    arrays: dict[str, NDArray[Any]] = {}
-    arrays["structure"] = np.array(json.dumps(_encode(record, classes, arrays)))
-    write_arrays(path, arrays)
-
-
-def read_record(path: Path, classes: tuple[type, ...]) -> Any:
-    """Read what :func:`write_record` wrote; raises exceptions of many kinds if the file is not such a record."""
-    arrays = read_arrays(path)
-    return _decode(json.loads(str(arrays["structure"])), {class_.__name__: class_ for class_ in classes}, arrays)
-
-
-def _encode(value: Any, classes: tuple[type, ...], arrays: dict[str, NDArray[Any]]) -> Any:
-    if value is None or isinstance(value, bool | int | float | str):
-        return value
-    if isinstance(value, np.ndarray):
-        key = str(len(arrays))
-        arrays[key] = value
-        return {"array": key}
-    if isinstance(value, tuple | list):
-        return {"tuple": [_encode(item, classes, arrays) for item in value]}
-    if type(value) in classes:
-        fields = {
-            field.name: _encode(getattr(value, field.name), classes, arrays) for field in dataclasses.fields(value)
-        }
-        return {"class": type(value).__name__, "fields": fields}
-    raise TypeError(f"{type(value).__name__} cannot be stored in a record")
-
-
-def _decode(value: Any, classes: Mapping[str, type], arrays: Mapping[str, NDArray[Any]]) -> Any:
-    if not isinstance(value, dict):
-        return value
-    if "array" in value:
-        return arrays[value["array"]]
-    if "tuple" in value:
-        return tuple(_decode(item, classes, arrays) for item in value["tuple"])
-    fields = {name: _decode(encoded, classes, arrays) for name, encoded in value["fields"].items()}
-    return classes[value["class"]](**fields)

@@ -8,8 +8,9 @@ import os
 import numpy as np
 import pytest
 
-from hcss_twin.core.cache import CacheError, Store, limit_bytes, read_record, write_record
+from hcss_twin.core.cache import CacheError, Store, limit_bytes
 from hcss_twin.core.errors import CacheWarning
+from hcss_twin.core.records import read_record, write_record
 
 
 @pytest.fixture(autouse=True)
