@@ -28,9 +28,10 @@ from hcss_twin.scenario.cloud_types import (
     overlap_problems,
 )
 from hcss_twin.scenario.clouds import Layer, OpticsSection, single_layer
+from hcss_twin.scenario.key_paths import homes
 from hcss_twin.scenario.models import DerivedSection, ElementSection, Radiance, ScenarioModel, Sea, SurfaceSection
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
-from hcss_twin.scenario.problems import homes, problems_from
+from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.section_types import ScenarioSection, own
 from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, StageSection, choose_sensor, load_sensor, raw_stages
 

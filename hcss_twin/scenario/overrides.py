@@ -10,8 +10,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from hcss_twin.core.errors import Problem, shown
+from hcss_twin.scenario.key_paths import model_at
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.problems import model_at
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:

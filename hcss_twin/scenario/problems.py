@@ -13,13 +13,10 @@ from pydantic_core import ErrorDetails
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError, choose_from, count, listed, shown
+from hcss_twin.scenario.key_paths import Location, dotted, homes, model_at, models_at
 from hcss_twin.scenario.units import QuantityParser, in_plain_units, meant_in
 
-Location = tuple[int | str, ...]
 Model = TypeVar("Model", bound=BaseModel)
-
-REPEATED = ("layers",)
-"""Lists of sections with keys that are also allowed in the parent section."""
 
 _BOUNDS = (("ge", ">="), ("gt", ">"), ("le", "<="), ("lt", "<"))
 _RANGE_KINDS = {"greater_than_equal": "ge", "greater_than": "gt", "less_than_equal": "le", "less_than": "lt"}
@@ -64,17 +61,6 @@ def read_model(model: type[Model], catalog: Catalog, path: Path) -> Model:
         raise ScenarioError(problems_from(error, model, raw=raw), str(path)) from error
 
 
-def dotted(location: Location) -> str:
-    """Write a location as a key path: ``("bands", 0)`` as ``bands[0]``."""
-    text = ""
-    for part in location:
-        if isinstance(part, int):
-            text += f"[{part}]"
-        else:
-            text += f".{part}" if text else part
-    return text
-
-
 def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, raw: Any) -> str:
     kind, value = detail["type"], detail.get("input")
     if kind == "extra_forbidden":
@@ -111,25 +97,13 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
 
 def _unknown_key(model: type[BaseModel], location: Location) -> str:
     key = str(location[-1])
-    keys = list(dict.fromkeys(name for owner in _models_at(model, location[:-1]) for name in owner.model_fields))
+    keys = list(dict.fromkeys(name for owner in models_at(model, location[:-1]) for name in owner.model_fields))
     # A known key in the wrong section is a better match than a similarly spelt key of this section.
     known = [repr(home) for home in dict.fromkeys(homes(model, key))]
     if not known:
         return f"unknown key; {choose_from(key, keys)}"
     where = " at the top level" if known == [repr(key)] else ""
     return f"unknown key; allowed: {', '.join(sorted(keys))}; closest is {' or '.join(known)}{where}"
-
-
-def homes(model: type[BaseModel], key: str, path: str = "") -> Iterator[str]:
-    """Yield the dotted paths at which a key of this name is known, nested sections after their parents."""
-    if key in model.model_fields:
-        yield f"{path}{key}"
-    for name, field in model.model_fields.items():
-        for nested in _models_in(field.annotation):
-            single = nested is field.annotation or type(None) in typing.get_args(field.annotation)
-            nested_path = f"{path}{name}{'' if single else '[0]'}."
-            # the keys of a single layer are allowed in [clouds] itself
-            yield from homes(nested, key, path if name in REPEATED else nested_path)
 
 
 def _wrong_type(kind: str, value: object, model: type[BaseModel], location: Location) -> str:
@@ -286,29 +260,3 @@ def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
         if isinstance(part, int) or is_key or (is_last and detail["type"] == "extra_forbidden"):
             keys.append(part)
     return tuple(keys)
-
-
-def model_at(model: type[BaseModel], location: Location, key: int | str | None = None) -> type[BaseModel] | None:
-    """Return the model at a location; list indices refer to the element model.
-
-    If several models are possible, return the first one with ``key``, or else the first.
-    """
-    models = _models_at(model, location)
-    return next((candidate for candidate in models if key in candidate.model_fields), models[0] if models else None)
-
-
-def _models_at(model: type[BaseModel], location: Location) -> list[type[BaseModel]]:
-    current = [model]
-    for part in location:
-        if isinstance(part, int):
-            continue
-        fields = [candidate.model_fields[part] for candidate in current if part in candidate.model_fields]
-        current = [nested for field in fields for nested in _models_in(field.annotation)]
-    return current
-
-
-def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for argument in typing.get_args(annotation):
-        yield from _models_in(argument)
