@@ -138,7 +138,10 @@ def assemble(
         model: RadianceModel = of_models.build(
             Kind.RADIANCE, selected(radiance, "model"), of_level, radiance.parameters
         )
-        return model if family is None else family.sharing(model, (level, sunlight_steps), setting, sea_of)
+        if family is None:
+            return model
+        sea_of_model = partial(_sea_model, of_models, scenario, catalog, around)  # as above: no cycle
+        return family.sharing(model, (level, sunlight_steps), setting, sea_of_model)
 
     radiance = scenario.radiance
     generators = generators_of([LayerBrightness(model_at, setting, index) for index in range(len(layers))])

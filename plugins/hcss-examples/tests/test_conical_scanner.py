@@ -42,5 +42,5 @@ def test_clouds_are_seen_and_certified_where_rays_meet_their_layer():
 
 
 def test_what_needs_more_of_the_rays_is_refused():
-    with pytest.raises(Exception, match=r"clouds\.coverage_mode: 'frame'.*closest is 'field'"):
+    with pytest.raises(Exception, match=r"clouds\.coverage_mode: 'frame'.*allowed: 'field'"):
         make_plan(of(**{"clouds.coverage_mode": "frame"}))
