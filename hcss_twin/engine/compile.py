@@ -97,7 +97,7 @@ def _tables(
     RadianceTables or None
         None if the sun moves over a grid on the ground with several views.
     """
-    allowed, several = plan.budget, len(views) > 1
+    allowed, several = plan.budget, plan.views is not None
     # The shape of spectra hardly depends on the numerical level; the certificate includes what remains.
     few_streams = dataclasses.replace(plan, assembly=for_spectra(plan.assembly))
     spectrum = choose_spectrum(few_streams, allowed.wavenumbers, extreme, edges or extreme)
