@@ -14,8 +14,10 @@ from hcss_payload.rays import geographic
 
 import hcss_twin
 from hcss_twin.core.errors import ScenarioError
+from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.verification import verify_cube
 from hcss_twin.physics.geodesy import to_earth_centred
+from hcss_twin.plan.views import views_over_image
 from hcss_twin.reports.plan_text import plan_text
 
 
@@ -40,6 +42,16 @@ def test_a_nadir_camera_gives_the_cube_of_the_ground_grid(clouds):
     assert np.mean(cube["cloud_mask"].values == grid["cloud_mask"].values[:, ::-1]) > 0.999
     assert np.all(np.diff(cube["pixel_latitude"].values[0, :, 0]) < 0.0)
     assert np.all(np.diff(cube["pixel_longitude"].values[0, 0]) > 0.0)
+
+
+def test_a_narrow_camera_has_the_tables_of_its_one_view():
+    plan = hcss_twin.make_plan(scenario(STARING, {"output": {"certificate": 0}}))
+    (view,) = views_over_image(plan.assembly).at(plan.views.places)
+    (of_view,) = compile_tables(plan).over_views
+    nodes = of_view.spectrum.nodes
+    terms = plan.assembly.toward(view).clear(nodes.wavenumber_cm1, plan.sun_at(0.0))
+    exact = np.sum(list(terms.values()), axis=0) @ nodes.weights_cm1.T
+    np.testing.assert_allclose(of_view.tables[0].clear[0], exact, rtol=1e-9)
 
 
 def test_a_plan_tells_the_pixels_of_the_camera_and_those_of_the_plane_of_the_scene():
