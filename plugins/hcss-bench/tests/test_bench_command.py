@@ -40,6 +40,7 @@ def answer(tmp_path_factory):
     return folder, done.output, found[model]
 
 
+@pytest.mark.long
 def test_errors_found_keep_the_accuracy_asked_for(answer):
     _, _, found = answer
     assert [accuracy["accuracy"] for accuracy in found["accuracies"]] == [1e-2, 1e-4]

@@ -39,6 +39,7 @@ def test_what_tables_hold_for_columns_is_what_a_run_writes_for_pixels(scene):
     np.testing.assert_array_equal(found.T.reshape(2, 20, 30).astype(np.float32), frame["radiance"])
 
 
+@pytest.mark.long
 def test_the_models_error_is_that_of_its_streams_and_spectrum(scene, reference):
     """At the reference's own level, the spectrum's steps and the closure remain: some 1e-5."""
     same, few = make_plan(changed(scene, PHYSICAL)).at_level(1), make_plan(changed(scene, with_streams(2)))
@@ -48,6 +49,7 @@ def test_the_models_error_is_that_of_its_streams_and_spectrum(scene, reference):
     assert all(errors[1][band] > 10.0 * errors[0][band] for band in errors[0])
 
 
+@pytest.mark.long
 def test_the_change_of_level_at_few_wavenumbers_is_that_of_all(scene, monkeypatch):
     monkeypatch.setattr(reference_module, "COARSE_LEVEL", 1)
     few, columns = changed(scene, {"bands": [[3.6, 3.75]]}), np.array([[0.0], [50.0], [900.0]])

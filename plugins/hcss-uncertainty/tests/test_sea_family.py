@@ -85,7 +85,7 @@ def test_columns_that_are_not_smooth_are_computed_at_the_temperature_itself():
     np.testing.assert_array_equal(found["sun"], clear_column(KnownSea(1.0), own, WAVENUMBER)["sun"])
 
 
-@pytest.mark.parametrize(("kelvin", "count"), [((288.0, 294.0), 4), ((280.0, 290.0), 5), ((275.0, 299.0), 6)])
+@pytest.mark.parametrize(("kelvin", "count"), [((288.0, 294.0), 4), ((275.0, 299.0), 6)])
 def test_a_physical_scene_has_the_radiance_it_has_alone_to_a_step_of_single_precision(kelvin, count):
     own_K = kelvin[0] + 0.71 * (kelvin[1] - kelvin[0])
     scenarios = [Scenario.load("stratus", {"sea.temperature": value}) for value in np.linspace(*kelvin, 30).tolist()]
