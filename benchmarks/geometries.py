@@ -62,13 +62,18 @@ def scenario(scene: str, number: int) -> dict[str, Any]:
 
 
 def serve() -> None:
-    """Answer each line of keys with the seconds of its plan and its tables."""
+    """Answer each line of keys with the seconds of its plan and its tables; nan if the scene is refused."""
     from hcss_twin import Scenario, make_plan
+    from hcss_twin.core.errors import HcssError
     from hcss_twin.engine.compile import compile_tables
 
     for line in sys.stdin:
         start = time.process_time()
-        compile_tables(make_plan(Scenario.from_dict(json.loads(line)), keeps_results=False))
+        try:
+            compile_tables(make_plan(Scenario.from_dict(json.loads(line)), keeps_results=False))
+        except HcssError as error:
+            print(error, file=sys.stderr)
+            start = np.nan
         print(time.process_time() - start, flush=True)
 
 
@@ -115,11 +120,15 @@ def main() -> None:
                 seconds = version.seconds(scenario(scene, number + 1))
                 if number >= 0:
                     found[name].append(seconds)
+        done = np.all(np.isfinite(list(found.values())), axis=0)
+        if not np.any(done):
+            print(f"{scene:16}refused in all geometries")
+            continue
         for name, values in found.items():
-            median, most, largest = np.quantile(values, (0.5, 0.9, 1.0))
+            median, most, largest = np.quantile(np.array(values)[done], (0.5, 0.9, 1.0))
             print(f"{scene:16}{name:10}{median:8.2f}{most:8.2f}{largest:9.2f}", flush=True)
         if len(found) > 1:
-            ratio = np.array(found["here"]) / np.array(found["beside"])
+            ratio = (np.array(found["here"]) / np.array(found["beside"]))[done]
             low, median, high = np.quantile(ratio, (0.0, 0.5, 1.0))
             print(f"{scene:16}{'ratio':10}{median:8.2f}   from {low:.2f} to {high:.2f}", flush=True)
 
