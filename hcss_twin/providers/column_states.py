@@ -150,12 +150,18 @@ class ColumnStates:
         return int(self.setting_of.size)
 
     @classmethod
-    def product(cls, settings: Sequence[ColumnSetting], thickness_m: Array) -> ColumnStates:
-        """Return columns of each thickness (n, L) in each of S settings: n of the first setting, and so on."""
+    def of(cls, settings: Sequence[ColumnSetting], thickness_m: Array) -> ColumnStates:
+        """Return columns of thickness (N, L), each in its one of N settings, which may repeat."""
         different = tuple(dict.fromkeys(settings))
         number = {setting: index for index, setting in enumerate(different)}
-        setting_of = np.repeat([number[setting] for setting in settings], len(thickness_m))
-        return cls(different, setting_of.astype(np.intp), np.tile(thickness_m, (len(settings), 1)))
+        return cls(different, np.array([number[setting] for setting in settings], dtype=np.intp), thickness_m)
+
+    @classmethod
+    def product(cls, settings: Sequence[ColumnSetting], thickness_m: Array) -> ColumnStates:
+        """Return columns of each thickness (n, L) in each of S settings: n of the first setting, and so on."""
+        clear = cls.of(settings, np.zeros((len(settings), thickness_m.shape[1])))
+        setting_of = np.repeat(clear.setting_of, len(thickness_m))
+        return cls(clear.settings, setting_of, np.tile(thickness_m, (len(settings), 1)))
 
     def groups(self) -> Iterator[ColumnGroup]:
         """Yield the columns of each setting."""

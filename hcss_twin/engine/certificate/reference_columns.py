@@ -247,10 +247,7 @@ def _spectra(assembly: Assembly, wavenumber_cm1: Array, thickness_m: Array, suns
     if not result.size:  # a finer grid of narrow bands may have no new wavenumbers
         return result
     of_rows = [assembly.setting(*row) for row in zip(suns, views or [assembly.view] * len(suns), strict=True)]
-    different = tuple(dict.fromkeys(of_rows))
-    number = {setting: index for index, setting in enumerate(different)}
-    setting_of = np.array([number[setting] for setting in of_rows], dtype=np.intp)
-    terms = assembly.model.columns(ColumnStates(different, setting_of, thickness_m), wavenumber_cm1)
+    terms = assembly.model.columns(ColumnStates.of(of_rows, thickness_m), wavenumber_cm1)
     for index, name in enumerate(assembly.model.terms):
         result[:, index] = terms[name]
     return result

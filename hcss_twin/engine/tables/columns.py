@@ -215,10 +215,7 @@ class BandColumns:
         new = [key for key in keys if key not in self._known.bands]
         if not new:
             return
-        different = tuple(dict.fromkeys(setting for _, setting, _ in new))
-        number = {setting: index for index, setting in enumerate(different)}
-        setting_of = np.array([number[setting] for _, setting, _ in new], dtype=np.intp)
-        states = ColumnStates(different, setting_of, np.array([row for *_, row in new]))
+        states = ColumnStates.of([setting for _, setting, _ in new], np.array([row for *_, row in new]))
         terms = model.columns(states, self.nodes.wavenumber_cm1)
         spectra = np.stack([np.asarray(terms[name]) for name in self.quantities.terms], axis=1)
         self._known.bands.update(zip(new, spectra @ self.nodes.weights_cm1.T, strict=True))
