@@ -159,7 +159,7 @@ class ColumnStates:
     @classmethod
     def product(cls, settings: Sequence[ColumnSetting], thickness_m: Array) -> ColumnStates:
         """Return columns of each thickness (n, L) in each of S settings: n of the first setting, and so on."""
-        clear = cls.of(settings, np.zeros((len(settings), thickness_m.shape[1])))
+        clear = cls.of(settings, np.zeros((len(settings), *thickness_m.shape[1:])))
         setting_of = np.repeat(clear.setting_of, len(thickness_m))
         return cls(clear.settings, setting_of, np.tile(thickness_m, (len(settings), 1)))
 
