@@ -309,7 +309,8 @@ def _opened_by_others(file: tuple[int, int]) -> Any:
     """Return an open dataset of a file, by device and inode, that other code of this process has; None without."""
     import netCDF4
 
-    if os.path.isdir("/proc/self/fd") and file not in map(_identity, os.scandir("/proc/self/fd")):
+    descriptors = "/proc/self/fd"  # a list: an iterator that is left early warns when it is collected
+    if os.path.isdir(descriptors) and file not in (_identity(f"{descriptors}/{n}") for n in os.listdir(descriptors)):
         return None
     gc.unfreeze()  # hcss, and others before a fork, hide all objects from the search
     for candidate in gc.get_objects():

@@ -6,6 +6,7 @@ import os
 import pickle
 import shutil
 import threading
+import warnings
 
 import netCDF4
 import numpy as np
@@ -75,6 +76,15 @@ def test_the_last_reader_closes_the_file(path):
 
 
 @on_linux
+def test_a_file_that_others_have_open_is_read_without_a_warning(path):
+    """The list of open files is left early; what is left early must not warn when it is collected."""
+    with netCDF4.Dataset(path) as others, open(os.devnull), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with NetcdfFile(path) as ours:
+            assert ours.variables.keys() == others.variables.keys()
+        gc.collect()
+
+
 def test_files_that_nobody_uses_are_closed_by_whatever_thread_finds_them(path):
     def lose():
         file = NetcdfFile(path)
