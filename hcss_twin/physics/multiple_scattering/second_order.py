@@ -96,12 +96,13 @@ def missing_second_order(
     result = twice_back(scaled.thickness, strength, exact, more, count, mu, sun, azimuth)
     result -= twice_back(scaled.thickness, scaled.albedo, scaled.moments, streams, modes, mu, sun, azimuth)
     onward, once_more = strength * (full - backward - scaled.peak), strength * (exact - backward)
-    for p, (m, a) in enumerate(zip(mu, azimuth, strict=True)):
+    cosine = np.array([scattering_cosine(m, sun, a) for m, a in zip(mu, azimuth, strict=True)])
+    series = np.polynomial.legendre.legvander(cosine, count - 1) * (2.0 * np.arange(count) + 1.0)
+    for m in np.unique(mu):
         above = _above_second(scaled.thickness, 1.0 / m + 1.0 / sun, onward[kept:], once_more[kept:])
-        cosine = np.array([scattering_cosine(m, sun, a)])
-        series = np.polynomial.legendre.legvander(cosine, count - 1)[0] * (2.0 * np.arange(count) + 1.0)
-        strengths = (series[:, None] * backward)[kept:] * (strength / (4.0 * np.pi * m * sun))
-        result[..., p] += np.einsum("ltv,lv->tv", above, strengths)
+        for p in np.flatnonzero(mu == m):
+            strengths = (series[p, :, None] * backward)[kept:] * (strength / (4.0 * np.pi * m * sun))
+            result[..., p] += np.einsum("ltv,lv->tv", above, strengths)
     return result
 
 
@@ -134,23 +135,23 @@ def twice_back(
     modes : int
         Most azimuth modes.
     """
-    between, views = gauss_streams(streams), mu.size
+    between = gauss_streams(streams)
+    distinct, of_view = np.unique(mu, return_inverse=True)  # kernels do not depend on the azimuth
     series = (2 * np.arange(moments.shape[0]) + 1)[:, np.newaxis] * moments
-    values = _legendre_of_modes(np.concatenate((between.mu, [sun], mu)), moments.shape[0], modes)
+    values = _legendre_of_modes(np.concatenate((between.mu, [sun], distinct)), moments.shape[0], modes)
     # Light that is scattered down first, and back first.
-    shape = streams, views, strength.size
-    down, back = np.zeros(shape), np.zeros(shape)
+    down, back = np.zeros((2, streams, mu.size, strength.size))
     largest, small = 0.0, False
     for mode in range(min(modes, moments.shape[0])):
         value = values[mode]
         along, ends = value[:, :streams, None], value[:, None, streams:]
-        same, other = _kernels((along * ends).reshape(moments.shape[0], -1), series, mode)
-        same, other = same.reshape(streams, 1 + views, -1), other.reshape(streams, 1 + views, -1)
+        both = _kernels((along * ends).reshape(moments.shape[0], -1), series, mode)
+        same, other = (kernel.reshape(streams, 1 + distinct.size, -1) for kernel in both)
         # The sunbeam travels away from the sun: its relative azimuth is the supplement.
         term = ((1.0 if mode == 0 else 2.0) * np.cos(mode * (np.pi - azimuth)))[:, None]
         parts = other[:, 1:] * same[:, :1], same[:, 1:] * other[:, :1]
-        down += parts[0] * term
-        back += parts[1] * term
+        down += parts[0][:, of_view] * term
+        back += parts[1][:, of_view] * term
         size = max(float(np.max(np.abs(part))) for part in parts)
         largest = max(largest, size)
         if small and size <= LEAST_SHARE * largest:
@@ -161,16 +162,18 @@ def twice_back(
     beside_sun = _apart(inverse, to_sun)
     down *= factor / (beside_sun - to_sun)[:, None, None]
     from_streams = [_integral(to_sun + rate, thickness) for rate in inverse]
-    result = np.empty((*thickness.shape, views))
-    for p, to_view in enumerate(1.0 / mu):
+    result = np.empty((*thickness.shape, mu.size))
+    for view, to_view in enumerate(1.0 / distinct):
+        these = np.flatnonzero(of_view == view)
         beside_view = _apart(inverse, to_view)
-        backward = back[:, p] * factor[:, 0] / (beside_view - to_view)[:, None]
-        total = _integral(to_view + to_sun, thickness) * np.sum(down[:, p] + backward, axis=0)
+        downward = down[:, these, None]
+        backward = back[:, these, None] * factor[:, None] / (beside_view - to_view)[:, None, None, None]
+        total = _integral(to_view + to_sun, thickness) * np.sum(downward + backward, axis=0)
         for stream, known in enumerate(from_streams):
             moved = beside_view[stream] != inverse[stream]
-            total -= down[stream, p] * _integral(to_view + beside_sun[stream], thickness)
+            total -= downward[stream] * _integral(to_view + beside_sun[stream], thickness)
             total -= backward[stream] * (_integral(to_sun + beside_view[stream], thickness) if moved else known)
-        result[..., p] = total * (to_view * to_sun)
+        result[..., these] = np.moveaxis(total * (to_view * to_sun), 0, -1)
     return result
 
 
