@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.physics.paths import Path
-from hcss_twin.physics.profile import GASES, Profile
+from hcss_twin.physics.profile import GASES, Profile, airmass_of_legs
 from hcss_twin.providers import (
     Array,
     AtmosphereDeclaration,
@@ -69,7 +69,9 @@ class PlainGas:
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return transmittance (P, V), the same at all wavenumbers."""
-        mass = np.array([self._profile.airmass(path) @ self._weights for path in paths])
+        legs = [leg for path in paths for leg in path.legs]
+        path_of = np.repeat(np.arange(len(paths)), [len(path.legs) for path in paths])
+        mass = np.bincount(path_of, airmass_of_legs(self._profile, legs) @ self._weights, len(paths))
         return np.repeat(np.exp(-self._vertical_depth * mass)[:, None], wavenumber_cm1.size, axis=1)
 
 

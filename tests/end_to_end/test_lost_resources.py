@@ -164,8 +164,9 @@ def test_addresses_without_a_scheduler_are_refused(address, message):
         raise AssertionError
 
 
-def test_a_scheduler_that_dies_while_a_client_connects_is_one_line(capfd):
+def test_a_scheduler_that_dies_while_a_client_connects_is_one_line(capfd, monkeypatch):
     """Dask printed two tracebacks."""
+    monkeypatch.setattr(cluster, "CONNECT_S", 1)
     with socket.create_server(("127.0.0.1", 0)) as server:
 
         def hang_up():

@@ -38,6 +38,7 @@ class Parameters(BaseModel):
 
     delay: float = DELAY
     exposure: float = EXPOSURE
+    count: int = 15
     kernel: tuple[float, ...] = (0.25, 0.5, 0.25)
 
 
@@ -66,15 +67,14 @@ class Integrating:
 
     variables = ()
     declares = SensorDeclaration(reach_pixels=0)
-    count = 15
 
     def __init__(self, inputs, parameters):
-        self._inputs, self._exposure = inputs, parameters.exposure
+        self._inputs, self._exposure, self._count = inputs, parameters.exposure, parameters.count
         self.instants = 0.0, parameters.exposure
 
     def measure(self, radiance, frame, time_s):
         grid = self._inputs.grid
-        times = time_s + (np.arange(self.count) + 0.5) / self.count * self._exposure
+        times = time_s + (np.arange(self._count) + 0.5) / self._count * self._exposure
         whole = slice(0, grid.rows), slice(0, grid.columns)
         return Measured(np.mean([self._inputs.scene_at(time, *whole) for time in times.tolist()], axis=0))
 
@@ -209,7 +209,7 @@ def test_integration_keeps_the_energy_and_its_centroid_is_that_of_mid_time(tmp_p
 
 @pytest.mark.parametrize("order", [("rollingshutter", "integrating"), ("integrating", "rollingshutter")])
 def test_instants_of_a_chain_add(tmp_path, order):
-    both, clean = measured(tmp_path / "both.nc", [(model, {"exposure": 0.2}) for model in order], sources(SPEED),
+    both, clean = measured(tmp_path / "both.nc", [(model, {"exposure": 0.2, "count": 3}) for model in order], sources(SPEED),
                            **{"frames.count": 1})  # fmt: skip
     column, _ = centroids(both.radiance.to_numpy().astype(float))
     before, _ = centroids(clean.radiance.to_numpy().astype(float))
