@@ -50,6 +50,9 @@ ANGLES = 1440
 LEAST_SHARE = 1e-7
 """Azimuth modes end after two in succession below this share of the largest one."""
 
+AHEAD = 32
+"""Azimuth modes whose functions are computed together: the series ends before half of all."""
+
 _CLOSEST = 1e-6
 """Least difference of inverse cosines that is divided by; it changes the path by as much."""
 
@@ -138,12 +141,14 @@ def twice_back(
     between = gauss_streams(streams)
     distinct, of_view = np.unique(mu, return_inverse=True)  # kernels do not depend on the azimuth
     series = (2 * np.arange(moments.shape[0]) + 1)[:, np.newaxis] * moments
-    values = _legendre_of_modes(np.concatenate((between.mu, [sun], distinct)), moments.shape[0], modes)
+    every = np.concatenate((between.mu, [sun], distinct))
     # Light that is scattered down first, and back first.
     down, back = np.zeros((2, streams, mu.size, strength.size))
     largest, small = 0.0, False
     for mode in range(min(modes, moments.shape[0])):
-        value = values[mode]
+        if mode % AHEAD == 0:
+            values = _legendre_of_modes(every, moments.shape[0], range(mode, min(mode + AHEAD, modes)))
+        value = values[mode % AHEAD]
         along, ends = value[:, :streams, None], value[:, None, streams:]
         both = _kernels((along * ends).reshape(moments.shape[0], -1), series, mode)
         same, other = (kernel.reshape(streams, 1 + distinct.size, -1) for kernel in both)
@@ -177,22 +182,26 @@ def twice_back(
     return result
 
 
-def _legendre_of_modes(mu: Array, degrees: int, modes: int) -> Array:
-    """Return :func:`normalised_legendre` of all modes, (modes, degrees, D), in one recurrence."""
-    order = np.arange(min(modes, degrees))[:, None]
+def _legendre_of_modes(mu: Array, degrees: int, modes: range) -> Array:
+    """Return :func:`normalised_legendre` of some modes, (modes, degrees, D), in one recurrence."""
+    order = np.arange(modes.start, min(modes.stop, degrees))[:, None]
     result = np.zeros((order.size, degrees, mu.size))
     sine = np.sqrt((1.0 - mu) * (1.0 + mu))
     first = np.ones_like(mu)
     for degree in range(degrees):
-        if degree < order.size:
+        if degree < modes.stop:
             first = first * (sine * np.sqrt((2 * degree - 1) / (2 * degree)) if degree else 1.0)
-            result[degree, degree] = first
-        lower = order[: min(degree + 1, order.size)]
+        if degree < modes.start:
+            continue
+        count = min(degree + 1 - modes.start, order.size)
+        if degree in modes:
+            result[count - 1, degree] = first
         if degree + 1 == degrees:
             break
-        before = np.sqrt(degree * degree - lower * lower) * result[: lower.size, degree - 1]
-        after = ((2 * degree + 1) * mu * result[: lower.size, degree] - before) / np.sqrt((degree + 1) ** 2 - lower**2)
-        result[: lower.size, degree + 1] = after
+        lower = order[:count]
+        before = np.sqrt(degree * degree - lower * lower) * result[:count, degree - 1]
+        after = ((2 * degree + 1) * mu * result[:count, degree] - before) / np.sqrt((degree + 1) ** 2 - lower**2)
+        result[:count, degree + 1] = after
     return result
 
 

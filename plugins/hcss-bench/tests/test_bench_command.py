@@ -13,7 +13,7 @@ from hcss_twin.core.errors import ScenarioError
 
 SMALL = [
     *(word for key, value in CHEAP.items() for word in ("--set", f"{key}={value}")),
-    *("--set", 'bands=["mwir-3.7", "lwir-10.8"]'),
+    *("--set", 'bands=["mwir-3.7", "lwir-10.8"]', "--set", "accuracy=2e-2"),  # for which the reference is planned
     *("--set", "image.rows=20", "--set", "image.columns=30", "--set", "frames.count=2"),
     *("--rounds", "1", "--pixels", "8", "--reference-level", "0", "--accuracy", "1e-2", "--accuracy", "1e-4"),
 ]
@@ -89,7 +89,7 @@ def test_a_picture_is_drawn_and_nothing_else_is_left(answer):
 
 def test_json_in_place_of_the_table_and_nothing_kept_by_the_user_is_used_or_changed(tmp_path, monkeypatch):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
-    one = [*SMALL[:-2], "--pixels", "2"]  # of the two accuracies
+    one = [*SMALL[:-2], "--pixels", "2", "--set", "bands=[[10.5, 10.6]]"]  # of the two accuracies
     done = CliRunner().invoke(command, [*one, "--folder", str(tmp_path), "--json", "-"])
     assert json.loads(done.stdout)["as-printed"]["rounds"] == 1
     assert list(tmp_path.iterdir()) == []
@@ -137,7 +137,7 @@ def test_every_accuracy_of_the_default_list_is_told_beside_the_scenarios_own(mon
 
 
 def test_kelvin_are_kept_the_scenarios_own_is_marked_and_progress_goes_to_stderr(tmp_path):
-    scene = ("--set", 'accuracy="0.5 K"', "--set", 'bands=["lwir"]')
+    scene = ("--set", 'accuracy="0.5 K"', "--set", 'bands=[{name="lwir", limits=[10.5, 11.0]}]')
     asked = ("--pixels", "2", "--accuracy", "1e-3", "--accuracy", "500 mK")
     files = ("--folder", str(tmp_path), "--json", str(tmp_path / "found.json"))
     done = CliRunner().invoke(command, [*SMALL[:-4], *scene, *asked, *files])
