@@ -31,7 +31,7 @@ CLOUD = {
 }  # fmt: skip
 BASE = {
     "time": "2024-04-20T22:30:00+10:00", "place": {"latitude": 35.0, "longitude": 150.0},
-    "image": {"rows": 6, "columns": 8, "pixel_size": 200.0}, "frames": {"count": 1}, "bands": ["lwir-10.8"],
+    "image": {"rows": 6, "columns": 8, "pixel_size": 200.0}, "frames": {"count": 1}, "bands": [[10.7, 10.9]],
     "atmosphere": {"profile": "us-standard-1976"},
     "output": {"variables": ["radiance", "truth"], "certificate": 8},
 }  # fmt: skip

@@ -17,6 +17,7 @@ SMALL = CHEAP | {
     "frames.count": 1,
     "output.certificate": 0,
     "bands": ["mwir-3.7", "lwir-10.8"],
+    "accuracy": 2e-3,
 }
 
 

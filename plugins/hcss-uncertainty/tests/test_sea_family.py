@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from cheap import NARROW
 from hcss_uncertainty.sea_family import SeaFamily, SeaTemperatures, sea_temperatures
 
 from hcss_twin import Scenario, make_plan
@@ -88,10 +89,13 @@ def test_columns_that_are_not_smooth_are_computed_at_the_temperature_itself():
 @pytest.mark.parametrize(("kelvin", "count"), [((288.0, 294.0), 4), ((275.0, 299.0), 6)])
 def test_a_physical_scene_has_the_radiance_it_has_alone_to_a_step_of_single_precision(kelvin, count):
     own_K = kelvin[0] + 0.71 * (kelvin[1] - kelvin[0])
-    scenarios = [Scenario.load("stratus", {"sea.temperature": value}) for value in np.linspace(*kelvin, 30).tolist()]
-    (temperatures,) = set(sea_temperatures(scenarios))
+
+    def of(value):
+        return Scenario.load("stratus", {"sea.temperature": value, "bands": NARROW, "accuracy": 1e-2})
+
+    (temperatures,) = set(sea_temperatures([of(value) for value in np.linspace(*kelvin, 30).tolist()]))
     assert len(temperatures.nodes_K) == count
-    scenario, cache = Scenario.load("stratus", {"sea.temperature": own_K}), ResultCache()
+    scenario, cache = of(own_K), ResultCache()
     known, alone = (
         sum(make_plan(scenario, shelf=cache, family=family).assembly.cloudy(WAVENUMBER[1:], THICKNESS, SUN).values())
         for family in (temperatures.family(cache), None)
