@@ -148,10 +148,11 @@ class _Closure:
         for file in _files(root):
             self._file(f"{name}/{os.path.relpath(file, root.parent)}", file)
 
-    def _file(self, label: str, file: Path, reads: bool = True) -> None:
+    def _file(self, label: str, file: Path, reads: bool = True, installed_ns: int | None = None) -> None:
         """Add a file: its contents and what they lead to, or its size and times.
 
-        One without a label counts wherever it lies, as its folder may be moved.
+        One without a label counts wherever it lies, as its folder may be moved. Installers (uv) link equal files of
+        several environments to one, which changes its change time: then the time of the installation counts instead.
         """
         try:
             about = file.stat()
@@ -161,11 +162,13 @@ class _Closure:
             return
         # The change time is of the system's clock, and no program sets it; Windows has none.
         times = about.st_mtime_ns, about.st_ctime_ns
+        if installed_ns is not None and about.st_nlink > 1:
+            times = about.st_mtime_ns, max(installed_ns, about.st_mtime_ns)
         state = f"{about.st_size} {times}" if content is None else hashlib.sha256(content).hexdigest()
         self.states[label or f"{file.name} {state}"] = state
         self.changed_since_start |= file.name.endswith(_CODE) and times[os.name != "nt"] > STARTED_S * 1e9
         if source and content is not None:
-            self.changed_since_start |= _runs_old_bytecode(file, content, about.st_ctime_ns)
+            self.changed_since_start |= _runs_old_bytecode(file, content, times[1])
             self._source(content.decode("utf-8", "replace"), file)
         elif reads and (file.suffix in (".zip", ".egg", ".whl", ".pyz") or str(file) in sys.path):
             with suppress(zipfile.BadZipFile, OSError), zipfile.ZipFile(file) as archive:
@@ -220,13 +223,13 @@ class _Closure:
         name = folder.name.partition("-")[0]
         if normalised(name) in self._distributions:
             return
-        record = (folder / "RECORD").read_bytes()
+        record, installed_ns = (folder / "RECORD").read_bytes(), (folder / "RECORD").stat().st_ctime_ns
         self.states[f"distribution {folder.name}"] = hashlib.sha256(record).hexdigest()
         files = [(path, int(size or 0)) for path, size in _RECORDED.findall(record.decode("utf-8", "replace"))]
         if follows or sum(size for _, size in files) <= READ_BYTES:
             for path, _ in files:
                 if not path.endswith(".pyc") and not path.partition("/")[0].endswith(".dist-info"):
-                    self._file(f"{name}/{path}", folder.parent / path, reads=follows)
+                    self._file(f"{name}/{path}", folder.parent / path, follows, installed_ns)
         with suppress(OSError):
             self._require(name, (folder / "METADATA").read_text(encoding="utf-8", errors="replace"))
 

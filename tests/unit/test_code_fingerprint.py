@@ -3,6 +3,7 @@
 import math
 import os
 import py_compile
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -50,6 +51,22 @@ def test_results_of_code_that_changed_since_the_process_started_are_for_no_other
     assert fingerprint() != fingerprint()  # what is loaded may be the earlier code
     monkeypatch.setattr("hcss_twin.core.code_fingerprint.STARTED_S", math.inf)
     assert fingerprint() == fingerprint()
+
+
+def test_a_link_that_another_environment_makes_to_an_installed_file_is_no_change(package, tmp_path, monkeypatch):
+    """As uv installs; the change time of the file is then that of the last installation anywhere."""
+    inner, info = package / "inner.py", tmp_path / "some_package-1.0.dist-info"
+    os.link(inner, tmp_path / "kept.py")
+    info.mkdir()
+    (info / "RECORD").write_text("some_package/__init__.py,,20\nsome_package/inner.py,,6\n")
+    time.sleep(0.02)
+    monkeypatch.setattr("hcss_twin.core.code_fingerprint.STARTED_S", time.time())
+    before = fingerprint()
+    time.sleep(0.02)
+    os.link(inner, tmp_path / "another.py")
+    assert fingerprint() == before
+    (info / "RECORD").touch()  # installed again: what is loaded may be the earlier code
+    assert fingerprint() != fingerprint()
 
 
 @pytest.mark.usefixtures("started_late")
