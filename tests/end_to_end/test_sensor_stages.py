@@ -209,8 +209,8 @@ def test_integration_keeps_the_energy_and_its_centroid_is_that_of_mid_time(tmp_p
 
 @pytest.mark.parametrize("order", [("rollingshutter", "integrating"), ("integrating", "rollingshutter")])
 def test_instants_of_a_chain_add(tmp_path, order):
-    both, clean = measured(tmp_path / "both.nc", [(model, {"exposure": 0.2, "count": 3}) for model in order], sources(SPEED),
-                           **{"frames.count": 1})  # fmt: skip
+    stages = [(model, {"exposure": 0.2, "count": 3}) for model in order]
+    both, clean = measured(tmp_path / "both.nc", stages, sources(SPEED), **{"frames.count": 1})
     column, _ = centroids(both.radiance.to_numpy().astype(float))
     before, _ = centroids(clean.radiance.to_numpy().astype(float))
     expected = SPEED * (DELAY * np.arange(12) + 0.1) / 20.0
