@@ -329,7 +329,7 @@ def test_a_scene_that_is_run_again_is_certified_from_the_same_columns():
     with pytest.MonkeyPatch.context() as patch:  # of its own: with that of the test, kept columns would not be read
         patch.setattr(reference_columns, "ColumnStates", None)
         again = cube(seed=4711)
-        with pytest.raises(TypeError):
+        with pytest.raises(AttributeError):
             cube(seed=4712)
     assert again.attrs["hcss_certificate"] == first.attrs["hcss_certificate"]
 
