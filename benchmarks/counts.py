@@ -46,7 +46,7 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "stratus, as-printed": ("stratus", {"radiance.model": "as-printed"}),
     "cirrus over cumulus, 3.7 um": ("cirrus-over-cumulus", {"bands": ["mwir-3.7"]}),
 }
-SOLVERS = ("solve_layers", "solve_sun", "solve_sunlit_layers", "transmit_beams", "solve_covered_layers")
+SOLVERS = ("solve_layers", "solve_sun", "solve_sunlit_layers", "transmit_beams", "solve_coupled_layers")
 GUARDS: dict[str, type[Guard]] = {
     "clouds": GuardedClouds,
     "sea": GuardedSea,

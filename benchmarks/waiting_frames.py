@@ -138,16 +138,15 @@ def mask_of(kind: str) -> Callable[[int], Comparison]:
 
 def look_up(frames: int) -> Comparison:
     from even_bits import EvenBits
-    from look_up import NODES, RANGE_M, in_numpy, sky
+    from look_up import NODES, RANGE_M, in_numpy, one_layer, sky
 
     from hcss_twin.engine.tables.look_up import LookUp
-    from hcss_twin.engine.tables.radiance_tables import DenseTable
 
     nodes, thickness = np.geomspace(*RANGE_M, NODES), sky(RANGE_M, 4.0, 1)
     curve = 10.0 - 5.0 * np.exp(-np.outer(nodes, [1e-3, 4e-3, 2e-2]))
-    table = DenseTable(np.full(3, 4.0), (nodes,), (curve,), None)
+    table = one_layer(nodes, np.full(3, 4.0), curve)
     radiance = np.empty((3, *thickness.shape), np.float32)
-    own, even = LookUp(table), EvenBits(table.clear, nodes, curve)
+    own, even = LookUp(table), EvenBits(table.clear[0], nodes, curve)
     LookUp(table).fill(radiance, [thickness])
     exact = radiance.copy()
     even.fill(radiance, thickness)

@@ -34,12 +34,16 @@ class SectionSpec:
     rays : str or None
         ``"package.module:function"`` if the section brings another image geometry than the grid on the ground: a
         function of scenario and catalog that returns :class:`hcss_twin.plan.rays.Rays`.
+    effect : str or None
+        ``"package.module:function"`` if the section lets columns differ from place to place: a function of scenario
+        and catalog that returns a :class:`hcss_twin.providers.PointEffect`.
     """
 
     name: str
     model: str
     summary: str
     rays: str | None = None
+    effect: str | None = None
 
 
 @hookspec

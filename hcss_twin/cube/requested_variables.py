@@ -99,7 +99,7 @@ def own_variable(name: str, about: OutputVariable, needs: Iterable[str] = ()) ->
 
 
 _LACKING = {
-    "layers": "the scene has no cloud layer; allowed: with one or two layers",
+    "layers": "the scene has no cloud layer; allowed: with a layer of cloud",
     "shadows": "clouds cast no shadows; allowed: with slant.shadows = true",
     "waves": 'the scene has no resolved waves; allowed: with sea.waves = "resolved"',
     "elements": "the scene has no elements; allowed: with a section [[elements]]",
@@ -130,7 +130,7 @@ def expand(
     requested : iterable of str
         Names of variables, or groups: ``all`` (without viewing geometry), ``terms`` (of the radiance), ``truth`` (every
         variable of that kind), ``geometry`` (coordinates of the pixels). Groups contain the variables available in the
-        scene; per-layer variables only with two layers, because with one they duplicate others.
+        scene; per-layer variables only with several layers, because with one they duplicate others.
     terms : mapping of str to str
         Description of each term of the selected radiance model, by name.
     layer_count : int

@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.cache import TABLES, recall_or_compute
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.one_thread import in_one_thread
-from hcss_twin.engine.tables.columns import BandColumns, ExactColumns
-from hcss_twin.engine.tables.layer_pair import LayerPair, place_pair
-from hcss_twin.engine.tables.over_views import tables_over_views
+from hcss_twin.engine.tables.columns import BandColumns
+from hcss_twin.engine.tables.over_views import plans_over_views
 from hcss_twin.engine.tables.radiance_tables import (
     InstantTable,
     Quantities,
@@ -22,12 +20,14 @@ from hcss_twin.engine.tables.radiance_tables import (
     ShadowTables,
     TextureTables,
     WaveTables,
+    with_largest_errors,
 )
-from hcss_twin.engine.tables.scene_states import point_states
+from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.engine.tables.shadows import compile_shadows
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
 from hcss_twin.engine.tables.table_key import table_key
-from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_axis
+from hcss_twin.engine.tables.tensor_train import TensorTrain
+from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_thickness
 from hcss_twin.engine.tables.time_nodes import time_nodes
 from hcss_twin.engine.tables.waves import compile_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
@@ -37,8 +37,8 @@ from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import EDGES, EXTREMES, views_over_image
 from hcss_twin.providers import Sun, View
 
-LARGEST_TABLE_BYTES = 128_000_000
-"""Maximum size of the table of two layers at one instant; memory holds three of them if the sun moves."""
+COARSE_SPECTRA = 1e-4
+"""Tolerance from which on sunlight is as coarse as all else where wavenumbers are chosen: it adds up to 5e-5."""
 
 PLACED_SHARE = 0.5
 """Share of the tolerance in thickness for columns toward extreme views; the rest is for those derived from them."""
@@ -47,88 +47,98 @@ VIEWS_AT_ONCE = 32
 """Views whose columns are computed in one call; the memory grows with their number."""
 
 
+CROSS_SHARE = 0.2
+"""Share of the tolerance of several layers for completing their product from some of its lines."""
+
+
 @in_one_thread
 def compile_tables(plan: Plan) -> RadianceTables:
     """Compute band radiance as a function of thickness, and of time if the motion of the sun matters.
 
     Nodes are added until the interpolation error, measured between the nodes relative to the total band radiance, is
-    within the plan's budget. There is a table for each layer alone and, if two can have cloud, one for both; if view
-    angles vary over the image, there is such a set for each of several views.
+    within the plan's budget. If points differ in more than their clouds, there are such tables at each node of the axes
+    along which they do.
 
     Raises
     ------
     ProviderError
         If a provider fails at a required state.
-    ScenarioError
-        If the table of two layers would be too large at the requested accuracy.
     """
-    states = point_states(plan)
-    if states is not None:
-        return states.tables(compile_tables)
-    over_image = views_over_image(plan.assembly) if may_compile_together(plan) else None
-    if over_image is not None and plan.views is not None:
-        nodes = over_image.at(plan.views.places)
-        together = _tables(plan, nodes, over_image.at(EXTREMES), over_image.at(EDGES))
-        return together or tables_over_views(plan, compile_tables)
-    if plan.views is not None:
-        return tables_over_views(plan, compile_tables)
-    alone = _tables(plan, [plan.view], [plan.view])
-    assert alone is not None
-    return alone
+    return _over_axes(plan, compile_tables) or _tables_of_views(plan) or _over_views(plan, compile_tables)
+
+
+def _over_axes(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> RadianceTables | None:
+    """Return the tables at all nodes of the first axis; None if all points are alike but for views."""
+    for axis in point_axes(plan):
+        over = tuple(tables_of(axis.plan_in(plan, state)) for state in axis.nodes)
+        return dataclasses.replace(with_largest_errors(over), over=over, over_error=axis.estimated_error)
+    return None
+
+
+def _over_views(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> RadianceTables:
+    """Return the tables toward all views, each computed alone."""
+    assert plan.views is not None
+    over = tuple(tables_of(toward) for toward in plans_over_views(plan))
+    largest = with_largest_errors(over)
+    errors = dataclasses.replace(largest.errors, views=plan.views.estimated_error)
+    return dataclasses.replace(largest, errors=errors, over=over)
+
+
+def _tables_of_views(plan: Plan) -> RadianceTables | None:
+    """Return the tables toward all views, computed together; None if each needs its own air or sun."""
+    if plan.views is None:
+        return _tables(plan, [plan.view], [plan.view])
+    views = views_over_image(plan.assembly) if may_compile_together(plan) else None
+    if views is None:
+        return None
+    return _tables(plan, views.at(plan.views.places), views.at(EXTREMES), views.at(EDGES))
 
 
 def may_compile_together(plan: Plan) -> bool:
-    """Whether the views of a plan can share wavenumbers and thicknesses: one air, one sun, cloud in one layer."""
-    one = plan.assembly.air_over_field is None and plan.assembly.own_suns is None
-    return plan.views is not None and one and sum(plan.assembly.cloudy_layers) <= 1
+    """Whether the views of a plan can share wavenumbers and thicknesses: one air, one sun."""
+    return plan.views is not None and plan.assembly.air_over_field is None and plan.assembly.own_suns is None
 
 
-def _tables(
-    plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: Sequence[View] = ()
-) -> RadianceTables | None:
+def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: Sequence[View] = ()) -> RadianceTables:
     """Return the tables of some views with one choice of wavenumbers, instants and thicknesses.
 
     It is made toward extreme views. Toward the others, columns are combinations of those toward the corners, the
     middles of the edges and the middle of the image, fitted at few thicknesses: toward 63 views over 250 km, five
     thicknesses leave 1.3e-5 of the radiance in any band (2e-4 from corners and middle alone).
-
-    Returns
-    -------
-    RadianceTables or None
-        None if the sun moves over a grid on the ground with several views.
     """
     allowed, several = plan.budget, plan.views is not None
     # The shape of spectra hardly depends on the numerical level; the certificate includes what remains.
     few_streams = dataclasses.replace(plan, assembly=for_spectra(plan.assembly))
-    spectrum = choose_spectrum(few_streams, allowed.wavenumbers, extreme, edges or extreme)
+    coarse = few_streams
+    if allowed.wavenumbers >= COARSE_SPECTRA:
+        coarse = dataclasses.replace(plan, assembly=few_streams.assembly.with_finer_sunlight(0))
+    spectrum = choose_spectrum(coarse, allowed.wavenumbers, extreme, edges or extreme)
     columns = BandColumns(plan, spectrum.nodes)
     times, time_error = time_nodes(columns.of(few_streams), extreme, allowed.time)
-    if several and len(times) > 1 and plan.is_grid:
-        return None
     suns = [plan.sun_at(time_s) for time_s in times]
     placing = columns.toward(extreme, [suns[len(suns) // 2]])
     source = Source(plan.assembly.entries["radiance"].label, columns.quantities.terms)
     # Where nodes must lie hardly depends on the numerical level, either: those of many columns are placed with few
     # streams, whose columns differ little and smoothly from those of the tables.
     many = plan.assembly.numerical_level + plan.assembly.sunlight_steps >= MANY_STREAMS
-    placed = columns.of(few_streams) if many and np.count_nonzero(plan.assembly.cloudy_layers) > 1 else columns
-    levels, share = plan.assembly.profile.altitude_m, (PLACED_SHARE if several else 1.0) * allowed.thickness
+    clouds = sum(plan.assembly.cloudy_layers)
+    if clouds and not several and len(suns) > 1:  # a model may then solve clouds for all suns at once
+        thinnest = [layer.thickness_min_m for layer in plan.layers]
+        columns.cloudy(np.diag(thinnest)[np.flatnonzero(plan.assembly.cloudy_layers)], columns.toward(views, suns))
+    placed = columns.of(few_streams) if many and clouds > 1 else columns
+    whole = allowed.thickness if clouds <= 1 else min(allowed.thickness, (1.0 - CROSS_SHARE) * allowed.layers / clouds)
+    share = (PLACED_SHARE if several else 1.0) * whole
+    levels = plan.assembly.profile.altitude_m
     axes: tuple[ThicknessAxis | None, ...] = tuple(
-        place_axis(placed.alone(index, placing), layer, levels, share, source) if cloudy else None
+        place_thickness(placed.along(index, placing), layer, levels, share, source, several or clouds > 1)
+        if cloudy
+        else None
         for index, (layer, cloudy) in enumerate(zip(plan.layers, plan.assembly.cloudy_layers, strict=True))
     )
-    alone_error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
-    pair: LayerPair | None = None
-    match axes:
-        case (ThicknessAxis() as low, ThicknessAxis() as high):
-            pair = place_pair(
-                lambda h: placed.cloudy(h, placing)[0], low, high, allowed.two_layers, source, plan.layers
-            )
-            _require_room(plan, pair, len(columns.quantities.names))
-            axes = (pair.low, pair.high)
-    drift = allowed.other_instants if len(times) > 1 or placed is not columns else 0.0
+    cross = CROSS_SHARE * allowed.layers
+    drift = allowed.other_instants if len(times) > 1 or placed is not columns or (several and clouds > 1) else 0.0
     near = (*extreme, *edges)
-    under = _under_suns(columns, placed, axes, pair, near, suns, drift)
+    under = _under_suns(columns, placed, axes, near, suns, cross, drift)
     every = []
     for start in range(0, len(views), VIEWS_AT_ONCE):
         some = views[start : start + VIEWS_AT_ONCE]
@@ -136,13 +146,13 @@ def _tables(
         exact = [under[sun][0] for sun in suns]
         if several:
             known = [[under[sun][number] for sun in suns for _ in some] for number in range(len(near))]
-            exact = columns.exact(axes, pair, settings, known, allowed.thickness - share)
-        tables = columns.tables(axes, exact, settings)
+            exact = columns.exact(axes, settings, whole - share, known)
+        tables = columns.tables(exact, settings)
         for number, view in enumerate(some):
             at = slice(number, None, len(some))
             texture = None
             if plan.texture is not None:
-                texture = _texture(columns.of(plan.toward(view)), axes, pair, exact[at], settings[at])
+                texture = _texture(columns.of(plan.toward(view)), axes, exact[at], settings[at])
             every.append((tables[at], texture))
     waves = None
     if plan.waves is not None:
@@ -150,12 +160,13 @@ def _tables(
     shadows = None
     if plan.has_shadows:
         shadows = compile_shadows(plan, columns.quantities, times, columns.clear(columns.toward(views[:1], suns)))
+    alone_error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
     errors = Budget(
         numerics=plan.numerics.error,
         spectral_grid=plan.grid_refinement.error,
         wavenumbers=spectrum.estimated_error,
-        thickness=alone_error + allowed.thickness - share if alone_error else 0.0,
-        two_layers=0.0 if pair is None else pair.estimated_error,
+        thickness=alone_error + whole - share if alone_error else 0.0,
+        layers=sum(axis.estimated_error for axis in axes if axis is not None) + cross if clouds > 1 else 0.0,
         waves=0.0 if waves is None else waves.estimated_error,
         views=0.0 if plan.views is None else plan.views.estimated_error,
         shadows=0.0 if shadows is None else allowed.shadows,
@@ -164,29 +175,36 @@ def _tables(
         faint_sunlight=plan.faint_sunlight or 0.0,
     )
     of_views = tuple(
-        RadianceTables(columns.quantities, times, axes, pair, tables, spectrum, errors, shadows, waves, texture)
+        RadianceTables(columns.quantities, times, axes, tables, spectrum, errors, shadows, waves, texture)
         for tables, texture in every
     )
-    return dataclasses.replace(of_views[0], over_views=of_views) if several else of_views[0]
+    return dataclasses.replace(of_views[0], over=of_views) if several else of_views[0]
 
 
 def _under_suns(
     columns: BandColumns,
     placed: BandColumns,
     axes: tuple[ThicknessAxis | None, ...],
-    pair: LayerPair | None,
     views: Sequence[View],
     suns: Sequence[Sun | None],
+    cross: float,
     drift: float,
-) -> dict[Sun | None, list[ExactColumns]]:
+) -> dict[Sun | None, list[TensorTrain]]:
     """Return the columns toward some views under each sun: of the middle instant, then others, which differ little."""
     middle, tolerance = suns[len(suns) // 2], columns.plan.budget.other_instants
     settings, others = columns.toward(views, [middle]), [sun for sun in suns if sun != middle]
-    few = [placed.exact(axes, pair, settings)] if placed is not columns else []
-    first = columns.exact(axes, pair, settings, few, tolerance, smooth=False)
+    # Several layers have many columns: those toward other views differ little from those toward the first.
+    start = settings[:1] if sum(axis is not None for axis in axes) > 1 else settings
+    if placed is columns:
+        first = columns.exact(axes, start, cross)
+    else:
+        first = columns.exact(axes, start, tolerance, [placed.exact(axes, start, cross)])
+    if len(start) < len(settings):
+        rest = settings[1:]
+        first += columns.exact(axes, rest, tolerance, [first * len(rest)])
     if not others:
         return {middle: first}
-    away = columns.exact(axes, pair, columns.toward(views, others), [first * len(others)], drift)
+    away = columns.exact(axes, columns.toward(views, others), drift, [first * len(others)])
     return {middle: first} | {sun: away[n * len(views) : (n + 1) * len(views)] for n, sun in enumerate(others)}
 
 
@@ -196,30 +214,12 @@ def _texture(*columns: Any) -> TextureTables | None:
     return compile_texture(*columns)
 
 
-def _require_room(plan: Plan, pair: LayerPair, quantities: int) -> None:
-    """Reject an accuracy for which the table of two layers would be too large."""
-    nodes = pair.low.dense_m.size * pair.high.dense_m.size
-    size = nodes * quantities * len(plan.bands) * np.dtype(np.float32).itemsize
-    if size <= LARGEST_TABLE_BYTES:
-        return
-    # The number of nodes along each axis scales roughly as accuracy^-1/2.
-    possible = 1.2 * plan.accuracy.relative * size / LARGEST_TABLE_BYTES
-    digit = 10.0 ** np.floor(np.log10(possible))
-    closest = np.ceil(possible / digit) * digit
-    message = (
-        f"{plan.accuracy.relative:g} needs a table of {size / 1e6:.0f} MB for two cloud layers, {len(plan.bands)} "
-        f"bands and {quantities - 1} terms; allowed: up to {LARGEST_TABLE_BYTES / 1e6:.0f} MB; closest valid choice "
-        f"is about {closest:.0e}"
-    )
-    raise ScenarioError([Problem("accuracy", message)], plan.scenario.origin)
-
-
 CLASSES = (
     RadianceTables,
     Budget,
     Quantities,
     ThicknessAxis,
-    LayerPair,
+    TensorTrain,
     InstantTable,
     ShadowTables,
     WaveTables,
@@ -238,10 +238,11 @@ def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = No
     compiler : callable, optional
         Compiles new tables; replaceable, for example to count compilations.
     """
-    states = point_states(plan)
-    if states is not None:
-        return states.tables(partial(tables_of, compiler=compiler))
+    again = partial(tables_of, compiler=compiler)
+    over = _over_axes(plan, again)
+    if over is not None:
+        return over
     if plan.views is not None and not may_compile_together(plan):
-        return tables_over_views(plan, partial(tables_of, compiler=compiler))
+        return _over_views(plan, again)
     compute = partial(compiler or compile_tables, plan)
     return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)

@@ -14,10 +14,9 @@ from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.stages.scene_stages import SceneTables, stages_of
 from hcss_twin.engine.stages.stage import NOT_SEEN, Frame, FramePart, PartWindow, PixelObserver
-from hcss_twin.engine.tables.frame_look_up import FrameLookUps
-from hcss_twin.engine.tables.over_points import AnyLookUp
+from hcss_twin.engine.tables.frame_look_up import FrameLookUp, FrameLookUps
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.engine.tables.scene_states import point_states
+from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, relative, windows
 
@@ -69,13 +68,13 @@ class PartMaker:
     def __init__(self, plan: Plan, tables: RadianceTables | None) -> None:
         self._plan = plan
         self._quantities = 0 if tables is None else len(tables.quantities.names)
-        states = point_states(plan)
-        self._look_ups = None if tables is None else FrameLookUps(plan, tables, states)
-        self._stages = stages_of(SceneTables(plan, tables, states))
+        axes = point_axes(plan)
+        self._look_ups = None if tables is None else FrameLookUps(plan, tables, axes)
+        self._stages = stages_of(SceneTables(plan, tables, {axis.name: axis for axis in axes}))
         self._bits = {spec.name: spec.significant_bits for spec in plan.variables if spec.significant_bits is not None}
         self._packings = {spec.name: spec.packing for spec in plan.variables if spec.packing is not None}
         self._requested = {spec.name for spec in plan.variables}
-        self._instant: tuple[tuple[int, float], FrameClouds, AnyLookUp | None] | None = None
+        self._instant: tuple[tuple[int, float], FrameClouds, FrameLookUp | None] | None = None
 
     def part(
         self,

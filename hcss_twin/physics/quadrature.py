@@ -55,3 +55,21 @@ def weights(order: int, places: Array) -> Array:
     terms = sign / np.where(at_node, 1.0, distance)
     terms = np.where(np.any(at_node, axis=1, keepdims=True), at_node, terms)
     return np.asarray(terms / np.sum(terms, axis=1, keepdims=True), dtype=np.float64)
+
+
+def lagrange(nodes: Array, places: Array) -> Array:
+    """Return the weights (N, n) of the values at any nodes (n,) in their polynomial at ``places`` (N,).
+
+    The same formula, with weights from the products of the distances of the nodes.
+    """
+    if nodes.size == 1:
+        return np.ones((places.size, 1))
+    # Distances in units of the interval's capacity, a quarter of its length, neither overflow nor underflow.
+    capacity = 0.25 * (np.max(nodes) - np.min(nodes))
+    apart = (nodes[:, None] - nodes) / capacity
+    np.fill_diagonal(apart, 1.0)
+    distance = places[:, None] - nodes
+    at_node = distance == 0.0
+    terms = 1.0 / (np.prod(apart, axis=1) * np.where(at_node, 1.0, distance))
+    terms = np.where(np.any(at_node, axis=1, keepdims=True), at_node, terms)
+    return np.asarray(terms / np.sum(terms, axis=1, keepdims=True), dtype=np.float64)

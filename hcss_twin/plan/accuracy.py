@@ -25,7 +25,7 @@ SHARES: Mapping[str, float] = {
     "spectral_grid": 0.25,
     "wavenumbers": 0.15,
     "thickness": 0.1,
-    "two_layers": 0.1,
+    "layers": 0.1,
     "waves": 0.1,
     "views": 0.05,
     "shadows": 0.03,
@@ -50,7 +50,7 @@ class Budget:
         Step of the whole grid.
     wavenumbers : float
         Replacing the whole grid by few weighted wavenumbers.
-    thickness, two_layers, waves, views, shadows, time : float
+    thickness, layers, waves, views, shadows, time : float
         Interpolation between columns with cloud in one layer and in two, slopes, views, sun paths and instants.
     other_instants : float
         Deriving columns at further instants from those at the first.
@@ -62,7 +62,7 @@ class Budget:
     spectral_grid: float = 0.0
     wavenumbers: float = 0.0
     thickness: float = 0.0
-    two_layers: float = 0.0
+    layers: float = 0.0
     waves: float = 0.0
     views: float = 0.0
     shadows: float = 0.0
@@ -73,7 +73,7 @@ class Budget:
     @property
     def total(self) -> float:
         """Largest sum of these errors in a pixel."""
-        somewhere = max(self.thickness, self.two_layers, self.waves)
+        somewhere = max(self.thickness, self.layers, self.waves)
         before = self.numerics + self.spectral_grid + self.wavenumbers + somewhere + self.views + self.shadows
         return before + self.time + self.other_instants + self.faint_sunlight
 

@@ -42,6 +42,7 @@ from hcss_twin.providers.registry.discovery import Entry
 if TYPE_CHECKING:
     from hcss_twin.plan.directions import Directions
     from hcss_twin.plan.scene_family import SceneFamily
+    from hcss_twin.plan.section_effect import SectionEffect
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
 
 
@@ -92,6 +93,8 @@ class Assembly:
         All directions of view; None if pixels form a grid on the ground.
     has_texture : bool
         Whether clear sky has texture.
+    alterations : tuple of (SectionEffect, float)
+        Effects of other packages, each with one value everywhere.
     """
 
     entries: Mapping[str, Entry]
@@ -132,6 +135,7 @@ class Assembly:
     built: Mapping[str, Built] = field(default_factory=dict)
     directions: Directions | None = None
     has_texture: bool = False
+    alterations: tuple[tuple[SectionEffect, float], ...] = ()
 
     @property
     def own_suns(self) -> Callable[[View], list[Sun | None]] | None:
@@ -156,7 +160,12 @@ class Assembly:
         CatalogError
             If the profiles of the scene do not cover that place.
         """
-        view = self.view if view is None else view
+        setting = self._unaltered(sun, self.view if view is None else view)
+        for effect, value in self.alterations:
+            setting = effect.apply(setting, value)
+        return setting
+
+    def _unaltered(self, sun: Sun | None, view: View) -> ColumnSetting:
         scene = ColumnSetting(
             view, sun, self.sea, self.sea_temperature_K, self.profile, self.transmittance, self.layers, self.air_memory
         )
@@ -165,6 +174,10 @@ class Assembly:
         air = self.air_of(view, self.vapour_factor)
         scene = replace(scene, profile=air.profile, transmittance=air.transmittance, air_memory=None)
         return scene if air.sea is None else replace(scene, sea=air.sea, sea_temperature_K=air.sea_temperature_K)
+
+    def altered(self, effect: SectionEffect, value: float) -> Assembly:
+        """Return the same scene with one value of an effect everywhere."""
+        return replace(self, alterations=(*self.alterations, (effect, value)))
 
     def together(self, views: Sequence[ViewT]) -> Iterator[Sequence[ViewT]]:
         """Yield views that are computed together: all, or one by one with air of its own, which can need 60 MB."""
@@ -320,10 +333,22 @@ class Assembly:
 
     @property
     def extreme_thicknesses_m(self) -> Array:
-        """Columns (N, L) with every combination of no, thinnest and thickest cloud per layer, except clear sky."""
+        """Columns (N, L) with combinations of no, thinnest and thickest cloud per layer, except clear sky.
+
+        Of more than two layers these are each layer alone, each two of them, and all.
+        """
         choices = [
             (0.0, layer.thickness_min_m, layer.thickness_max_m) if cloudy else (0.0,)
             for layer, cloudy in zip(self.layers, self.cloudy_layers, strict=True)
         ]
-        columns = [column for column in product(*choices) if any(column)]
+        columns = [
+            column for column in product(*choices) if 0 < np.count_nonzero(column) <= 2 or _same(column, choices)
+        ]
         return np.array(columns, dtype=np.float64).reshape(len(columns), len(self.layers))
+
+
+def _same(column: Sequence[float], choices: Sequence[Sequence[float]]) -> bool:
+    """Whether all layers that can have cloud have their thinnest, or all their thickest one."""
+    return any(
+        tuple(column) == tuple(of_layer[min(which, len(of_layer) - 1)] for of_layer in choices) for which in (1, 2)
+    )

@@ -1,8 +1,8 @@
 """Altitudes of cloud tops that vary within a layer: the altitudes for which there are tables.
 
 Radiance against the altitude of the top is as smooth as the profile of the air, which is linear between its levels:
-tables at the ends and the middle of segments are joined by parabolas. Segments are halved, at a level where possible,
-until the error between their nodes, measured for a few columns, is small enough.
+tables at few altitudes are joined by polynomials, on segments that are cut at a level where possible, until the error
+between them, measured for a few columns, is small enough.
 """
 
 from __future__ import annotations
@@ -12,13 +12,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.error_norm import largest_error
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.axis import Axis, PlacedAxis, place
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, few_columns
@@ -30,8 +29,7 @@ SHARE = 0.2
 
 MAX_NODES = 161
 
-_BETWEEN = (0.125, 0.25, 0.375, 0.625, 0.75, 0.875)
-"""Tested places of a segment."""
+_ORDERS = (1, 2, 4)
 
 _WAVENUMBERS = 12
 """Number of wavenumbers of each band for the error."""
@@ -46,41 +44,16 @@ class CloudTops(Effect):
 
     Attributes
     ----------
-    nodes_m : tuple of float (2 S + 1,)
-        Ascending: ends and middles of S segments.
-    estimated_error : float
-        Largest error between them, relative to the total.
+    placed : PlacedAxis
     """
 
     kind = "tops"
 
-    nodes_m: tuple[float, ...]
-    estimated_error: float
+    placed: PlacedAxis
 
     def described(self) -> Mapping[str, Any]:
         """Return altitudes and error."""
-        return {"cloud_tops": vars(self)}
-
-    def segment_of(self, top_m: NDArray[np.float32]) -> NDArray[np.intp]:
-        """Return the segment of each altitude, same shape."""
-        inner = np.array(self.nodes_m[2:-1:2], dtype=np.float32)
-        return np.searchsorted(inner, top_m, side="right")
-
-    def weights(self, segment: int, top_m: Array) -> Array:
-        """Return the weights (3, N) of the nodes of a segment at altitudes (N,) within it."""
-        low, _, high = self.nodes_m[2 * segment : 2 * segment + 3]
-        return parabola((top_m - low) / (high - low))
-
-
-def parabola(position: Array) -> Array:
-    """Return the weights (3, N) of values at 0, 1/2 and 1 in their parabola at positions (N,)."""
-    return np.stack(
-        (
-            (1.0 - position) * (1.0 - 2.0 * position),
-            4.0 * position * (1.0 - position),
-            position * (2.0 * position - 1.0),
-        )
-    )
+        return {"cloud_tops": {"nodes_m": self.placed.nodes.tolist(), "estimated_error": self.placed.error}}
 
 
 def excluded_beside_tops(assembly: Assembly) -> tuple[Excluded, ...]:
@@ -133,34 +106,21 @@ def plan_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccurac
     (layer,), levels = assembly.layers, assembly.profile.altitude_m
     thickness = np.geomspace(layer.thickness_min_m, layer.thickness_max_m, _THICKNESSES)
     columns = replace(few_columns(assembly, _WAVENUMBERS), thickness_m=thickness[:, None], clear=False)
-    known: dict[float, Array] = {}
 
-    def at(top_m: float) -> Array:
-        if top_m not in known:
-            hanging = assembly.hanging_from(top_m)
+    def at(tops_m: Array) -> Array:
+        totals = []
+        for hanging in map(assembly.hanging_from, tops_m.tolist()):
             thinner = np.minimum(thickness, hanging.layers[0].thickness_max_m)
-            known[top_m] = replace(columns, thickness_m=thinner[:, None]).total(hanging, sun)
-        return known[top_m]
+            totals.append(replace(columns, thickness_m=thinner[:, None]).total(hanging, sun))
+        return np.stack(totals)[:, :, None]
 
-    pending, nodes, worst = [(float(low), float(high))], [float(low)], 0.0
-    while pending:
-        bottom, top = pending.pop()
-        middle = 0.5 * (bottom + top)
-        ends = np.stack([at(altitude_m) for altitude_m in (bottom, middle, top)])
-        guess = np.einsum("np,ncb->pcb", parabola(np.array(_BETWEEN)), ends)
-        exact = np.stack([at(bottom + position * (top - bottom)) for position in _BETWEEN])
-        error = SAFETY_FACTOR * largest_error(guess, exact)
-        if error <= SHARE * accuracy.relative:
-            nodes += [middle, top]
-            worst = max(worst, error)
-            continue
-        inside = levels[(levels > bottom + _SHORTEST_M) & (levels < top - _SHORTEST_M)]
-        split = float(inside[np.argmin(np.abs(inside - middle))]) if inside.size else middle
-        pending += [(split, top), (bottom, split)]
-        if len(nodes) + 2 * len(pending) > MAX_NODES or top - bottom < _SHORTEST_M:
-            message = (
-                f"{scenario.accuracy}: cloud tops from {low:g} to {high:g} m need more than {MAX_NODES} tables; "
-                "allowed: a lower accuracy or a smaller range of altitudes"
-            )
-            raise ScenarioError([Problem("accuracy", message)], scenario.origin)
-    return CloudTops(tuple(nodes), worst)
+    axis = Axis(float(low), float(high), levels[(levels > low + _SHORTEST_M) & (levels < high - _SHORTEST_M)].tolist())
+    allowed = SHARE * accuracy.relative / SAFETY_FACTOR
+    placed = place(axis, at, allowed, orders=_ORDERS, cut="needed", most=MAX_NODES, fewest=True)
+    if placed.missed is not None:
+        message = (
+            f"{scenario.accuracy}: cloud tops from {low:g} to {high:g} m need more than {MAX_NODES} tables; "
+            "allowed: a lower accuracy or a smaller range of altitudes"
+        )
+        raise ScenarioError([Problem("accuracy", message)], scenario.origin)
+    return CloudTops(replace(placed, error=SAFETY_FACTOR * placed.error))

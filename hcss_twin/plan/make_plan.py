@@ -26,8 +26,10 @@ from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.packing import packed_variables
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.point_effects import extremes_of, plan_point_effect
 from hcss_twin.plan.rays import GridRays, Rays, planned_rays
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
+from hcss_twin.plan.section_effect import section_effects
 from hcss_twin.plan.sensor import planned_sensor, require_instants
 from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_margin import alone, with_margin
@@ -122,7 +124,9 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     probes = _probes(scenario, assembly, catalog)
     suns = SunFrames(track, times, zenith, azimuth)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
-        scenes, surfaces = _at_extreme_tops(assembly), None
+        tops_at, surfaces = _at_extreme_tops(assembly), None
+        effects = section_effects(scenario, catalog)
+        scenes = [*tops_at, *extremes_of(assembly, effects)]
         analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
         analysis = analyses[0] if len(analyses) == 1 else strictest(analyses[0], analyses)
     if assembly.surfaces is not None:
@@ -134,7 +138,12 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         wanted = computed_variables(scenario, assembly, resolved, cube_variables(scenario, assembly, resolved))
         radiance = wants_radiance(wanted)
         surfaces = plan_surfaces(scenario, assembly, analysis.accuracy if radiance else None)
-    tops = None if len(scenes) == 1 else _cloud_tops(scenario, assembly, analysis.accuracy, suns)
+    tops = None if len(tops_at) == 1 else _cloud_tops(scenario, assembly, analysis.accuracy, suns)
+    lit = suns.track.at(float(suns.time_s[np.argmin(suns.zenith_deg)]))
+    planned = tuple(
+        plan_point_effect(scenario, assembly, effect, analysis.accuracy, lit if lit.is_up else None)
+        for effect in effects
+    )
     assembly = assembly.at_level(analysis.numerics.level).on_grid(analysis.spectral_grid.refinement)
     assembly = assembly.with_finer_sunlight(analysis.numerics.sunlight_steps)
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
@@ -196,6 +205,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         land_share=land,
         probes=probes,
         rays=rays,
+        point_effects=planned,
     )
     rays.prepare(scenario, assembly, plan.needs_radiance)
     light = scenario.radiance

@@ -33,8 +33,11 @@ SPECTRAL_LEVELS = 3
 FIRST_LEVELS = ((1e-3, 1), (1e-4, 2), (0.0, 4))
 """Where the search starts, for tolerances above each limit."""
 
+FEW_STREAMS = 1
+"""Level at which the search for all but sunlight starts by day."""
+
 MANY_STREAMS = 4
-"""Level from which on it pays to try fewer streams for all but sunlight."""
+"""Level of sunlight from which on columns with few streams pay."""
 
 SUNLIGHT_STEPS = 3
 """How many levels finer sunlight is where its error toward some view is too large; fewer hardly help at rainbows."""
@@ -102,8 +105,9 @@ def for_spectra(assembly: Assembly) -> Assembly:
 def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: float) -> NumericalLevel:
     """Return the coarsest level whose few columns are within the tolerance of finer ones.
 
-    By day, sharply peaked phase functions need many streams for sunlight toward the sensor, which is solved apart; all
-    else is then solved with as few as the tolerance allows, or, where no level meets it, as have the least error.
+    By day, sharply peaked phase functions need many streams for sunlight toward the sensor, which is solved apart. All
+    else starts with few, and has more where that alone changes the columns by more than the tolerance. Where no level
+    meets it, the one with the least error is chosen.
 
     Parameters
     ----------
@@ -119,31 +123,46 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
     columns = _columns(assembly)
 
     @cache
-    def at(level: int, steps: int) -> list[Array]:
-        scene = assembly.at_level(level).with_finer_sunlight(steps)
+    def at(level: int, sunlight: int) -> list[Array]:
+        scene = assembly.at_level(level).with_finer_sunlight(sunlight - level)
         return columns.totals_in(scene.model, [scene.setting(sun) for sun in dict.fromkeys(suns)])
 
-    def change(level: int, finer: int, steps: int) -> float:
-        return max(largest_error(one, other) for one, other in zip(at(level, steps), at(finer, steps), strict=True))
+    def change(one: tuple[int, int], other: tuple[int, int]) -> float:
+        return SAFETY_FACTOR * max(largest_error(a, b) for a, b in zip(at(*one), at(*other), strict=True))
+
+    def against(finer: tuple[int, int], here: tuple[int, int], coarser: tuple[int, int]) -> float:
+        next_change = change(here, finer)
+        if next_change > tolerance or min(coarser) < 0:  # the level before can only add to it
+            return next_change
+        return max(next_change, change(coarser, finer) / FASTEST_CONVERGENCE)
 
     @cache
-    def error(level: int, steps: int = 0) -> float:
-        next_change = SAFETY_FACTOR * change(level, level + 1, steps)
-        if next_change > tolerance or level == 0:  # the level before can only add to it
-            return next_change
-        return max(next_change, SAFETY_FACTOR * change(level - 1, level + 1, steps) / FASTEST_CONVERGENCE)
+    def error(level: int, sunlight: int) -> float:
+        return against((level + 1, sunlight + 1), (level, sunlight), (level - 1, sunlight - 1))
 
-    first = level = min(next(level for limit, level in FIRST_LEVELS if tolerance > limit), last)
-    while error(level) > tolerance and level < last:
-        level += 1
-    while level == first > 0 and error(level - 1) <= tolerance:
-        first = level = level - 1
-    sizes = [(level, 0)]
-    if level >= MANY_STREAMS and any(suns):
-        sizes = [*((fewer, level - fewer) for fewer in range(1, level - 1)), (level, 0)]
-    within = next((size for size in sizes if error(*size) <= tolerance), None)
-    level, steps = within or min(sizes, key=lambda size: error(*size))
-    return NumericalLevel(level, error(level, steps), within is not None, steps)
+    def error_but_of_sunlight(level: int, sunlight: int) -> float:
+        return against((level + 1, sunlight), (level, sunlight), (level - 1, sunlight))
+
+    sunlight = min(next(level for limit, level in FIRST_LEVELS if tolerance > limit), last)
+    level = min(FEW_STREAMS, sunlight) if any(suns) else sunlight
+    tried = [(level, sunlight)]
+    while error(level, sunlight) > tolerance:
+        if level < sunlight and error_but_of_sunlight(level, sunlight) > tolerance:
+            level += 1
+        elif sunlight < last:
+            level, sunlight = (level if any(suns) else level + 1), sunlight + 1
+        else:
+            break
+        tried.append((level, sunlight))
+    finest, coarser = (level + 1, sunlight + 1), (min(level, sunlight - 1), sunlight - 1)
+    while len(tried) == 1 and coarser[1] >= 0 and change(coarser, finest) <= tolerance:
+        if error(*coarser) > tolerance:
+            break
+        (level, sunlight), coarser = coarser, (min(level, coarser[1] - 1), coarser[1] - 1)
+    enough = error(level, sunlight) <= tolerance
+    if not enough:
+        level, sunlight = min(tried, key=lambda sizes: error(*sizes))
+    return NumericalLevel(level, error(level, sunlight), enough, sunlight - level)
 
 
 def refine_toward(

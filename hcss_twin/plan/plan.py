@@ -34,6 +34,7 @@ from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from hcss_twin.plan.cloud_tops import CloudTops
+    from hcss_twin.plan.point_effects import PlannedPointEffect
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.surfaces import PlannedSurfaces
     from hcss_twin.plan.texture import Texture
@@ -129,6 +130,8 @@ class Plan:
         Where the pixels look, to which ``samples_per_pixel``, ``extent`` and ``variables`` belong.
     light : PlannedLight or None
         Light between columns of cloud; None for independent columns.
+    point_effects : tuple of PlannedPointEffect
+        Effects of other packages that differ from place to place.
     """
 
     scenario: Scenario
@@ -164,6 +167,7 @@ class Plan:
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
     light: PlannedLight | None = None
+    point_effects: tuple[PlannedPointEffect, ...] = ()
 
     def toward(self, view: View) -> Plan:
         """Return the plan of the same scene in orthographic view from another direction."""
@@ -203,7 +207,7 @@ class Plan:
     def effects(self) -> tuple[Effect, ...]:
         """What lets pixels differ beyond their clouds, in the order in which it changes their radiance."""
         shadows = Shadows() if self.has_shadows else None
-        of_columns = self.light, self.surfaces, self.tops, self.views, self.texture
+        of_columns = self.light, self.surfaces, self.tops, *self.point_effects, self.views, self.texture
         return tuple(effect for effect in (*of_columns, self.waves, shadows, self.sensor) if effect is not None)
 
     @property

@@ -38,6 +38,9 @@ from hcss_twin.scenario.scenario import Scenario
 SUNS = 5
 """Number of frames with a sun for the bound on waves."""
 
+LEFT_FOR_VIEWS = 0.5
+"""Part of what the spectral grid leaves of its share that views may use: a glory in the image needs many of them."""
+
 
 @dataclass(frozen=True)
 class SceneAnalysis:
@@ -124,6 +127,8 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
     }
     if assembly.surface is not None:
         parts["surface"] = [assembly.surface.name, assembly.surface.temperature_K]
+    if assembly.alterations:
+        parts["altered"] = [[effect.name, effect.code, value] for effect, value in assembly.alterations]
     if assembly.directions is not None:
         parts["views"] = repr(assembly.directions.at(EXTREMES + EDGES))
     if assembly.family is not None:
@@ -145,7 +150,9 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     numerics = choose_level(assembly, extreme_suns, shares.numerics)
     refinement = choose_refinement(assembly, extreme_suns, shares.spectral_grid)
     assembly = assembly.at_level(numerics.level).on_grid(refinement.refinement)
-    views = choose_views(scenario, assembly, extreme_suns, shares.views)
+    left = LEFT_FOR_VIEWS * max(shares.spectral_grid - refinement.error, 0.0)
+    left += shares.shadows + shares.faint_sunlight  # neither is there beside several views
+    views = choose_views(scenario, assembly, extreme_suns, shares.views, left)
     over_image = views_over_image(assembly)
     if views is not None and over_image is not None:
         numerics = refine_toward(assembly, numerics, over_image.at(EXTREMES + EDGES), extreme_suns, shares.numerics)

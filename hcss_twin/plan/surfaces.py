@@ -1,9 +1,8 @@
 """States of the surfaces of a scene: the classes and temperatures for which there are tables.
 
 The radiance of a column is smooth in the temperature of its surface, so that a field of temperature needs few states:
-it is interpolated between Chebyshev points by a straight line in the black-body radiance of each band, in which it is
-nearly linear, and the polynomial in temperature through the remaining differences. The number of points follows from
-the error between them, measured for a few columns.
+it is interpolated between few points by a polynomial in the black-body radiance of each band, in which it is nearly a
+straight line. The number of points follows from the error between them, measured for a few columns.
 """
 
 from __future__ import annotations
@@ -15,13 +14,12 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.error_norm import largest_error
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
-from hcss_twin.physics import quadrature
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.accuracy import SHARES, RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.axis import Axis, PlacedAxis, place
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns
@@ -44,31 +42,16 @@ _POINTS = 2**20
 """Largest number of points of the first frame that are looked up for the shares of the classes."""
 
 
-class TemperatureAxis:
-    """Radiance between temperatures: a straight line in the band's black-body radiance, and a polynomial for the rest.
+def temperature_axis(grid: SpectralGrid, low_K: float, high_K: float) -> Axis:
+    """Return the range of a temperature, whose coordinate (B, N) is the black-body radiance of each band."""
+    kelvin = np.linspace(low_K, high_K, _TABLE)
+    black = _black_body(grid, kelvin)
+    share = (black - black[:, :1]) / (black[:, -1:] - black[:, :1])
 
-    Parameters
-    ----------
-    nodes_K : sequence of float (n,)
-        Chebyshev points, ascending.
-    """
+    def coordinate(temperature_K: Array) -> Array:
+        return np.stack([np.interp(temperature_K, kelvin, of_band) for of_band in share])
 
-    def __init__(self, grid: SpectralGrid, nodes_K: Sequence[float]) -> None:
-        self._kelvin = np.linspace(nodes_K[0], nodes_K[-1], _TABLE)
-        black = _black_body(grid, self._kelvin)
-        self._black = (black - black[:, :1]) / (black[:, -1:] - black[:, :1])
-        self._nodes = np.stack([np.interp(nodes_K, self._kelvin, radiance) for radiance in self._black])
-
-    def weights(self, temperature_K: Array) -> Array:
-        """Return the weight (n, B, N) of each node at temperatures (N,)."""
-        middle, half = 0.5 * (self._kelvin[0] + self._kelvin[-1]), 0.5 * (self._kelvin[-1] - self._kelvin[0])
-        basis = quadrature.weights(self._nodes.shape[1] - 1, (temperature_K - middle) / half).T
-        part = np.stack([np.interp(temperature_K, self._kelvin, radiance) for radiance in self._black])
-        # The polynomial is through what remains of the values at the nodes after the straight line between the ends.
-        weights = np.repeat(basis[:, None], part.shape[0], axis=1)
-        weights[0] += 1.0 - part - np.einsum("bn,nt->bt", 1.0 - self._nodes, basis)
-        weights[-1] += part - np.einsum("bn,nt->bt", self._nodes, basis)
-        return weights
+    return Axis(low_K, high_K, coordinate=coordinate)
 
 
 def _black_body(grid: SpectralGrid, temperature_K: Array) -> Array:
@@ -89,7 +72,7 @@ class PlannedSurfaces(Effect):
     Attributes
     ----------
     classes : tuple of SceneClass
-    nodes_K : tuple of tuple of float
+    axes : tuple of PlacedAxis
         Temperatures of each class with tables, ascending; one if it has the same temperature everywhere.
     shares : tuple of float
         Share of each class in the image at the start.
@@ -100,17 +83,23 @@ class PlannedSurfaces(Effect):
     kind = "surfaces"
 
     classes: tuple[SceneClass, ...]
-    nodes_K: tuple[tuple[float, ...], ...]
+    axes: tuple[PlacedAxis, ...]
     shares: tuple[float, ...]
     estimated_error: float
 
     def described(self) -> Mapping[str, Any]:
         """Return classes with their shares and temperatures."""
-        classes = zip(self.classes, self.nodes_K, self.shares, strict=True)
+        classes = zip(self.classes, self.axes, self.shares, strict=True)
         return {
             "surfaces": [
-                {"name": of.name, "share": share, "lowest_K": of.low_K, "highest_K": of.high_K, "nodes_K": list(nodes)}
-                for of, nodes, share in classes
+                {
+                    "name": of.name,
+                    "share": share,
+                    "lowest_K": of.low_K,
+                    "highest_K": of.high_K,
+                    "nodes_K": axis.nodes.tolist(),
+                }
+                for of, axis, share in classes
             ]
         }
 
@@ -118,8 +107,8 @@ class PlannedSurfaces(Effect):
     def states(self) -> tuple[tuple[SurfaceState, ...], ...]:
         """States of each class."""
         return tuple(
-            tuple(class_.at(kelvin) for kelvin in nodes)
-            for class_, nodes in zip(self.classes, self.nodes_K, strict=True)
+            tuple(class_.at(kelvin) for kelvin in axis.nodes.tolist())
+            for class_, axis in zip(self.classes, self.axes, strict=True)
         )
 
 
@@ -138,49 +127,36 @@ def plan_surfaces(scenario: Scenario, assembly: Assembly, accuracy: RequestedAcc
     """
     surfaces = assembly.surfaces
     assert surfaces is not None
-    nodes, worst = list[tuple[float, ...]](), 0.0
+    axes, worst = list[PlacedAxis](), 0.0
     for class_ in surfaces.classes:
         if class_.low_K == class_.high_K or accuracy is None:
-            nodes.append((class_.low_K,))
+            axes.append(PlacedAxis(Axis(class_.low_K, class_.low_K), (np.array([class_.low_K]),)))
             continue
-        kelvin, error = _nodes(assembly, class_, SHARE * accuracy.relative)
+        placed = _placed(assembly, class_, SHARE * accuracy.relative)
+        error = SAFETY_FACTOR * placed.error
         if error > SHARE * accuracy.relative:
             message = (
-                f"{scenario.accuracy}: between {len(kelvin)} temperatures of '{class_.name}' from {class_.low_K:g} to "
-                f"{class_.high_K:g} K an error of {error:.1e} remains; allowed: {SHARE * accuracy.relative:.1e}, with "
-                "a lower accuracy or a smaller range of temperature"
+                f"{scenario.accuracy}: between {placed.nodes.size} temperatures of '{class_.name}' from "
+                f"{class_.low_K:g} to {class_.high_K:g} K an error of {error:.1e} remains; allowed: "
+                f"{SHARE * accuracy.relative:.1e}, with a lower accuracy or a smaller range of temperature"
             )
             raise ScenarioError([Problem("accuracy", message)])
-        nodes.append(kelvin)
+        axes.append(placed)
         worst = max(worst, error)
-    return PlannedSurfaces(surfaces.classes, tuple(nodes), _shares(scenario, assembly), worst)
+    return PlannedSurfaces(surfaces.classes, tuple(axes), _shares(scenario, assembly), worst)
 
 
-def _nodes(assembly: Assembly, class_: SceneClass, tolerance: float) -> tuple[tuple[float, ...], float]:
-    """Choose the temperatures of a class, and return them with the error between them."""
-    middle, half = 0.5 * (class_.low_K + class_.high_K), 0.5 * (class_.high_K - class_.low_K)
+def _placed(assembly: Assembly, class_: SceneClass, tolerance: float) -> PlacedAxis:
+    """Return the temperatures of a class."""
     columns = few_columns(assembly, _WAVENUMBERS)
-    known: dict[float, Array] = {}
 
-    def at(places: Array) -> tuple[list[float], Array]:
-        kelvin = [
-            class_.low_K if x == -1.0 else class_.high_K if x == 1.0 else middle + half * x for x in places.tolist()
-        ]
-        for temperature in kelvin:
-            if temperature not in known:
-                # Sunlight does not depend on the temperature and would only make the error relatively smaller.
-                known[temperature] = columns.total(assembly.over(class_.at(temperature)), None)
-        return kelvin, np.stack([known[temperature] for temperature in kelvin])
+    def at(temperature_K: Array) -> Array:
+        # Sunlight does not depend on the temperature and would only make the error relatively smaller.
+        totals = [columns.total(assembly.over(class_.at(kelvin)), None) for kelvin in temperature_K.tolist()]
+        return np.stack(totals)[:, :, None]
 
-    for order in _ORDERS:
-        kelvin, values = at(quadrature.nodes(order))
-        between, exact = at(quadrature.between(order))
-        weights = TemperatureAxis(assembly.spectral_grid, kelvin).weights(np.array(between))
-        guess = np.einsum("nbt,ncb->tcb", weights, values)
-        error = SAFETY_FACTOR * largest_error(guess, exact)
-        if error <= tolerance:
-            break
-    return tuple(kelvin), error
+    axis = temperature_axis(assembly.spectral_grid, class_.low_K, class_.high_K)
+    return place(axis, at, tolerance / SAFETY_FACTOR, orders=_ORDERS, cut="never", fewest=True)
 
 
 def _shares(scenario: Scenario, assembly: Assembly) -> tuple[float, ...]:

@@ -8,19 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.error_norm import largest_error
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
-from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.axis import Axis, place
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.directions import Views
 from hcss_twin.plan.effects import Effect
@@ -136,78 +136,14 @@ EXTREMES = ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
 EDGES = ((0.0, -1.0), (-1.0, 0.0), (1.0, 0.0), (0.0, 1.0))
 """Middles of its edges."""
 
-Values = Callable[[Sequence[tuple[float, float]]], Sequence[Array]]
-"""Radiance (N, K, B) of columns by term, for positions (x, y) in the image."""
-
-LINES = (-1.0, 0.0, 1.0)
-"""Positions on the other axis at which nodes are tested: the edges and the middle of the image."""
-
-
-EVERYWHERE = 129
-"""Number of positions at which polynomials are compared."""
-
-
-def place_axis(values: Values, along_x: bool, tolerance: float, most: int) -> tuple[int, float]:
-    """Double the order along one axis until the polynomial agrees halfway between nodes; then reduce it if possible.
-
-    Parameters
-    ----------
-    tolerance : float
-        Tolerance of every term, relative to the total.
-    most : int
-        Largest order; its error may exceed the tolerance.
-
-    Returns
-    -------
-    order : int
-    error : float
-        Largest error found between the nodes.
-    """
-
-    def along(line: float, places: Array) -> Array:
-        return np.stack(values([(place, line) if along_x else (line, place) for place in places.tolist()]))
-
-    order = 0
-    while True:
-        halfway = quadrature.between(order)
-        weights = quadrature.weights(order, halfway)
-        error = max(
-            difference(np.tensordot(weights, along(line, quadrature.nodes(order)), 1), along(line, halfway))
-            for line in LINES
-        )
-        if error <= tolerance or order >= most:
-            break
-        order = 2 * order or 1
-    if error > tolerance or order < 4:
-        return order, error
-    known = [along(line, quadrature.nodes(2 * order)) for line in LINES]
-    for fewer in range(order // 2 + 1, order):
-        more = max(_lost(values, fewer) for values in known)
-        if error + more <= tolerance:
-            return fewer, error + more
-    return order, error
-
-
-def _lost(values: Array, order: int) -> float:
-    """Greatest difference between the polynomial through values (n, ...) at nodes and one of fewer nodes."""
-    everywhere = np.linspace(-1.0, 1.0, EVERYWHERE)
-    finest = values.shape[0] - 1
-    few = np.tensordot(quadrature.weights(finest, quadrature.nodes(order)), values, 1)
-    guess = np.tensordot(quadrature.weights(order, everywhere), few, 1)
-    return difference(guess, np.tensordot(quadrature.weights(finest, everywhere), values, 1))
-
-
-def difference(guess: Array, exact: Array) -> float:
-    """Greatest difference of totals and terms (..., K, B), relative to the total."""
-    total = np.sum(exact, axis=-2, keepdims=True)
-    of_terms = largest_error(guess, exact, total)
-    return max(of_terms, largest_error(np.sum(guess, axis=-2, keepdims=True), total))
-
 
 def _centres(count: int) -> Array:
     """Positions of pixel centres along one axis."""
     return (2.0 * np.arange(count) + 1.0 - count) / count
 
+
+LINES = (-1.0, 0.0, 1.0)
+"""Positions on the other axis at which nodes are tested: the edges and the middle of the image."""
 
 MAX_ORDER = 16
 """Maximum order along either axis."""
@@ -220,8 +156,8 @@ Radiance as a function of the air has kinks, for example where the aerosol chang
 converge slowly there.
 """
 
-MAX_NODES = 200
-"""Maximum number of views; each has its own tables."""
+MAX_NODES = 289
+"""Maximum number of views, with the largest order along both axes; each has its own tables."""
 
 MORE_PLACES = 2, 4
 """Factors by which both are larger for places with suns of their own, which share no solutions of the model."""
@@ -232,7 +168,7 @@ falls only as the inverse of the number of nodes."""
 
 
 def choose_views(
-    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], tolerance: float
+    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], tolerance: float, left: float
 ) -> ViewAxis | None:
     """Choose the views with tables; None if the view of the image centre suffices.
 
@@ -245,6 +181,8 @@ def choose_views(
         Sun at some frames; empty if no radiance is requested.
     tolerance : float
         Relative to the total radiance of the band.
+    left : float
+        What others leave of theirs, for views of one air from a grid on the ground.
 
     Raises
     ------
@@ -264,15 +202,14 @@ def choose_views(
         return None
     if has_directions:  # directions over a whole pass, through glint
         tolerance *= AIR_SHARE
+    elif assembly.air_over_field is None:
+        tolerance += left
     more = (1, 1) if assembly.own_suns is None else MORE_PLACES
     most, largest = MAX_ORDER * more[0], MAX_NODES * more[1]
     # Safety factor, because few columns underestimate the error of all.
     axis_tolerance = 0.5 * tolerance / SAFETY_FACTOR
     try:
-        names = scenario.output.variables
-        terms = assembly.own_suns is None or any(name.startswith(("terms", "all", TERM_PREFIX)) for name in names)
-        values = _columns(assembly, views, suns, terms)
-        (x, x_error), (y, y_error) = (place_axis(values, along_x, axis_tolerance, most) for along_x in (True, False))
+        (x, x_error), (y, y_error) = _placed(_columns(assembly, views, suns), axis_tolerance, most)
     except (ProviderError, ScenarioError):
         if has_directions:
             raise
@@ -301,19 +238,39 @@ def choose_views(
     return ViewAxis(x, y, error)
 
 
-def _columns(assembly: Assembly, views: Views, suns: Sequence[Sun | None], terms: bool) -> Values:
-    """Return a cached function of position for the terms of clear sky and few clouds under the suns, or their sum."""
+Values = Callable[[Sequence[tuple[float, float]]], Sequence[Array]]
+"""Terms (C, K, B) of columns for positions (x, y) in the image."""
+
+
+def _columns(assembly: Assembly, views: Views, suns: Sequence[Sun | None]) -> Values:
+    """Return a cached function of position for the terms of clear sky and few clouds under the suns."""
     columns = _few(assembly)
     known: dict[tuple[float, float], Array] = {}
 
     def values(places: Sequence[tuple[float, float]]) -> list[Array]:
-        new = [place for place in dict.fromkeys(places) if place not in known]
-        for place, found in zip(new, columns.toward(assembly, views.at(new) if new else [], suns), strict=True):
-            all_terms = np.concatenate([np.stack(list(under.values()), axis=1) for under in found])
-            known[place] = all_terms if terms else np.sum(all_terms, axis=1, keepdims=True)
-        return [known[place] for place in places]
+        new = [position for position in dict.fromkeys(places) if position not in known]
+        for position, found in zip(new, columns.toward(assembly, views.at(new) if new else [], suns), strict=True):
+            known[position] = np.concatenate([np.stack(list(under.values()), axis=1) for under in found])
+        return [known[position] for position in places]
 
     return values
+
+
+def _placed(values: Values, tolerance: float, most: int) -> list[tuple[int, float]]:
+    """Return order and error along x and along y."""
+
+    def along(along_x: bool, positions: Array) -> Array:
+        """Columns (N, lines, C, K, B) at positions along one axis, on lines across the image."""
+        pairs = [(position, line) for position in positions.tolist() for line in LINES]
+        found = np.stack(values([(x, y) if along_x else (y, x) for x, y in pairs]))
+        return found.reshape(positions.size, len(LINES), *found.shape[1:])
+
+    orders = tuple(2**n for n in range(most.bit_length()))
+    placed = [
+        place(Axis(-1.0, 1.0), partial(along, along_x), tolerance, orders=(0, *orders), cut="never", fewest=True)
+        for along_x in (True, False)
+    ]
+    return [(of_axis.nodes.size - 1, of_axis.error) for of_axis in placed]
 
 
 def _few(assembly: Assembly) -> FewColumns:

@@ -157,6 +157,7 @@ __all__ = [
     "OpticsInputs",
     "OutputVariable",
     "Path",
+    "PointEffect",
     "Points",
     "Problem",
     "Profile",
@@ -253,6 +254,7 @@ HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "SightPath",
         ),
         "providers.surfaces": ("SurfaceClass", "SurfaceInputs", "SurfaceMap", "SurfaceProvider"),
+        "providers.effects": ("PointEffect",),
         "providers.variables": ("OutputVariable", "VariableInputs", "VariableProvider"),
         "providers.sensor": (
             "Measured",

@@ -94,8 +94,8 @@ def _view(plan: Plan) -> Rows:
         distance = f"{lines.centre_range_m / 1e3:.1f} km from the image centre"
         yield "platform", f"{lines.altitude_m / 1e3:g} km high, {distance}; {speed}"
     if plan.tops is not None:
-        low, *_, high = plan.tops.nodes_m
-        count = len(plan.tops.nodes_m)
+        low, *_, high = nodes = plan.tops.placed.nodes.tolist()
+        count = len(nodes)
         yield "cloud tops", f"{low:.0f} to {high:.0f} m, interpolated between tables for {count} altitudes"
     if plan.views is not None:
         x, y = plan.views.order_x + 1, plan.views.order_y + 1
@@ -153,7 +153,7 @@ def _particles(layer: CloudLayer, plan: Plan) -> str:
 def _extent(layer: CloudLayer, plan: Plan) -> str:
     """Return where the base and the top of each column are."""
     if plan.tops is not None:
-        return f"tops {plan.tops.nodes_m[0]:g} to {plan.tops.nodes_m[-1]:g} m"
+        return f"tops {plan.tops.placed.axis.low:g} to {plan.tops.placed.axis.high:g} m"
     if layer.anchor == "base":
         return f"base {layer.base_m:g} m, tops to {layer.top_m:g} m"
     return f"top {layer.top_m:g} m, bases to {layer.base_m:g} m"
@@ -184,10 +184,10 @@ def _surfaces(plan: Plan) -> Rows:
         yield "surface", where
         return
     classes = []
-    for class_, nodes, share in zip(plan.surfaces.classes, plan.surfaces.nodes_K, plan.surfaces.shares, strict=True):
+    for class_, axis, share in zip(plan.surfaces.classes, plan.surfaces.axes, plan.surfaces.shares, strict=True):
         kelvin = f"{class_.low_K:.5g} K"
         if class_.low_K < class_.high_K:
-            kelvin = f"{class_.low_K:.5g} to {class_.high_K:.5g} K, tables for {len(nodes)} temperatures"
+            kelvin = f"{class_.low_K:.5g} to {class_.high_K:.5g} K, tables for {axis.nodes.size} temperatures"
         classes.append(f"{class_.name} {100.0 * share:.3g} % ({kelvin})")
     yield "surface", f"{', '.join(classes)}; {_named(plan.assembly.entries['surfaces'])}"
 
@@ -244,7 +244,7 @@ def _budget(plan: Plan) -> str:
     over_time = plan.sun_matters and plan.frame_times_s.size > 1
     used = {
         "thickness": any(cloudy),
-        "two_layers": sum(cloudy) > 1,
+        "layers": sum(cloudy) > 1,
         "faint_sunlight": plan.faint_sunlight is not None,
         "waves": plan.waves is not None,
         "views": plan.views is not None,

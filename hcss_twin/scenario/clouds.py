@@ -108,12 +108,12 @@ class Layer(ScenarioSection):
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the generator.")
 
 
-MAX_LAYERS = 2
+MAX_LAYERS = 5
 """Maximum number of cloud layers of a scene."""
 
 
 class Clouds(ScenarioSection):
-    """Cloud layers: none, one, or two, one above the other.
+    """Cloud layers: none, one, or several, one above the other.
 
     Without keys in this section the sky is clear. The defaults below apply to each layer that you specify.
     """
@@ -121,7 +121,7 @@ class Clouds(ScenarioSection):
     layers: tuple[Layer, ...] = Field(
         (),
         max_length=MAX_LAYERS,
-        description="`[[clouds.layers]]`: up to two layers, one above the other, in either order.",
+        description="`[[clouds.layers]]`: up to five layers, one above the other, in any order.",
     )
 
     @model_validator(mode="before")

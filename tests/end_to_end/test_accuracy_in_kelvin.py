@@ -113,4 +113,4 @@ def test_plan_and_cube_tell_what_each_approximation_may_err_by_and_what_it_found
     assert set(found) == set(allowed["budget"])
     assert 0.0 < found["thickness"] <= allowed["budget"]["thickness"]
     assert 0.0 < found["wavenumbers"] <= allowed["budget"]["wavenumbers"]
-    assert found["two_layers"] == found["waves"] == found["shadows"] == 0.0
+    assert found["layers"] == found["waves"] == found["shadows"] == 0.0

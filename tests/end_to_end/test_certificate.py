@@ -18,6 +18,7 @@ from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
+from hcss_twin.engine.tables.tensor_train import TensorTrain
 from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.plan.numerics import reference_level
 
@@ -40,16 +41,20 @@ def arguments(**changes):
 
 @pytest.fixture
 def tampered(monkeypatch):
-    """Tables whose radiance of clouds above 400 m is wrong by three times the accuracy, in the second band."""
+    """Tables whose radiance of clouds above 400 m is wrong by three times the accuracy, in the second band.
+
+    The error begins smoothly at 120 m: tables are polynomials.
+    """
 
     def wrong(plan):
         tables = compile_tables(plan)
-        thick = tables.axes[0].dense_m > 400.0
+        share = np.clip(np.log(tables.axes[0].exact_m / 120.0) / np.log(400.0 / 120.0), 0.0, 1.0)
+        wrong = 3.0 * plan.accuracy.relative * np.concatenate(((0.0,), share**2 * (3.0 - 2.0 * share)))
         changed = []
         for table in tables.tables:
-            alone = table.alone[0].copy()
-            alone[thick, :, 1] *= 1.0 + 3.0 * plan.accuracy.relative
-            changed.append(replace(table, alone=(alone,)))
+            core = table.columns.cores[0].copy()
+            core[1 :: len(plan.bands)] *= (1.0 + wrong)[:, None]
+            changed.append(replace(table, columns=TensorTrain((core,))))
         return replace(tables, tables=tuple(changed))
 
     monkeypatch.setattr(simulation, "tables_of", wrong)

@@ -1,4 +1,4 @@
-"""Laws of scenes with two cloud layers."""
+"""Laws of scenes with several cloud layers."""
 
 import json
 
@@ -8,7 +8,6 @@ from cheap import CHEAP
 from reference_agreement import assert_tables_agree_with_the_reference_path
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
-from hcss_twin.engine.compile import compile_tables
 from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.plan.clouds import layer_seed
 from hcss_twin.plan.description import describe
@@ -131,15 +130,6 @@ def test_tables_of_two_layers_of_the_default_models_agree_with_the_reference_pat
     assert_tables_agree_with_the_reference_path(plan, under_both)
 
 
-def test_an_accuracy_that_needs_too_large_a_table_is_refused_with_one_that_does_not(monkeypatch):
-    monkeypatch.setattr("hcss_twin.engine.compile.LARGEST_TABLE_BYTES", 300_000)
-    with pytest.raises(ScenarioError, match=r"accuracy: 0\.001 needs a table of \d+ MB for two cloud layers") as caught:
-        compile_tables(make_plan(scenario(CUMULUS, CIRRUS)))
-    closest = float(str(caught.value).rpartition(" ")[2])
-    assert 1e-3 < closest < 1e-2
-    compile_tables(make_plan(scenario(CUMULUS, CIRRUS, accuracy=closest)))
-
-
 def test_truth_of_two_layers(both):
     thickness = both.cloud_layer_thickness.values
     low, high = thickness[:, 0], thickness[:, 1]
@@ -178,3 +168,43 @@ def test_layers_whose_clouds_are_as_good_as_equally_thick_run():
     equal = cube({**thin, "thickness_min": 1.0}, **{"frames.count": 1})
     other = cube(thin, **{"frames.count": 1})
     np.testing.assert_allclose(other.radiance, equal.radiance, rtol=1e-6)
+
+
+ALTOCUMULUS = {"type": "altocumulus", "coverage": 0.5}
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        {"image.samples_per_pixel": 2},
+        {"slant.shadows": True, "slant.parallax": True},
+        {"sea.temperature_texture": 0.3, "atmosphere.water_vapour_texture": 0.05},
+        {"platform.altitude": 8e5, "image.pixel_size": 8e3},
+        {"sea.waves": "resolved", "sea.model": "rough-sea", "image.pixel_size": 10.0},
+        {"frames.count": 3, "frames.interval": 5400.0},
+    ],
+    ids=["alone", "points", "shadows", "texture", "views", "waves", "moving sun"],
+)
+def test_three_layers_are_certified_beside_every_effect(more):
+    small = {"image.rows": 32, "image.columns": 32, "accuracy": 1e-2, "frames.count": 1, "output.certificate": 30}
+    layers = [layer | {"coverage_mode": "field"} for layer in (CUMULUS, ALTOCUMULUS, CIRRUS)]
+    made = simulate(scenario(*layers, **(small | more)))
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+    strata = {each["name"]: each["checked"] for each in json.loads(made.attrs["hcss_certificate_strata"])}
+    assert sum(checked for name, checked in strata.items() if "three layers" in name or "two layers" in name) > 0
+
+
+def test_a_third_layer_without_cloud_leaves_the_radiance_of_two(both):
+    empty = {"type": "cirrus", "coverage": 0.0, "base": 13e3, "top": 14e3}
+    np.testing.assert_array_equal(cube(CUMULUS, CIRRUS, empty).radiance, both.radiance)
+
+
+@pytest.mark.long
+def test_five_layers_of_the_default_model_are_certified():
+    heights = {"cumulus": (300.0, 1200.0), "stratus": (1500.0, 2200.0), "altocumulus": (3000.0, 3600.0)}
+    layers = [{"type": kind, "coverage": 0.5, "base": low, "top": high} for kind, (low, high) in heights.items()]
+    layers += [{"type": "altocumulus", "coverage": 0.4, "base": 5000.0, "top": 5500.0}, CIRRUS | {"base": 9000.0}]
+    small = {"image.rows": 32, "image.columns": 32, "accuracy": 1e-2, "frames.count": 1, "output.certificate": 20}
+    made = simulate(scenario(*layers, **(OWN | small | {"bands": ["lwir-10.8"]})))
+    assert made.attrs["hcss_certificate"].startswith("PASSED")

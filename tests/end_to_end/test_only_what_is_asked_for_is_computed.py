@@ -89,7 +89,7 @@ def test_terms_that_are_not_asked_for_are_not_looked_up():
         tables = compile_tables(plan)
         assert tables.quantities.names == quantities
         dense = TableReader(tables).at(0.0)
-        assert dense.alone[0].shape[1] == len(quantities) * len(plan.bands)
+        assert dense.channels == len(quantities) * len(plan.bands)
 
 
 def spectral_columns(asked, models, **overrides):

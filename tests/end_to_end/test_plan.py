@@ -56,7 +56,7 @@ def test_a_sun_lower_than_the_table_is_seen_through_air_that_the_plan_says_is_fi
     assert 89.0 < plan.sun_track.at(0.0).zenith_deg < 90.0
     assert any("by a power law fitted to them" in note for note in plan.assembly.notes())
     tables = compile_tables(plan)
-    assert all(np.all(np.isfinite(each)) and np.all(each >= 0.0) for each in tables.tables[0].alone)
+    assert all(np.all(np.isfinite(each)) and np.all(each >= 0.0) for each in tables.tables[0].columns.cores)
     assert tables.estimated_error < plan.accuracy.relative
 
 

@@ -14,7 +14,7 @@ from hcss_twin.core.errors import HcssError, ScenarioError
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.engine import parts, stream
 from hcss_twin.engine.simulate import run
-from hcss_twin.engine.tables import over_points
+from hcss_twin.engine.tables import frame_look_up
 from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan.windows import windows
 from hcss_twin.reports.plan_text import plan_text
@@ -76,7 +76,7 @@ def test_windows_tiles_and_workers_have_the_same_bits(folder, whole):
     # Patches of its own, on which no analysis of the scene depends: that of the whole serves.
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stream, "windows", partial(windows, most_points=300))
-        patch.setattr(over_points, "VALUES_AT_ONCE", 2000)
+        patch.setattr(frame_look_up, "VALUES_AT_ONCE", 2000)
         assert_same_bits(whole, again("strips.nc"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(parts, "LARGEST_FRAME_BYTES", 1)
@@ -147,14 +147,14 @@ def test_the_certificate_draws_from_each_class_and_passes(whole):
 
 
 def test_the_certificate_sees_a_wrong_surface(folder, monkeypatch):
-    fill = over_points.PointLookUp.fill
+    fill = frame_look_up.FrameLookUp.fill
 
     def wrong(self, radiance, *arguments):
         own = np.full_like(radiance, np.nan)
         fill(self, own, *arguments)
         np.copyto(radiance, own * np.float32(1.01), where=~np.isnan(own))
 
-    monkeypatch.setattr(over_points.PointLookUp, "fill", wrong)
+    monkeypatch.setattr(frame_look_up.FrameLookUp, "fill", wrong)
     with pytest.warns(match="FAILED"):
         written(folder, "wrong.nc")
 

@@ -48,7 +48,7 @@ def test_a_second_run_has_the_same_tables_to_the_bit_without_compiling(folder, n
     assert second.time_s == first.time_s
     assert second.estimated_error == first.estimated_error
     assert second.tables[0].clear.tobytes() == first.tables[0].clear.tobytes()
-    assert second.tables[0].alone[0].tobytes() == first.tables[0].alone[0].tobytes()
+    assert second.tables[0].columns.cores[0].tobytes() == first.tables[0].columns.cores[0].tobytes()
     assert second.axes[0].dense_m.tobytes() == first.axes[0].dense_m.tobytes()
 
 

@@ -25,7 +25,7 @@ WIDE = {
     "image.pixel_size": 3000.0,
     "frames.count": 2,
     "bands": ["lwir-10.8"],
-    "accuracy": 1e-2,
+    "accuracy": 1e-3,
     "platform.altitude": "800 km",
     "platform.mode": "push-broom",
     "output.certificate": 0,

@@ -19,7 +19,8 @@ from hcss_twin.models.surfaces.materials import material
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.plan.surfaces import TemperatureAxis
+from hcss_twin.plan.axis import PlacedAxis
+from hcss_twin.plan.surfaces import temperature_axis
 from hcss_twin.providers import ColumnSetting, RadianceInputs, Sun, View
 
 WAVENUMBER = np.linspace(750.0, 3600.0, 9)
@@ -106,14 +107,15 @@ def test_interpolation_in_temperature_is_exact_at_its_nodes_and_for_grey_bands(l
     """The weights sum to 1, reproduce the black body of each band, and select single nodes at the nodes."""
     plan = make_plan(Scenario.load("stratus", {**CHEAP, "bands": ["mwir", "lwir"]}))
     grid = plan.spectral_grid
-    nodes = 0.5 * (low + high) + 0.5 * (high - low) * quadrature.nodes(2)
-    axis, kelvin = TemperatureAxis(grid, nodes.tolist()), np.linspace(low, high, 37)
-    weights = axis.weights(kelvin)
+    axis, kelvin = temperature_axis(grid, low, high), np.linspace(low, high, 37)
+    nodes = axis.within(low, high, quadrature.nodes(2))
+    placed = PlacedAxis(axis, (nodes,))
+    weights = placed.weights(0, kelvin)
     np.testing.assert_allclose(weights.sum(axis=0), 1.0, rtol=1e-12)
     black = planck(grid.wavenumber_cm1, np.concatenate((nodes, kelvin))[:, None]) @ grid.weights_cm1.T
     found = np.einsum("nbt,nb->tb", weights, black[:3])
     np.testing.assert_allclose(found, black[3:], rtol=3e-5)
-    np.testing.assert_allclose(axis.weights(nodes), np.tile(np.eye(3)[:, None], (1, 2, 1)), atol=1e-9)
+    np.testing.assert_allclose(placed.weights(0, nodes), np.tile(np.eye(3)[:, None], (1, 2, 1)), atol=1e-9)
 
 
 class TestLambertian(SeaModelContract):

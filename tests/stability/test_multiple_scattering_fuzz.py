@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcss_twin.models.radiance.physical.numerics import LEVELS
-from hcss_twin.physics.multiple_scattering.beams import solve_covered_layers, transmit_beams
+from hcss_twin.physics.multiple_scattering.beams import solve_coupled_layers, transmit_beams
 from hcss_twin.physics.multiple_scattering.directions import gauss_streams
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
@@ -106,13 +106,13 @@ def test_beams_end_without_loss(tau, albedo, g, mu, modes) -> None:
 
 @settings(deadline=None, max_examples=40)
 @given(THICKNESS, ALBEDO, st.floats(0.0, 0.99), GRAZING, GRAZING, st.sampled_from(LEVELS[:4]))
-def test_covered_layers_send_no_more_than_they_receive(tau, albedo, g, view, sun, level) -> None:
+def test_coupled_layers_send_no_more_than_they_receive(tau, albedo, g, view, sun, level) -> None:
     """Also at grazing angles, in opaque and empty layers and next to no absorption."""
     moments = np.array([[1.0], [g]])
     streams = gauss_streams(level.streams)
-    solved = solve_covered_layers([[tau]], [albedo], moments, [view, sun], level.streams, level.turned_modes)
+    solved = solve_coupled_layers([[tau]], [albedo], moments, [view, sun], level.streams, level.turned_modes)
     assert np.all(np.isfinite(solved.beams))
     assert np.all(np.isfinite(solved.streams))
     # No mode of an amplitude that is nowhere negative is larger than its mean over azimuth.
     factor = 2.0 * np.pi * streams.mu * streams.weight
-    assert np.all(np.einsum("mtvnb,n->mtvb", np.abs(solved.beams), factor) <= 1.0 + 1e-6)
+    assert np.all(np.einsum("mktvnb,n->mktvb", np.abs(solved.beams), factor) <= 1.0 + 1e-6)

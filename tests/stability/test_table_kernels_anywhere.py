@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+from dense_tables import dense_table, of_point
 from examples import examples
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.radiance_tables import DenseTable
-from hcss_twin.engine.tables.thickness_axis import Source, place_axis
+from hcss_twin.engine.tables.thickness_axis import Source, place_thickness
 from hcss_twin.providers import CloudLayer, Microphysics
 
 PARTICLES = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
@@ -42,36 +42,21 @@ def skies(draw, nodes, shape):
 
 
 @SOME
-@given(st.data(), axes(), axes(), st.sampled_from([1, 2, 5]), st.integers(-30, 30), st.booleans())
-def test_the_look_up_in_single_precision_is_interpolation_in_double(data, first, second, samples, power, two):
-    random = np.random.default_rng(3)
-    scale = 10.0**power
-    nodes = (first, second) if two else (first,)
-    table = DenseTable(
-        clear=random.random(2) * scale,
-        nodes_m=nodes,
-        alone=tuple(random.random((each.size, 2)) * scale for each in nodes),
-        both=(random.random((first.size, second.size, 2)) * scale).astype(np.float32) if two else None,
-    )
+@given(st.data(), axes(), axes(), axes(), st.sampled_from([1, 2, 5]), st.integers(-30, 30), st.integers(1, 3))
+def test_the_look_up_in_single_precision_is_interpolation_in_double(data, first, second, third, samples, power, layers):
+    nodes = (first, second, third[:5])[:layers]
+    values = np.random.default_rng(3).random((*(1 + each.size for each in nodes), 2)) * 10.0**power
     shape = (3 * samples, 4 * samples)
     thickness = [data.draw(skies(each, shape)) for each in nodes]
     radiance = np.full((2, 3, 4), np.nan, np.float32)
-    LookUp(table).fill(radiance, thickness, samples)
+    LookUp(dense_table(nodes, values)).fill(radiance, thickness, samples)
     points = np.empty((2, *shape))
-    for channel in range(2):
-        for place in np.ndindex(shape):
-            metres = [float(each[place]) for each in thickness]
-            inside = [np.clip(z, each[0], each[-1]) for z, each in zip(metres, nodes, strict=True)]
-            cloudy = [index for index, z in enumerate(metres) if z > 0.0]
-            if not cloudy:
-                value = table.clear[channel]
-            elif len(cloudy) == 2:
-                rows = [np.interp(inside[1], second, row) for row in table.both[:, :, channel].astype(float)]
-                value = np.interp(inside[0], first, rows)
-            else:
-                only = cloudy[0]
-                value = np.interp(inside[only], nodes[only], table.alone[only][:, channel])
-            points[channel][place] = value
+    for place in np.ndindex(shape):
+        metres = [
+            np.clip(float(of[place]), each[0] if of[place] > 0.0 else 0.0, each[-1])
+            for of, each in zip(thickness, nodes, strict=True)
+        ]
+        points[:, *place] = of_point(nodes, values, metres)
     exact = points.reshape(2, 3, samples, 4, samples).mean(axis=(2, 4))
     assert np.all(radiance >= 0.0)
     np.testing.assert_allclose(radiance, exact, rtol=1.5e-7, atol=0.0)
@@ -80,7 +65,7 @@ def test_the_look_up_in_single_precision_is_interpolation_in_double(data, first,
 @SOME
 @given(st.data(), axes(), st.sampled_from([np.nan, np.inf, 0.99, 1.01]))
 def test_what_lies_outside_the_table_is_refused_and_not_moved_inside(data, nodes, wrong):
-    table = DenseTable(np.ones(1), (nodes,), (np.ones((nodes.size, 1)),), None)
+    table = dense_table((nodes,), np.ones((1 + nodes.size, 1)))
     thickness = data.draw(skies(nodes, (4, 5)))
     bad = {0.99: nodes[0] * 0.99, 1.01: nodes[-1] * 1.01}.get(wrong, wrong)
     thickness[2, 3] = bad
@@ -113,7 +98,7 @@ def test_an_axis_of_any_layer_keeps_its_tolerance_and_no_term_turns_negative(
         second = np.zeros_like(tau) if kind.startswith("zero") else 1e-3 * np.exp(-3.0 * tau) + 1e-9
         return scale * np.stack([first, second], axis=1)[:, :, None]
 
-    axis = place_axis(columns, layer, np.array([0.0, 500.0, 2000.0]), tolerance, Source("a model", ("all",)))
+    axis = place_thickness(columns, layer, np.array([0.0, 500.0, 2000.0]), tolerance, Source("a model", ("all",)))
     assert np.all(np.diff(axis.dense_m) > 0.0)
     low = min(layer.thickness_min_m, layer.thickness_max_m * (1 - 1e-6))
     assert (axis.dense_m[0], axis.dense_m[-1]) == (low, layer.thickness_max_m)

@@ -7,7 +7,7 @@ import pytest
 from hcss_twin.plan.accuracy import Budget, share_out
 
 ADDED = ("numerics", "spectral_grid", "wavenumbers", "views", "shadows", "time", "other_instants", "faint_sunlight")
-EXCLUSIVE = ("thickness", "two_layers", "waves")
+EXCLUSIVE = ("thickness", "layers", "waves")
 
 
 def test_errors_add_up_but_of_those_that_exclude_each_other_the_largest_counts():

@@ -1,50 +1,22 @@
 """The look-up kernels against the plain definition: linear interpolation of each point, then the mean of the pixel."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from dense_tables import dense_table
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.radiance_tables import DenseTable
+from hcss_twin.engine.tables.radiance_tables import stacked_tables
 from hcss_twin.plan.windows import pixel_sums, points_of, windows
 from hcss_twin.providers import Grid
 
 CHANNELS = 5
 
 
-def table(*nodes_m, both=True):
-    """A table of random numbers."""
-    random = np.random.default_rng(7)
-    nodes = tuple(np.asarray(each, dtype=np.float64) for each in nodes_m)
-    shape = [each.size for each in nodes]
-    return DenseTable(
-        clear=random.random(CHANNELS),
-        nodes_m=nodes,
-        alone=tuple(random.random((size, CHANNELS)) for size in shape),
-        both=random.random((*shape, CHANNELS)).astype(np.float32) if both and len(shape) == 2 else None,
-    )
-
-
-def plain(made, thickness_m, samples):
-    """(C, y, x), written out: numpy's interpolation of each channel, points of each kind apart, then the mean."""
-    points = np.empty((CHANNELS, *thickness_m[0].shape))
-    values = [each.astype(np.float64) for each in thickness_m]
-    cloudy = [each > 0 for each in values]
-    for channel in range(CHANNELS):
-        plane = points[channel]
-        plane[:] = made.clear[channel]
-        for nodes, alone, value, where in zip(made.nodes_m, made.alone, values, cloudy, strict=True):
-            plane[where] = np.interp(value[where], nodes, alone[:, channel])
-        if made.both is not None:
-            where = cloudy[0] & cloudy[1]
-            rows = np.stack([np.interp(values[1][where], made.nodes_m[1], row) for row in made.both[..., channel]])
-            plane[where] = [
-                np.interp(value, made.nodes_m[0], rows[:, index]) for index, value in enumerate(values[0][where])
-            ]
-    rows, columns = (size // samples for size in points.shape[1:])
-    return points.reshape(CHANNELS, rows, samples, columns, samples).mean(axis=(2, 4))
+def table(*nodes_m):
+    """A table of random numbers; layers without nodes never have cloud."""
+    values = np.random.default_rng(7).random((*(1 + len(nodes) for nodes in nodes_m if len(nodes)), CHANNELS))
+    return dense_table(nodes_m, values)
 
 
 def looked_up(made, thickness_m, samples=1):
@@ -69,14 +41,43 @@ NODES = {
 }
 
 
-"""With two layers, the four weights and their products with the table are in single precision."""
-
-
 def test_no_layer_is_the_clear_column():
-    made = DenseTable(np.arange(1.0, 6.0), (), (), None)
+    made = dense_table((), np.arange(1.0, 6.0))
     radiance = np.zeros((CHANNELS, 3, 4), dtype=np.float32)
     LookUp(made).fill(radiance, [])
     np.testing.assert_array_equal(radiance, np.broadcast_to(np.arange(1.0, 6.0)[:, None, None], radiance.shape))
+
+
+@pytest.mark.parametrize("samples", [1, 2])
+def test_states_are_added_with_the_weights_of_each_pixel(samples):
+    random, nodes = np.random.default_rng(1), (NODES["two"], np.array([1.0, 10.0, 100.0]))
+    tables = [dense_table(nodes, random.random((3, 4, CHANNELS))) for _ in range(4)]
+    thickness = [sky((6, 8), *each[[0, -1]], seed) for seed, each in enumerate(nodes)]
+    shape = 6 // samples, 8 // samples
+    for weights in (random.random((*shape, 1, 4)), random.random((1, shape[1], CHANNELS, 4))):
+        found, expected = np.empty((CHANNELS, *shape), np.float32), np.zeros((CHANNELS, *shape))
+        LookUp(stacked_tables(tables)).fill(found, thickness, samples, weights=weights)
+        for number, one in enumerate(tables):
+            expected += np.moveaxis(weights[..., number], 2, 0) * looked_up(one, thickness, samples)
+        np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_fewer_states_give_what_all_give():
+    """Tables that are smooth functions of a direction, with a small part of a second shape, at their own nodes."""
+    random, tables = np.random.default_rng(1), []
+    for number, (a, b) in enumerate(random.uniform(-1.0, 1.0, (16, 2))):
+        nodes = np.geomspace(1.0, 1000.0, 20 + number % 2)
+        level = 5.0 + np.arange(CHANNELS) + 0.3 * a - 0.2 * b
+        cloudy = level + (1.0 + 0.1 * a * b) * np.log(nodes)[:, None]
+        tables.append(dense_table((nodes,), np.concatenate((level[None], cloudy))))
+    whole = stacked_tables(tables)
+    fewer, weights = whole.fewest(1e-6)
+    assert weights.shape[1] <= 5
+    thickness, shares = [sky((9, 11), 1.0, 1000.0, 5)], random.random((9, 11, 1, 16))
+    every, few = (np.empty((CHANNELS, 9, 11), np.float32) for _ in range(2))
+    LookUp(whole).fill(every, thickness, weights=shares)
+    LookUp(fewer).fill(few, thickness, weights=np.ascontiguousarray(shares @ weights))
+    np.testing.assert_allclose(few, every, rtol=3e-6)
 
 
 @pytest.mark.parametrize("samples", [1, 4])
@@ -103,7 +104,7 @@ def test_rounding_beyond_the_outermost_nodes_is_taken_for_the_node():
     thickness = np.array([[10.0 * (1 - 5e-7), 1000.0 * (1 + 5e-7)]], dtype=np.float32)
     assert thickness[0, 0] < 10.0 < 1000.0 < thickness[0, 1]
     found = looked_up(made, [thickness])
-    np.testing.assert_array_equal(found[:, 0].T, made.alone[0][[0, -1]].astype(np.float32))
+    np.testing.assert_array_equal(found[:, 0].T, made.columns.cores[0][:, 0, [1, -1], 0].T.astype(np.float32))
 
 
 @pytest.mark.parametrize("wrong", [9.9, 1001.0, 1e-30, 3e38])
@@ -118,7 +119,7 @@ def test_thickness_outside_the_layer_is_refused_with_its_range(wrong):
 
 
 def test_cloud_in_a_layer_whose_coverage_is_0_is_refused():
-    made = table([10.0, 1000.0], np.empty(0), both=False)
+    made = table([10.0, 1000.0], np.empty(0))
     low = np.full((2, 2), 50.0, dtype=np.float32)
     none = np.zeros((2, 2), dtype=np.float32)
     for samples in (1, 2):
@@ -147,16 +148,10 @@ def test_one_point_per_pixel_has_the_bits_of_the_general_kernel(shape):
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0 - 1e-9, 1.0])
 def test_night_beside_day_keeps_its_digits(share):
     """In 2.7-3.0 um night is eight orders of magnitude darker than day."""
-    day, night = table([1.0, 2.0, 5.0], [3.0, 4.0]), table([1.0, 2.0, 5.0], [3.0, 4.0])
-    night = replace(
-        night,
-        clear=1e-9 * night.clear,
-        alone=tuple(1e-9 * each for each in night.alone),
-        both=np.float32(1e-9) * night.both,
-    )
-    found = day.blend(night, share)
-    for name in ("clear", "both"):
-        exact = (1.0 - share) * getattr(day, name).astype(np.float64) + share * getattr(night, name)
-        np.testing.assert_allclose(getattr(found, name), exact, rtol=2e-7)
-    for one, before, after in zip(found.alone, day.alone, night.alone, strict=True):
-        np.testing.assert_allclose(one, (1.0 - share) * before + share * after, rtol=2e-7)
+    nodes, values = ([1.0, 2.0, 5.0], [3.0, 4.0]), np.random.default_rng(2).random((2, 4, 3, CHANNELS))
+    values[1] *= 1e-9
+    found = dense_table(nodes, values[0]).blend(dense_table(nodes, values[1]), share)
+    elements = np.array(list(np.ndindex(4, 3)))
+    exact = (1.0 - share) * values[0] + share * values[1]
+    np.testing.assert_allclose(found.columns.at(elements), exact.reshape(-1, CHANNELS), rtol=2e-7)
+    np.testing.assert_allclose(found.clear[0], exact[0, 0], rtol=2e-7)

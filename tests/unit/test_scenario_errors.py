@@ -148,10 +148,10 @@ WRONG = [
     ("clouds.thickness_min = 5000", "clouds.thickness_min", "choice is 967"),
     ("clouds.type = 'stratus'\n[[clouds.layers]]\ntype = 'cirrus'", "clouds", "'type' with [[clouds.layers]]"),
     (
-        "[[clouds.layers]]\n[[clouds.layers]]\ntype = 'cirrus'\n[[clouds.layers]]\nbase = 11000\ntop = 12000",
+        "".join(f"[[clouds.layers]]\nbase = {base}\ntop = {base + 900}\n" for base in range(0, 6000, 1000)),
         "clouds.layers",
-        "3 entries",
-        "at most 2",
+        "6 entries",
+        "at most 5",
     ),
     (
         "[[clouds.layers]]\ntype = 'cumulus'\n[[clouds.layers]]\ntype = 'stratus'\ncoverage = 0.1",

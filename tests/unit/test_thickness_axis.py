@@ -6,10 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hcss_twin.core.error_norm import largest_error
+from hcss_twin.core.error_norm import error_of_columns
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.engine.tables.layer_pair import place_pair
-from hcss_twin.engine.tables.thickness_axis import Source, breakpoints, place_axis, worst
+from hcss_twin.engine.tables.thickness_axis import Source, axis_of, place_thickness
 from hcss_twin.providers import CloudLayer, Microphysics
 
 PARTICLES = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))
@@ -24,7 +23,7 @@ def layer(anchor, base=400.0, top=4000.0, least=10.0):
 
 @pytest.mark.parametrize(("anchor", "inner"), [("base", [600.0, 1600.0, 3100.0]), ("top", [500.0, 2000.0, 3000.0])])
 def test_an_axis_breaks_where_the_face_that_moves_crosses_a_level(anchor, inner):
-    assert breakpoints(layer(anchor), LEVELS) == [10.0, *inner, 3600.0]
+    assert axis_of(layer(anchor), LEVELS).ends.tolist() == [10.0, *inner, 3600.0]
 
 
 @pytest.mark.parametrize("anchor", ["base", "top"])
@@ -38,7 +37,7 @@ def test_radiance_with_a_kink_at_each_level_needs_few_columns(anchor):
         face = made.base_m + thickness_m if anchor == "base" else made.top_m - thickness_m
         return (np.interp(face, LEVELS, KELVIN) ** 4)[:, None, None]
 
-    axis = place_axis(columns, made, LEVELS, 1e-6, SOURCE)
+    axis = place_thickness(columns, made, LEVELS, 1e-6, SOURCE)
     assert sum(asked) < 400
     places = np.geomspace(10.0, 3600.0, 3001)
     dense = axis.interpolate(columns(axis.exact_m))[:, 0, 0]
@@ -49,7 +48,7 @@ def test_radiance_with_a_kink_at_each_level_needs_few_columns(anchor):
 
 @pytest.mark.parametrize("value", [1e-30, 1.0, 1e12])
 def test_radiance_that_does_not_depend_on_thickness_takes_the_first_columns(value):
-    axis = place_axis(lambda m: np.full((m.size, 2, 3), value), layer("base"), LEVELS, 1e-9, SOURCE)
+    axis = place_thickness(lambda m: np.full((m.size, 2, 3), value), layer("base"), LEVELS, 1e-9, SOURCE)
     assert axis.exact_m.size == 4 * 8 + 1
     np.testing.assert_allclose(axis.interpolate(np.full((axis.exact_m.size, 2, 3), value)), value, rtol=1e-14)
 
@@ -62,7 +61,7 @@ def test_terms_meet_the_accuracy_where_their_sum_does_not_change():
         seen = np.exp(-thickness_m / 100.0)
         return np.stack([seen, 1.0 - seen], axis=1)[:, :, None]
 
-    axis = place_axis(columns, layer("base"), LEVELS, tolerance, SOURCE)
+    axis = place_thickness(columns, layer("base"), LEVELS, tolerance, SOURCE)
     places = np.geomspace(10.0, 3600.0, 3001)
     dense, exact = axis.interpolate(columns(axis.exact_m))[:, :, 0], columns(places)[:, :, 0]
     for own, expected in zip(dense.T, exact.T, strict=True):
@@ -81,7 +80,7 @@ def terms(jumping, height_m=0.01):
 )
 def test_an_axis_that_does_not_converge_says_who_jumps_and_where(anchor, between, face, face_m):
     with pytest.raises(ProviderError, match=f"between {between} m does not converge") as error:
-        place_axis(lambda m: terms(m > 777.7), layer(anchor), LEVELS, 1e-6, SOURCE)
+        place_thickness(lambda m: terms(m > 777.7), layer(anchor), LEVELS, 1e-6, SOURCE)
     said = re.search(
         "term 'cloud' of radiance model 'mine' of hcss-mine 1.0 seems to jump near ([0-9.]+) m "
         rf"\({face} of layer 'x' at ([0-9.]+) m\)",
@@ -91,20 +90,21 @@ def test_an_axis_that_does_not_converge_says_who_jumps_and_where(anchor, between
     assert float(said[2]) == pytest.approx(face_m, abs=0.5)
 
 
-def test_two_layers_that_do_not_converge_say_which_one_jumps(monkeypatch):
-    monkeypatch.setattr("hcss_twin.engine.tables.layer_pair.MAX_NODES", 65)
-    low, high = layer("base", 400.0, 900.0), layer("base", 5000.0, 6000.0)
-    axes = [place_axis(lambda m: terms(0.0 * m), each, LEVELS, 1e-3, SOURCE) for each in (low, high)]
-    with pytest.raises(ProviderError, match=r"term 'cloud' of radiance model 'mine' .* near .* of layer 'x' at 5[67]"):
-        place_pair(lambda m: terms(m[:, 1] > 700.0), *axes, 1e-3, SOURCE, (low, high))
+def test_columns_beside_another_layer_that_do_not_converge_say_so():
+    """Radiance jumps below thick clouds of another layer only: columns have a dimension of lines."""
+
+    def columns(thickness_m):
+        return np.stack((terms(0.0 * thickness_m), terms(thickness_m > 777.7)), axis=1)
+
+    with pytest.raises(ProviderError, match=r"term 'cloud' of radiance model 'mine' .* near 777.* of layer 'x'"):
+        place_thickness(columns, layer("base"), LEVELS, 1e-3, SOURCE, fewest=True)
 
 
-def test_the_worst_column_is_the_one_of_the_largest_error_of_either_sign():
+def test_the_error_of_columns_is_that_of_their_total_or_a_tenth_of_a_terms():
     exact = np.ones((3, 2, 1))
     guess = exact.copy()
     guess[0, 0], guess[1, 1] = 1.1, 0.6
-    assert worst(guess, exact) == (1, 1)
-    assert largest_error(guess, exact) == pytest.approx(0.4)
-    # Errors of terms that cancel in the total do not count.
-    guess[2] = [[3.0], [-1.0]]
-    assert worst(guess, exact) == (1, 1)
+    assert error_of_columns(guess, exact) == pytest.approx(0.2)
+    # Errors of terms that cancel in the total count a tenth.
+    guess[2] = [[9.0], [-7.0]]
+    assert error_of_columns(guess, exact) == pytest.approx(0.4)

@@ -21,9 +21,9 @@ from hcss_twin.engine.certificate.many_points import solve_many
 from hcss_twin.engine.certificate.part_sample import strata_of
 from hcss_twin.engine.certificate.reference_columns import References, columns_afresh
 from hcss_twin.engine.stages.stage import REASONS
-from hcss_twin.engine.tables.point_states import PointStates
+from hcss_twin.engine.tables.point_axis import PointAxis
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
-from hcss_twin.engine.tables.scene_states import point_states
+from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
 from hcss_twin.plan.plan import Plan
@@ -55,10 +55,10 @@ def certify(
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
-    states = point_states(plan)
-    one_model = plan.views is None and states is None
+    axes = point_axes(plan)
+    one_model = plan.views is None and not axes
     references = References(from_curves and one_model, columns_afresh(plan.scenario) if from_curves else 0)
-    exact = _exact(plan, states, quantities, frames, references) if frames else nothing
+    exact = _exact(plan, axes, quantities, frames, references) if frames else nothing
     away, total = np.abs(written - exact), np.abs(exact[:, :1])
     whole = np.broadcast_to(total, away.shape)
     errors = np.divide(away, whole, out=np.where(away > 0, np.inf, 0.0), where=whole != 0)
@@ -133,14 +133,14 @@ def with_verdict(plan: Plan, certificate: Certificate) -> Certificate:
 
 def _exact(
     plan: Plan,
-    states: PointStates[Any] | None,
+    axes: Sequence[PointAxis[Any]],
     quantities: Quantities,
     frames: Sequence[SampledPixels],
     references: References,
 ) -> Array:
     """Band radiances (M, Q, B) of the pixels of all frames on the reference path: total and requested terms."""
-    if states is not None:
-        return np.concatenate([_of_points(plan, states, quantities, pixels, references) for pixels in frames])
+    if axes:
+        return np.concatenate([_of_points(plan, axes, quantities, pixels, references) for pixels in frames])
     if plan.is_grid and (plan.views is None or plan.assembly.air_over_field is None):  # all pixels together
         return _means(plan, quantities, _states_of(plan, frames), references)
     every = [np.empty((0, len(quantities.names), len(plan.bands)))]
@@ -241,24 +241,27 @@ def _means(plan: Plan, quantities: Quantities, states: PixelStates, references: 
 
 
 def _of_points(
-    plan: Plan, states: PointStates[Any], quantities: Quantities, pixels: SampledPixels, references: References
+    plan: Plan, axes: Sequence[PointAxis[Any]], quantities: Quantities, pixels: SampledPixels, references: References
 ) -> Array:
     """Pixel means (M, Q, B) of columns that are each in a state of its own."""
     rows, columns = _in_image(plan, pixels)
     thickness_m, views = _thickness(plan, pixels), _views(plan, pixels)
     points = thickness_m.shape[1]
-    groups: dict[tuple[Any, View], list[int]] = {}
+    groups: dict[tuple[tuple[Any, ...], View], list[int]] = {}
     for pixel, (row, column, view, layers) in enumerate(zip(rows, columns, views, thickness_m, strict=True)):
-        for point, state in enumerate(states.of_pixel(pixels.time_s, row, column, layers)):
-            groups.setdefault((state, view), []).append(pixel * points + point)
+        on_axes = [axis.of_pixel(pixels.time_s, row, column, layers) for axis in axes]
+        for point, states in enumerate(zip(*on_axes, strict=True)):
+            groups.setdefault((states, view), []).append(pixel * points + point)
     of_points = thickness_m.reshape(len(rows) * points, len(plan.layers))
     exact = np.empty((len(of_points), len(quantities.names), len(plan.bands)))
-    for (state, view), members in groups.items():
-        alone = states.plan_in(state)
-        alone = alone if plan.views is None else alone.toward(view)
+    perturbations = np.repeat(_perturbations(plan, pixels), points, axis=0)
+    for (states, view), members in groups.items():
+        alone = plan if plan.views is None else plan.toward(view)
+        for axis, state in zip(axes, states, strict=True):
+            alone = axis.plan_in(alone, state)
         thickness = np.minimum(of_points[members], [layer.thickness_max_m for layer in alone.layers])
         suns = [alone.sun_up_at(pixels.time_s)] * len(members)
-        seen = PixelStates(thickness[:, None], suns, [alone.view] * len(members), np.empty((len(members), 0)))
+        seen = PixelStates(thickness[:, None], suns, [alone.view] * len(members), perturbations[members])
         exact[members] = _means(alone, quantities, seen, references)
     means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
     return means

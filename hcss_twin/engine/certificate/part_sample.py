@@ -26,13 +26,15 @@ Thickness = NDArray[np.float32]
 CLEAR = "clear"
 PARTS = ("thin", "edge", "thick")
 CHOICES = ("low only", "high only", "both")
+COUNTS = ("one layer", "two layers", "three layers", "four layers", "five layers")
 
 
 def stratum_names(layers: int, surfaces: Sequence[str] = ()) -> tuple[str, ...]:
     """Return the names (S,) of the strata of a scene with so many layers and these classes of surface, by number."""
     of_clouds: tuple[str, ...] = (CLEAR, *PARTS) if layers == 1 else (CLEAR,)
     if layers > 1:
-        of_clouds = (CLEAR, *(f"{part} ({choice})" for choice in CHOICES for part in PARTS))
+        choices = CHOICES if layers == 2 else COUNTS[:layers]
+        of_clouds = (CLEAR, *(f"{part} ({choice})" for choice in choices for part in PARTS))
     return tuple(f"{cloud} over {name}" for name in surfaces for cloud in of_clouds) if surfaces else of_clouds
 
 
@@ -51,7 +53,7 @@ def strata(
     Parameters
     ----------
     thickness_m : sequence of ndarray (y x samples, x x samples)
-        Thickness of each layer, at most two, at the points of the window. Pixels outside the window are not
+        Thickness of each layer at the points of the window. Pixels outside the window are not
         considered in the search for edges.
     shape : (int, int)
         Rows and columns of the window, in pixels.
@@ -63,7 +65,7 @@ def strata(
     for number, (layer, thickness) in enumerate(zip(layers, thickness_m, strict=True)):
         points = _sums(thickness > 0, samples)
         cloudy, full = points > 0, points == samples**2
-        layer_choice += np.int8(number + 1) * cloudy
+        layer_choice += np.int8(number + 1 if len(layers) <= 2 else 1) * cloudy
         edge |= cloudy & _at_or_beside(~full)
         middle = math.sqrt(layer.thickness_min_m * layer.thickness_max_m)
         # In a pixel with several points only the cloudy ones count.

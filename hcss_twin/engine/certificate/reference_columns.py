@@ -22,7 +22,6 @@ from hcss_twin.core.error_norm import largest_error
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.certificate.reference_curve import ReferenceCurve, reference_curve
 from hcss_twin.engine.tables.table_key import table_key
-from hcss_twin.engine.tables.thickness_axis import total
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, all_nodes, choose_nodes
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.numerics import for_spectra, reference_level
@@ -136,7 +135,7 @@ class References:
         exact = self._columns(plan, thickness_m[drawn], *of_drawn, nodes or AFRESH_NODES_TOLERANCE)
         known, result[drawn] = result[drawn], exact
         self.checked += drawn.size
-        self.check_error = max(self.check_error, largest_error(total(known), total(result[drawn])))
+        self.check_error = max(self.check_error, largest_error(np.sum(known, axis=1), np.sum(result[drawn], axis=1)))
         return result
 
     def _shared(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views) -> Array:
@@ -149,7 +148,8 @@ class References:
             curve = self._kept(plan, index, sun).curve if np.any(alone) else None
             if curve is None:
                 continue
-            parts.append((alone, curve.terms(thickness_m[alone, index])))
+            levels = plan.assembly.profile.altitude_m
+            parts.append((alone, curve.terms(plan.layers[index], levels, thickness_m[alone, index])))
             solved &= ~alone
             self.read, self.curve_columns = self.read + int(np.count_nonzero(alone)), self.curve_columns + curve.columns
             self.curve_error = max(self.curve_error, curve.error)

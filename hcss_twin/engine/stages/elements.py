@@ -53,7 +53,7 @@ from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import ElementPixels, ElementPoint, SightPath, Sun
 
 if TYPE_CHECKING:
-    from hcss_twin.engine.tables.over_points import AnyLookUp
+    from hcss_twin.engine.tables.frame_look_up import FrameLookUp
 
 Thickness = NDArray[np.float32]
 
@@ -111,7 +111,13 @@ class InstantElements:
     random: np.random.Generator
 
     def __init__(
-        self, plan: Plan, paths: ElementPaths, index: int, time_s: float, clouds: FrameClouds, look_up: AnyLookUp | None
+        self,
+        plan: Plan,
+        paths: ElementPaths,
+        index: int,
+        time_s: float,
+        clouds: FrameClouds,
+        look_up: FrameLookUp | None,
     ) -> None:
         self._plan, self._paths = plan, paths
         self._clouds, self._look_up = clouds, look_up

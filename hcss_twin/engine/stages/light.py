@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
-from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.over_views import ViewedLookUp
+from hcss_twin.engine.tables.frame_look_up import FrameLookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.plan import Plan
@@ -72,7 +71,7 @@ class LightStage(Stage):
         square: tuple[Array, Array, Array],
         window: Window,
         in_part: Window,
-        look_up: LookUp | ViewedLookUp,
+        look_up: FrameLookUp,
         bands: int,
     ) -> tuple[list[slice], list[Array]]:
         """Return where the pixels of a square that lie in a window stand in a part, and their radiance by band."""
@@ -107,7 +106,7 @@ class LightStage(Stage):
         inner = [slice(before * samples, (before + side) * samples) for before, _ in self._reach]
         return amount[*inner].copy(), share[:, *inner].copy(), change[:, *inner].copy()
 
-    def _looked_up(self, look_up: LookUp | ViewedLookUp, amount_m: Array, channels: int) -> Array:
+    def _looked_up(self, look_up: FrameLookUp, amount_m: Array, channels: int) -> Array:
         """Return the radiance (C, y, x) of columns; below the thinnest cloud of the tables it is linear."""
         least, most = self._layer.thickness_min_m, self._layer.thickness_max_m
         cloudy, clear = (np.empty((channels, *amount_m.shape), dtype=np.float32) for _ in range(2))

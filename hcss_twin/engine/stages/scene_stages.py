@@ -22,20 +22,20 @@ class SceneTables:
     ----------
     tables : RadianceTables or None
         None if no requested variable requires radiance.
-    states : PointStates or None
-        Those of the points of the plan: for surfaces :class:`~hcss_twin.engine.tables.over_surfaces.SurfaceStates`.
+    axes : mapping of str to PointAxis
+        Those along which the points of the plan differ, by name.
     """
 
     plan: Plan
     tables: RadianceTables | None
-    states: Any
+    axes: Mapping[str, Any]
 
     @property
     def of_surfaces(self) -> list[RadianceTables | None]:
         """Tables of each class of surface, at its lowest temperature."""
         if self.plan.surfaces is None or self.tables is None:
             return [self.tables]
-        return [self.tables.over_states[nodes.start] for nodes in self.states.of_classes]
+        return [self.tables.over[nodes.start] for nodes in self.axes["surfaces"].of_classes]
 
 
 class LookUpStage(Stage):
@@ -87,21 +87,22 @@ def _texture(texture: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.texture import TextureStage
 
     if scene.tables is not None or any(spec.needs == "texture" for spec in scene.plan.computed):
-        yield TextureStage(scene.plan, texture, scene.tables)
+        yield TextureStage(scene.plan, texture, scene.tables, tuple(scene.axes.values()))
 
 
 def _surfaces(_: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.surfaces import SurfaceStage
 
-    yield SurfaceStage(scene.states.ground)
+    yield SurfaceStage(scene.axes["surfaces"].ground)
 
 
 def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.waves import WaveStage
 
-    sea = scene.states.ground.sea if scene.plan.surfaces else 0  # the scenario's own sea alone has waves
-    of_states = () if scene.tables is None else scene.tables.over_states or (scene.tables,)
-    yield WaveStage(scene.plan, waves, next((tables for tables in of_states if tables.waves), None), sea)
+    # the scenario's own sea alone has waves
+    sea = scene.axes["surfaces"].ground.sea if "surfaces" in scene.axes else 0
+    leaves = () if scene.tables is None else scene.tables.leaves
+    yield WaveStage(scene.plan, waves, next((tables for tables in leaves if tables.waves), None), sea)
 
 
 def _shadows(_: Any, scene: SceneTables) -> Iterator[Stage]:
@@ -123,7 +124,7 @@ OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {
 def stages_of(scene: SceneTables) -> list[Stage]:
     """Return the stages that a scene needs, in order; modules of others are not imported."""
     plan = scene.plan
-    stages: list[Stage] = [Truth(plan, scene.states.tops_m if plan.tops else None)]
+    stages: list[Stage] = [Truth(plan, scene.axes["tops"].tops_m if "tops" in scene.axes else None)]
     if scene.tables is not None:
         stages.append(LookUpStage(plan))
     for effect in plan.effects:

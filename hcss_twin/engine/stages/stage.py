@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.engine.clouds import FrameClouds
-from hcss_twin.engine.tables.over_points import AnyLookUp
+from hcss_twin.engine.tables.frame_look_up import FrameLookUp
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import SurfaceMap
 
@@ -43,7 +43,7 @@ class FramePart:
         Rows and columns of the part in the image.
     clouds : FrameClouds
         Clouds of the frame.
-    look_up : LookUp, ViewedLookUp, PointLookUp or None
+    look_up : FrameLookUp or None
         Look-up of the part; None without radiance.
     radiance : ndarray of float32 (C, y, x)
         Every band and term of independent columns.
@@ -61,7 +61,7 @@ class FramePart:
     time_s: float
     extent: Window
     clouds: FrameClouds
-    look_up: AnyLookUp | None
+    look_up: FrameLookUp | None
     radiance: NDArray[np.float32]
     shown: NDArray[np.float32]
     truth: Frame = field(default_factory=dict)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +13,9 @@ from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import kernel
 from hcss_twin.cube.variables import SEA_TEMPERATURE, WATER_VAPOUR_FACTOR
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
-from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.over_directions import views_together
-from hcss_twin.engine.tables.over_views import ViewedLookUp
-from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader
+from hcss_twin.engine.tables.frame_look_up import FrameLookUp, FrameLookUps
+from hcss_twin.engine.tables.point_axis import PointAxis
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.texture import VAPOUR_PLACES, Texture, TextureFields
 from hcss_twin.plan.windows import Window, length, points_of
@@ -33,17 +33,19 @@ class TextureStage(Stage):
     ----------
     tables : RadianceTables or None
         None if no radiance is needed.
+    axes : sequence of PointAxis
+        Along which the points of the plan differ.
     """
 
-    def __init__(self, plan: Plan, texture: Texture, tables: RadianceTables | None) -> None:
+    def __init__(
+        self, plan: Plan, texture: Texture, tables: RadianceTables | None, axes: Sequence[PointAxis[Any]]
+    ) -> None:
         self._plan, self._texture, self._layers = plan, texture, len(plan.layers)
         self._fields = TextureFields(plan.scenario, plan.assembly, texture)
-        self._readers: list[list[TableReader]] = []
+        self._states: list[FrameLookUps] = []
         if tables is not None and tables.texture is not None:
-            toward = tables.over_views or (tables,)
-            self._readers = [
-                [TableReader(replace(view, tables=view.texture.states[number])) for view in toward if view.texture]
-                for number in range(len(tables.texture.states))
+            self._states = [
+                FrameLookUps(plan, _in_state(tables, number), axes) for number in range(len(tables.texture.states))
             ]
             self._square, self._mixed = tables.texture.square.ravel(), tables.texture.mixed.reshape(2, -1)
         self._look_ups = cached_method(self._look_ups_at, 1)
@@ -69,7 +71,7 @@ class TextureStage(Stage):
             truth[SEA_TEMPERATURE][in_part] = np.float32(self._plan.assembly.sea_temperature_K) + kelvin
         if WATER_VAPOUR_FACTOR in truth:
             truth[WATER_VAPOUR_FACTOR][in_part] = 1.0 - np.float32(self._texture.steps[1]) * drier
-        if not self._readers or not radiance.size:
+        if not self._states or not radiance.size:
             return
         look_ups, samples = self._look_ups(time_s), self._plan.samples_per_pixel
         sea = self._texture.temperature_K > 0.0
@@ -85,9 +87,16 @@ class TextureStage(Stage):
             strip_radiance = radiance[:, in_part[0].start + strip.start : in_part[0].start + strip.stop, in_part[1]]
             _apply(strip_radiance, states, sea, warmer[strip], drier[strip], places, self._square, self._mixed)
 
-    def _look_ups_at(self, time_s: float) -> list[LookUp | ViewedLookUp]:
-        of_states = [[LookUp(reader.at(time_s)) for reader in readers] for readers in self._readers]
-        return [views_together(self._plan, time_s, of_views) for of_views in of_states]
+    def _look_ups_at(self, time_s: float) -> list[FrameLookUp]:
+        return [state.at(time_s) for state in self._states]
+
+
+def _in_state(tables: RadianceTables, number: int) -> RadianceTables:
+    """Return the tables of a perturbed state."""
+    if tables.over:
+        return replace(tables, over=tuple(_in_state(node, number) for node in tables.over))
+    assert tables.texture is not None
+    return replace(tables, tables=tables.texture.states[number])
 
 
 @kernel()

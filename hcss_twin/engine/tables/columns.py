@@ -6,158 +6,44 @@ first one: the difference needs few nodes. Axes see the bands of all settings si
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import reduce
+from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.error_norm import largest_error
 from hcss_twin.cube.variables import TERM_PREFIX
-from hcss_twin.engine.tables.layer_pair import LayerPair
 from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities
-from hcss_twin.engine.tables.thickness_axis import ColumnsAt, ThicknessAxis, spline_through, total
+from hcss_twin.engine.tables.tensor_train import Indices, TensorTrain, beside, cross, spread, total
+from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
 from hcss_twin.engine.tables.waves import probe_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
+from hcss_twin.physics import quadrature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import ColumnSetting, ColumnStates, RadianceModel, Sun, View
 from hcss_twin.providers.column_states import spectra_of
 
-Places = NDArray[np.intp]
-
 FIRST_NODES = 5
+"""Nodes along each axis for a difference from columns that are known; doubled until it is accurate."""
+
+TRIED = 40
+"""Elements of several layers by which known columns are combined, and by which the result is tested."""
+
+DARK = 1e-12
+"""Radiance beside that of known columns that counts as none: a night is no combination of days."""
 
 SMALLEST_SHARE = 1e-8
 """Combinations of known columns that differ by less than this, relative, count as one."""
 
+CROSS_SHARE = 0.5
+"""Share of the tolerance for the elements of a tensor train that are tried: few elements miss the worst one."""
 
-def single_layer(columns: ColumnsAt, thickness_m: Array, known: Array, tolerance: float) -> Array:
-    """Return columns at all thicknesses, of which only some are computed.
+ROUNDED_SHARE = 0.01
+"""Share of the tolerance by which a tensor train is rounded."""
 
-    The difference from a combination of known columns is interpolated by a spline in ln(thickness); intervals are
-    halved until it predicts every new column.
-
-    Parameters
-    ----------
-    columns : callable
-        Maps thicknesses (N,) to terms (N, K, B).
-    thickness_m : ndarray (E,)
-        Ascending.
-    known : ndarray (A, E, K, B)
-        Terms under other suns or toward other views; a single one is subtracted as it is.
-    tolerance : float
-        Of the total of any band, relative.
-
-    Returns
-    -------
-    ndarray (E, K, B)
-    """
-    places = _first_places(thickness_m.size)
-    new = _between(places)
-    first = columns(thickness_m[np.concatenate((places, new))])  # one call costs less than two
-    values, exact = first[: places.size], first[places.size :]
-    near = _combination(known, places, values)
-    while new.size:
-        guess = near[new] + spline_through(thickness_m[places], values - near[places])(np.log(thickness_m[new]))
-        error = largest_error(total(guess), total(exact))
-        order = np.argsort(np.concatenate((places, new)))
-        places = np.concatenate((places, new))[order]
-        values = np.concatenate((values, exact))[order]
-        near = _combination(known, places, values)
-        if error <= tolerance:
-            break
-        new = _between(places)
-        exact = columns(thickness_m[new]) if new.size else exact
-    difference = spline_through(thickness_m[places], values - near[places])(np.log(thickness_m))
-    # Splines of a term that approaches zero would become negative.
-    columns_at: Array = np.maximum(near + difference, np.minimum(np.min(values, axis=0), 0.0))
-    columns_at[places] = values
-    return columns_at
-
-
-def _combination(known: Array, places: Places, values: Array) -> Array:
-    """Return the combination (E, K, B) of known columns whose total in each band is nearest at some places."""
-    if known.shape[0] == 1:
-        first: Array = known[0]
-        return first
-    goal = np.maximum(np.abs(total(values)), np.finfo(float).tiny)
-    shares = np.sum(known[:, places], axis=2) / goal
-    factors = [
-        np.linalg.lstsq(band_shares.T, np.ones(places.size), rcond=SMALLEST_SHARE)[0]
-        for band_shares in np.moveaxis(shares, 2, 0)
-    ]
-    result: Array = np.einsum("ba,aekb->ekb", np.stack(factors), known)
-    return result
-
-
-def layer_pair(columns: ColumnsAt, low_m: Array, high_m: Array, known: Array, tolerance: float) -> Array | None:
-    """Return columns with cloud in two layers (E, F, K, B), or None if the difference needs too many nodes.
-
-    Parameters
-    ----------
-    columns : callable
-        Maps pairs of thicknesses (N, 2), low and high, to terms (N, K, B).
-    low_m, high_m : ndarray (E,), (F,)
-        Ascending.
-    known : ndarray (E, F, K, B)
-        Terms under the first sun.
-    tolerance : float
-        Of the total of any band, relative.
-    """
-    low, high = _first_places(low_m.size), _first_places(high_m.size)
-    for _ in range(2):
-        if low.size == low_m.size or high.size == high_m.size:
-            return None
-        values = _product(columns, low_m[low], high_m[high])
-        across = spline_through(high_m[high], np.moveaxis(values - known[np.ix_(low, high)], 1, 0))(np.log(high_m))
-        difference = spline_through(low_m[low], np.moveaxis(across, 0, 1))(np.log(low_m))
-        columns_at: Array = np.maximum(known + difference, np.minimum(np.min(values, axis=(0, 1)), 0.0))
-        between = _between(low), _between(high)
-        exact = _product(columns, low_m[between[0]], high_m[between[1]])
-        guess = columns_at[np.ix_(*between)]
-        if largest_error(np.sum(guess, axis=2), np.sum(exact, axis=2)) <= tolerance:
-            return columns_at
-        low, high = (np.union1d(old, new) for old, new in zip((low, high), between, strict=True))
-    return None
-
-
-def _first_places(size: int) -> Places:
-    return np.unique(np.linspace(0, size - 1, FIRST_NODES).round().astype(np.intp))
-
-
-def _between(places: Places) -> Places:
-    """Middle nodes of the intervals that have one."""
-    middle = (places[:-1] + places[1:]) // 2
-    return np.setdiff1d(middle, places)
-
-
-def _product(columns: ColumnsAt, low_m: Array, high_m: Array) -> Array:
-    values = columns(np.stack(np.meshgrid(low_m, high_m, indexing="ij"), axis=-1).reshape(-1, 2))
-    return values.reshape(low_m.size, high_m.size, *values.shape[1:])
-
-
-@dataclass(frozen=True)
-class ExactColumns:
-    """Columns for one sun.
-
-    Attributes
-    ----------
-    alone : tuple of ndarray (E, K, B)
-        Columns with cloud in one layer only, for each layer, at the exact nodes of its axis; E = 0 for a layer
-        without cloud.
-    both : ndarray (E, F, K, B) or None
-        Columns with cloud in both layers.
-    """
-
-    alone: tuple[Array, ...]
-    both: Array | None
-
-    def plus(self, other: ExactColumns, than: ExactColumns) -> ExactColumns:
-        """Return these columns plus the difference of two others."""
-        alone = tuple(values + a - b for values, a, b in zip(self.alone, other.alone, than.alone, strict=True))
-        known = self.both is not None and other.both is not None and than.both is not None
-        return ExactColumns(alone, self.both + other.both - than.both if known else None)  # type: ignore[operator]
+Axes = Sequence[ThicknessAxis | None]
 
 
 class BandColumns:
@@ -222,107 +108,177 @@ class BandColumns:
         if self.plan.texture is not None:
             self._known.spectra.update(zip(new, spectra, strict=True))
 
-    def alone(self, index: int, settings: Sequence[ColumnSetting]) -> ColumnsAt:
-        """Function from thickness (N,) to columns (N, K, S x B) with cloud in one layer only."""
+    def along(self, index: int, settings: Sequence[ColumnSetting]) -> Callable[[Array], Array]:
+        """Function from the thickness (N,) of a layer to columns (N, lines, K, S x B).
+
+        Other layers have no cloud, clouds of medium thickness or their thickest ones.
+        """
+        others = np.array([layer.thickness_max_m for layer in self.plan.layers]) * self.plan.assembly.cloudy_layers
+        least = np.array([layer.thickness_min_m for layer in self.plan.layers]) * self.plan.assembly.cloudy_layers
+        others[index] = least[index] = 0.0
+        lines = np.unique([np.zeros_like(others), np.sqrt(others * least), others], axis=0)
 
         def columns(thickness_m: Array) -> Array:
-            layers = np.zeros((thickness_m.size, len(self.plan.layers)))
-            layers[:, index] = thickness_m
-            return beside(self.cloudy(layers, settings))
+            layers = np.repeat(lines[None], thickness_m.size, axis=0)
+            layers[:, :, index] = thickness_m[:, None]
+            found = side_by_side(self.cloudy(layers.reshape(-1, layers.shape[2]), settings))
+            return found.reshape(*layers.shape[:2], *found.shape[1:])
 
         return columns
 
     def probe(self, settings: Sequence[ColumnSetting]) -> Array:
         """Total radiance (S, N, B) of a few columns that bound the scene, in each setting."""
-        total: Array = np.sum(self.clear(settings), axis=1)[:, None]
+        radiance: Array = np.sum(self.clear(settings), axis=1)[:, None]
         if self.plan.waves is not None:
             waves = [probe_waves(self.plan, self.plan.waves, setting.sun) for setting in settings]
-            total = np.concatenate((total, np.stack(waves)), axis=1)
+            radiance = np.concatenate((radiance, np.stack(waves)), axis=1)
         extremes = self.plan.assembly.extreme_thicknesses_m
         if extremes.shape[0] == 0:
-            return total
-        return np.concatenate((total, np.sum(self.cloudy(extremes, settings), axis=2)), axis=1)
+            return radiance
+        return np.concatenate((radiance, np.sum(self.cloudy(extremes, settings), axis=2)), axis=1)
 
     def exact(
         self,
-        axes: tuple[ThicknessAxis | None, ...],
-        pair: LayerPair | None,
+        axes: Axes,
         settings: Sequence[ColumnSetting],
-        known: Sequence[Sequence[ExactColumns]] = (),
-        tolerance: float = 0.0,
-        smooth: bool = True,
-    ) -> list[ExactColumns]:
-        """Columns at the exact nodes of all axes, in each of S settings.
+        tolerance: float,
+        known: Sequence[Sequence[TensorTrain]] = (),
+    ) -> list[TensorTrain]:
+        """Columns in each of S settings: K x B functions of the thickness of each layer that can have cloud.
 
         Parameters
         ----------
-        known : sequence (A) of sequence (S) of ExactColumns
+        tolerance : float
+            For what is not computed, of the total of any band.
+        known : sequence (A) of sequence (S) of TensorTrain
             Columns from which those of each setting are derived: under other suns, toward other views or of few
             streams; of several, their combination.
-        tolerance : float
-            For derived columns, of the total of any band.
-        smooth : bool
-            Whether their difference from these is smooth in both thicknesses, where two layers have cloud.
         """
-        nothing = np.empty((len(settings), 0, len(self.quantities.terms), len(self.plan.bands)))
-        alone: list[Array] = []
-        for index, axis in enumerate(axes):
-            if axis is None:
-                alone.append(nothing)
-                continue
-            columns = self.alone(index, settings)
-            if known:
-                others = [beside(np.stack([exact.alone[index] for exact in of_settings])) for of_settings in known]
-                values = single_layer(columns, axis.exact_m, np.stack(others), tolerance)
-            else:
-                values = columns(axis.exact_m)
-            alone.append(apart(values, len(settings)))
-        pairs: Sequence[Array | None] = [None] * len(settings)
-        if pair is not None:
-            pairs = self._both(pair, settings, known, tolerance if smooth else 0.0)
-        return [ExactColumns(tuple(values[n] for values in alone), both) for n, both in enumerate(pairs)]
+        elements = _Elements(self, axes, settings)
+        if not elements.sizes:
+            return [TensorTrain(())] * len(settings)
+        if not known:
+            return elements.apart(elements.computed(tolerance))
+        return elements.apart(elements.derived([*map(elements.together, known)], tolerance))
 
-    def _both(
-        self,
-        pair: LayerPair,
-        settings: Sequence[ColumnSetting],
-        known: Sequence[Sequence[ExactColumns]],
-        tolerance: float,
-    ) -> list[Array]:
-        """Columns (E, F, K, B) with cloud in two layers, in each setting; by splines if the tolerance is above 0."""
-        near: list[Array | None] = [None] * len(settings)
-        if known:
-            near = [exact.both for exact in known[0]]
-        if tolerance > 0.0:
-            others = beside(np.stack([values for values in near if values is not None]))
-            both = layer_pair(
-                lambda h: beside(self.cloudy(h, settings)), pair.low.exact_m, pair.high.exact_m, others, tolerance
-            )
-            if both is not None:
-                return list(apart(both, len(settings)))
-        return [
-            pair.exact(lambda h, one=setting: self.cloudy(h, [one])[0], values)  # type: ignore[misc]
-            for setting, values in zip(settings, near, strict=True)
-        ]
-
-    def table(self, axes: tuple[ThicknessAxis | None, ...], exact: ExactColumns, clear: Array) -> InstantTable:
-        """Radiance table of one setting, whose clear sky has terms (K, B)."""
-        quantities = self.quantities.of(clear)
-        return InstantTable(
-            quantities,
-            tuple(
-                np.empty((0, *quantities.shape)) if axis is None else self.quantities.of(axis.interpolate(values))
-                for axis, values in zip(axes, exact.alone, strict=True)
-            ),
-            exact.both,
-        )
-
-    def tables(
-        self, axes: tuple[ThicknessAxis | None, ...], exact: Sequence[ExactColumns], settings: Sequence[ColumnSetting]
-    ) -> tuple[InstantTable, ...]:
+    def tables(self, exact: Sequence[TensorTrain], settings: Sequence[ColumnSetting]) -> tuple[InstantTable, ...]:
         """Radiance tables of some settings."""
-        clear = self.clear(settings)
-        return tuple(self.table(axes, columns, of_clear) for columns, of_clear in zip(exact, clear, strict=True))
+        clear = self.quantities.of(self.clear(settings))
+        return tuple(InstantTable(of_clear, columns) for columns, of_clear in zip(exact, clear, strict=True))
+
+
+class _Elements:
+    """Columns of some settings at no cloud and at the exact nodes of each layer that can have cloud.
+
+    All settings are side by side: functions are K x S x B.
+    """
+
+    def __init__(self, columns: BandColumns, axes: Axes, settings: Sequence[ColumnSetting]) -> None:
+        self._columns, self._settings = columns, settings
+        self._layers = [index for index, axis in enumerate(axes) if axis is not None]
+        self._nodes = [np.concatenate(((0.0,), axis.exact_m)) for axis in axes if axis is not None]
+        self.sizes = [nodes.size for nodes in self._nodes]
+        self._terms = len(columns.quantities.terms)
+
+    def at(self, nodes: Indices) -> Array:
+        """Return columns (N, K x S x B) of elements (N, L)."""
+        thickness_m = np.zeros((len(nodes), len(self._columns.plan.layers)))
+        for layer, of_layer, number in zip(self._layers, self._nodes, nodes.T, strict=True):
+            thickness_m[:, layer] = of_layer[number]
+        return side_by_side(self._columns.cloudy(thickness_m, self._settings)).reshape(len(nodes), -1)
+
+    def errors(self, guess: Array, exact: Array) -> Array:
+        """Return the largest error (N,) of the totals of some columns."""
+        totals = [np.sum(values.reshape(len(values), self._terms, -1), axis=1) for values in (guess, exact)]
+        size = np.maximum(np.abs(totals[1]), np.finfo(float).tiny)
+        errors: Array = np.max(np.abs(totals[0] - totals[1]) / size, axis=1)
+        return errors
+
+    def computed(self, tolerance: float) -> TensorTrain:
+        """Return the columns from those along some lines."""
+        return cross(self.at, self.sizes, self.errors, CROSS_SHARE * tolerance)[0]
+
+    def derived(self, known: Sequence[TensorTrain], tolerance: float) -> TensorTrain:
+        """Return the columns from a combination of known ones, and the difference from it at few nodes."""
+        count = FIRST_NODES
+        while True:
+            few = [_nearest(nodes, count) for nodes in self._nodes]
+            near = self._combination(known, few, ROUNDED_SHARE * tolerance)
+            near_few = TensorTrain(tuple(core[:, :, some] for core, some in zip(near.cores, few, strict=True)))
+
+            def at_few(nodes: Indices, few: Sequence[Indices] = few) -> Array:
+                return self.at(np.stack([some[of_layer] for some, of_layer in zip(few, nodes.T, strict=True)], axis=1))
+
+            sizes = [some.size for some in few]
+            change = cross(at_few, sizes, self.errors, CROSS_SHARE * tolerance, near_few)[0]
+            whole = total([near, self._between(change, few)], [1.0, 1.0]).rounded(ROUNDED_SHARE * tolerance)
+            tried = self._tried(few)
+            if not len(tried) or np.max(self.errors(whole.at(tried), self.at(tried))) <= tolerance:
+                return whole
+            count = 2 * count - 1
+
+    def _combination(self, known: Sequence[TensorTrain], few: Sequence[Indices], tolerance: float) -> TensorTrain:
+        """Return the combination of known columns whose total in each band is nearest at some elements."""
+        if len(known) == 1:
+            return known[0]
+        every = np.array(list(product(*few)))
+        some = every[np.linspace(0, len(every) - 1, min(TRIED, len(every))).astype(int)]
+        goal, *totals = (
+            np.sum(values.reshape(len(some), self._terms, -1), axis=1)
+            for values in (self.at(some), *(train.at(some) for train in known))
+        )
+        every_total = np.stack(totals, axis=-1)
+        darkest = np.finfo(float).tiny + DARK * np.max(np.abs(every_total), axis=(0, 2))
+        shares = every_total / np.maximum(np.abs(goal), darkest)[..., None]
+        factors = np.array(
+            [np.linalg.lstsq(band, np.ones(len(some)), rcond=SMALLEST_SHARE)[0] for band in shares.swapaxes(0, 1)]
+        )
+        parts = [
+            train.mixed(np.tile(of_train[:, None, None], (self._terms, 1, 1)))
+            for train, of_train in zip(known, factors.T, strict=True)
+        ]
+        # One after another: all together would have large matrices.
+        return reduce(lambda whole, part: total([whole, part], [1.0, 1.0]).rounded(tolerance), parts)
+
+    def _between(self, change: TensorTrain, few: Sequence[Indices]) -> TensorTrain:
+        """Return the change at all nodes, by the polynomials through few: without cloud it is known."""
+
+        def at_all(which: int, values: Array) -> Array:
+            ln_nodes = np.log(self._nodes[which][1:])
+            weights = quadrature.lagrange(ln_nodes[few[which][1:] - 1], ln_nodes)
+            return np.concatenate((values[:1], np.tensordot(weights, values[1:], 1)))
+
+        return change.each(at_all)
+
+    def _tried(self, few: Sequence[Indices]) -> Indices:
+        """Return elements (N, L) that are not at few nodes; none if these are all."""
+        if len(few) == 1:
+            middle = (few[0][1:-1] + few[0][2:]) // 2
+            return np.setdiff1d(middle, few[0])[:, None]
+        if all(some.size == size for some, size in zip(few, self.sizes, strict=True)):
+            return np.empty((0, len(few)), np.intp)
+        return spread(self.sizes, 0, TRIED)
+
+    def together(self, of_settings: Sequence[TensorTrain]) -> TensorTrain:
+        """Return the columns of all settings side by side, K x S x B, from those of each, K x B."""
+        settings, functions = len(of_settings), of_settings[0].cores[0].shape[0]
+        number = np.arange(settings * functions).reshape(settings, self._terms, -1)
+        return beside(of_settings).of(number.swapaxes(0, 1).ravel())
+
+    def apart(self, train: TensorTrain) -> list[TensorTrain]:
+        """Return the columns of each setting, K x B."""
+        settings = len(self._settings)
+        number = np.arange(train.cores[0].shape[0]).reshape(self._terms, settings, -1)
+        return [train.of(number[:, setting].ravel()) for setting in range(settings)]
+
+
+def _nearest(nodes_m: Array, count: int) -> Indices:
+    """Return no cloud, and which of the nodes are nearest to so many Chebyshev points of ln(thickness)."""
+    ln_nodes = np.log(nodes_m[1:])
+    wanted = 0.5 * (ln_nodes[0] + ln_nodes[-1]) + 0.5 * (ln_nodes[-1] - ln_nodes[0]) * quadrature.nodes(count - 1)
+    if count >= ln_nodes.size:
+        return np.arange(nodes_m.size)
+    return np.unique((0, *(1 + np.searchsorted(0.5 * (ln_nodes[1:] + ln_nodes[:-1]), wanted))))
 
 
 ColumnKey = tuple[RadianceModel, ColumnSetting, tuple[float, ...]]
@@ -336,12 +292,7 @@ class KnownColumns:
     spectra: dict[ColumnKey, Array] = field(default_factory=dict)
 
 
-def beside(values: Array) -> Array:
+def side_by_side(values: Array) -> Array:
     """Put the bands of settings side by side: (S, ..., B) to (..., S x B)."""
     moved = np.moveaxis(values, 0, -2)
     return moved.reshape(*moved.shape[:-2], -1)
-
-
-def apart(values: Array, count: int) -> Array:
-    """Undo :func:`beside`: (..., S x B) to (S, ..., B)."""
-    return np.ascontiguousarray(np.moveaxis(values.reshape(*values.shape[:-1], count, -1), -2, 0))

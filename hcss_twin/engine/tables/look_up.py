@@ -1,8 +1,9 @@
 """Radiance of a frame: table look-up for every point of the image and averaging over each pixel, in one pass.
 
-For each point every band and term is interpolated linearly in the cloud thickness of one or both layers; then the
-points of a pixel are averaged. The kernels find the interval of a thickness with a guide table over the leading bits
-of its single-precision representation, which approximate its logarithm.
+For each point every band and term is interpolated linearly in the thickness of each cloud layer; then the points of a
+pixel are averaged. The kernels find the interval of a thickness with a guide table over the leading bits of its
+single-precision representation, which approximate its logarithm. Where pixels differ in more than their clouds, tables
+of several states are looked up together, with weights of each pixel.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.engine.tables.radiance_tables import DenseTable
-from hcss_twin.plan.windows import Window
 
 Thickness = NDArray[np.float32]
 
@@ -31,6 +31,9 @@ MANTISSA_BITS = 23
 PIXELS_AT_ONCE = 64
 """Number of neighbouring pixels whose radiance is written together."""
 
+_EVERYWHERE = np.ones((1, 1, 1, 1))
+"""Weight of the one state."""
+
 
 class LookUp:
     """Look-up in the tables of one instant.
@@ -38,7 +41,6 @@ class LookUp:
     Parameters
     ----------
     table : DenseTable
-        Table with at most two layers.
     before : LookUp, optional
         Of another instant; its guides are reused if the tables share their nodes.
     """
@@ -50,17 +52,12 @@ class LookUp:
             self._guides = before._guides
         else:
             self._guides = [_guide(nodes) for nodes in table.nodes_m]
-        # Clear sky is a separate interval before the nodes, channel by channel.
-        clear = table.clear[:, None]
-        self._lifted = [np.concatenate((clear, clear, alone.T), axis=1) for alone in table.alone]
-
-    def of_part(self, extent: Window) -> LookUp:
-        """Return the look-up of some rows and columns of the image, which is the same everywhere."""
-        return self
-
-    def of_points(self, extent: Window, samples: int) -> LookUp:
-        """Return the look-up of the points of some rows and columns, as if each were a pixel."""
-        return self
+        self._present = [number for number, nodes in enumerate(table.nodes_m) if nodes.size]
+        # Clear sky is a separate interval before the nodes.
+        self._cores = tuple(
+            np.ascontiguousarray(np.concatenate((core[:, :, :1], core), axis=2).transpose(2, 0, 1, 3))
+            for core in table.columns.cores
+        )
 
     def fill(
         self,
@@ -68,6 +65,7 @@ class LookUp:
         thickness_m: Sequence[Thickness],
         samples: int = 1,
         corner: tuple[int, int] = (0, 0),
+        weights: Array = _EVERYWHERE,
     ) -> None:
         """Write the radiance of a window of the image.
 
@@ -76,11 +74,14 @@ class LookUp:
         radiance : ndarray of float32 (C, y, x)
             Radiance of the whole image, every band and term; the window is filled.
         thickness_m : sequence of ndarray of float32 (window rows x samples, window columns x samples)
-            Thickness of each layer at the points of the window; 0 without cloud.
+            Thickness of each layer at the points of the window; 0 without cloud. Without layers, the whole image is
+            filled.
         samples : int
             Points along each side of a pixel.
         corner : (int, int)
             First row and column of the window, in pixels.
+        weights : ndarray (window rows or 1, window columns or 1, C or 1, R)
+            Of the states of the table, in each pixel.
 
         Raises
         ------
@@ -89,25 +90,32 @@ class LookUp:
         """
         table, (row, column) = self.table, corner
         layers = [np.ascontiguousarray(thickness) for thickness in thickness_m]
-        if not layers:
-            radiance[:] = table.clear[:, None, None]
-            return
-        for values, nodes in zip(layers, table.nodes_m, strict=True):
+        for values, nodes in zip(layers, table.nodes_m, strict=len(layers) > 0):
             if nodes.size == 0:
                 _refuse_outside(values, nodes)
+        if not self._cores or not layers:
+            rows, columns = weights.shape[:2] if not layers else (size // samples for size in layers[0].shape)
+            filled = (
+                radiance[:, row : row + rows, column : column + columns]
+                if layers or weights is not _EVERYWHERE
+                else radiance
+            )
+            mixed = np.moveaxis(np.einsum("yxcr,rc->yxc", weights, table.clear), 2, 0)
+            filled[...] = mixed if weights is _EVERYWHERE else np.maximum(mixed, 0.0)
+            return
         # A scene has the same bits with a layer that never has cloud as without it.
-        present = [number for number, nodes in enumerate(table.nodes_m) if nodes.size] or [0]
-        places = [
+        places = tuple(
             (layers[number], layers[number].view(np.int32), table.nodes_m[number], *self._guides[number])
-            for number in present
-        ]
-        lifted = self._lifted[present[0]]
-        if len(present) == 2:
-            inside = _two_layers(radiance, row, column, samples, table.pair, *places)
-        elif samples == 1:
-            inside = _points(radiance, row, column, lifted, places[0])
+            for number in self._present
+        )
+        if len(places) == 1 and table.clear.shape[0] == 1 and weights is _EVERYWHERE:
+            by_node = self._cores[0][:, :, 0, 0]
+            if samples == 1:
+                inside = _points(radiance, row, column, np.ascontiguousarray(by_node.T), places[0])
+            else:
+                inside = _one_layer(radiance, row, column, samples, by_node, places[0])
         else:
-            inside = _one_layer(radiance, row, column, samples, np.ascontiguousarray(lifted.T), places[0])
+            inside = _several(radiance, row, column, samples, table.clear, table.bands, weights, self._cores, places)
         if not inside:
             for values, nodes in zip(layers, table.nodes_m, strict=True):
                 _refuse_outside(values, nodes)
@@ -227,41 +235,75 @@ def _one_layer(radiance, row, column, samples, table, layer):  # type: ignore[no
 
 
 @kernel()
-def _two_layers(radiance, row, column, samples, table, lower, upper):  # type: ignore[no-untyped-def]
-    """Fill a window of a scene with two layers; False if a thickness is outside its table.
+def _several(radiance, row, column, samples, clear, bands, weights, tables, layers):  # type: ignore[no-untyped-def]
+    """Fill a window of a scene with several layers, or several states; False if a thickness is outside its table.
 
-    ``table`` (2 + N, 2 + M, C) has no cloud twice before the nodes of either layer, so that no point is a special case.
+    ``tables`` (2 + N, C, r, s) of each layer have no cloud twice before the nodes, so that no point is a special case.
+    ``clear`` (R, C); ``weights`` (y, x, C, R), of which the first three may be 1; ``bands`` as of :class:`DenseTable`.
     """
-    thickness, flat = lower[0], table.reshape(-1)
-    channels, width = table.shape[2], thickness.shape[1] // samples
-    step, line = np.uint32(channels), np.uint32(table.shape[1] * channels)
-    points = PIXELS_AT_ONCE * samples
-    index, above, offset = np.empty(points, np.uint32), np.empty(points, np.uint32), np.empty(points, np.uint32)
-    part, rest, weight = np.empty(points), np.empty(points), np.empty((4, points), np.float32)
-    sums = np.empty((PIXELS_AT_ONCE, channels))
-    for y in range(thickness.shape[0] // samples):
+    channels, states = clear.shape[1], clear.shape[0]
+    height, width = layers[0][0].shape[0] // samples, layers[0][0].shape[1] // samples
+    largest = states
+    for table in tables:
+        largest = max(largest, table.shape[3])
+    points, count_of = PIXELS_AT_ONCE * samples, len(layers)
+    index, part = np.empty((count_of, points), np.uint32), np.empty((count_of, points))
+    sums, ahead, after = np.empty((PIXELS_AT_ONCE, channels)), np.empty(largest), np.empty(largest)
+    values = np.empty(channels)
+    for y in range(height):
+        of_row = weights[y if weights.shape[0] > 1 else 0]
         for left in range(0, width, PIXELS_AT_ONCE):
             count = min(PIXELS_AT_ONCE, width - left)
             inside = slice(left * samples, (left + count) * samples)
             sums[:] = 0.0
             for i in range(y * samples, (y + 1) * samples):
-                if not (_place(index, part, i, inside, lower) and _place(above, rest, i, inside, upper)):
-                    return False
-                for j in range(count * samples):
-                    offset[j] = index[j] * line + above[j] * step
-                    weight[0, j], weight[1, j] = (1.0 - part[j]) * (1.0 - rest[j]), (1.0 - part[j]) * rest[j]
-                    weight[2, j], weight[3, j] = part[j] * (1.0 - rest[j]), part[j] * rest[j]
+                for number, layer in enumerate(layers):
+                    if not _place(index[number], part[number], i, inside, layer):
+                        return False
                 for x in range(count):
+                    of_pixel = of_row[left + x if of_row.shape[0] > 1 else 0]
                     for j in range(x * samples, (x + 1) * samples):
-                        k, near, far = offset[j], weight[0, j], weight[1, j]
-                        near_up, far_up = weight[2, j], weight[3, j]
+                        cloudy = False
+                        for number in range(count_of):
+                            cloudy = cloudy or index[number, j] > 0
                         for c in range(channels):
-                            n = k + np.uint32(c)
-                            sums[x, c] += (near * flat[n] + far * flat[n + step]) + (
-                                near_up * flat[n + line] + far_up * flat[n + line + step]
-                            )
+                            shares = of_pixel[c if of_pixel.shape[0] > 1 else 0]
+                            if not cloudy:
+                                values[c] = 0.0
+                                for r in range(states):
+                                    values[c] += shares[r] * clear[r, c]
+                                continue
+                            for r in range(states):
+                                ahead[r] = shares[r]
+                            for number, table in enumerate(tables):
+                                low, high = table[index[number, j], c], table[index[number, j] + np.uint32(1), c]
+                                share = part[number, j]
+                                after[: low.shape[1]] = 0.0
+                                for r in range(low.shape[0]):
+                                    factor = ahead[r]
+                                    for s in range(low.shape[1]):
+                                        after[s] += factor * (low[r, s] + share * (high[r, s] - low[r, s]))
+                                ahead, after = after, ahead
+                            values[c] = ahead[0]
+                        _none_negative(values, bands)
+                        for c in range(channels):
+                            sums[x, c] += values[c]
             _write(radiance, row + y, column + left, sums, count, 1.0 / (samples * samples))
     return True
+
+
+@inner()
+def _none_negative(values, bands):  # type: ignore[no-untyped-def]
+    """Set what vanishes and became negative between nodes to 0; the largest term takes it, so that their sum stays."""
+    for c in range(values.size):
+        if values[c] < 0.0:
+            if bands > 0 and c >= bands:
+                largest = c
+                for other in range(c % bands + bands, values.size, bands):
+                    if values[other] > values[largest]:
+                        largest = other
+                values[largest] += values[c]
+            values[c] = 0.0
 
 
 @inner()

@@ -1,22 +1,29 @@
-"""Tables for several views of a scene, and look-up with weights for each pixel."""
+"""Directions of view of the pixels of a frame, and their weights in the tables toward few directions.
+
+The tables of a pass lie at the nodes of polynomials over its rectangle of directions. A frame of a camera covers a
+small part of the rectangle, where polynomials of lower order do: their tables are combinations of those of the pass.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from copy import copy
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.kernels import kernel
-from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.radiance_tables import RadianceTables, with_largest_errors
+from hcss_twin.engine.tables.point_axis import FrameAxis, Group
+from hcss_twin.engine.tables.radiance_tables import DenseTable
+from hcss_twin.physics import quadrature
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.views import ViewAxis, views_over_image
-from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.plan.windows import Window
 from hcss_twin.providers import Grid
+
+LOST = 1e-5
+"""Largest relative error of the polynomials of a frame, relative to those of the pass."""
 
 
 def plans_over_views(plan: Plan) -> Iterator[Plan]:
@@ -33,127 +40,100 @@ def plans_over_views(plan: Plan) -> Iterator[Plan]:
         yield plan.toward(view)
 
 
-def tables_over_views(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> RadianceTables:
-    """Return the tables of all views of a plan with several views.
-
-    Parameters
-    ----------
-    tables_of : callable
-        Computes the tables of a plan with one view.
-
-    Returns
-    -------
-    RadianceTables
-        Tables with the most wavenumbers, with the largest errors of all views, and all tables as ``over_views``.
-    """
-    assert plan.views is not None
-    of_views = tuple(tables_of(toward) for toward in plans_over_views(plan))
-    largest = with_largest_errors(of_views)
-    errors = replace(largest.errors, views=plan.views.estimated_error)
-    return replace(largest, errors=errors, over_views=of_views)
-
-
-Thickness = NDArray[np.float32]
-
-VALUES_AT_ONCE = 2**21
-"""Maximum pixels times channels that are summed together; 16 MB."""
-
-
 class GridViews:
     """Weights of the nodes of the view for the pixels of a grid on the ground."""
+
+    within_pixels = False
 
     def __init__(self, axis: ViewAxis, grid: Grid) -> None:
         self._across, self._up = axis.weights(grid)
 
-    def look_ups(self, of_nodes: Sequence[LookUp]) -> list[LookUp]:
-        """Return the look-ups at the nodes."""
-        return list(of_nodes)
-
-    def weights_of(self, window: Window) -> Array:
-        """Return the weights (N, pixels) of the nodes for the pixels of a window."""
+    def groups(self, window: Window, samples: int) -> list[Group]:
+        """Return all pixels."""
         up, across = self._up[window[0]], self._across[window[1]]
-        weights: Array = up[:, None, :, None] * across[None, :, None, :]
-        return weights.reshape(up.shape[0] * across.shape[0], -1).T
+        weights = up.T[:, None, :, None] * across.T[None, :, None, :]
+        number = up.shape[1] * across.shape[1]
+        return [Group(None, range(number), weights.reshape(number, 1, -1))]
 
 
-class ViewedLookUp:
-    """Look-up in the tables of one instant for the view of each pixel.
+@dataclass(frozen=True, eq=False)
+class FrameViews:
+    """Nodes of the directions of one frame.
+
+    Attributes
+    ----------
+    rays : Rays
+    time_s : float
+        Of the frame.
+    middle, half : (float, float)
+        Of the frame's rectangle, in coordinates of the pass.
+    orders : (int, int)
+        Polynomial order along x and y.
+    """
+
+    rays: Rays
+    time_s: float
+    middle: tuple[float, float]
+    half: tuple[float, float]
+    orders: tuple[int, int]
+    within_pixels = False
+
+    def groups(self, window: Window, samples: int) -> list[Group]:
+        """Return all pixels; those off the ground get the direction of the middle."""
+        places = self.rays.positions(window, self.time_s)
+        x, y = (np.where(np.isnan(position), at, position) for position, at in zip(places, self.middle, strict=True))
+        weights = self.weights(x.ravel(), y.ravel())
+        return [Group(None, range(len(weights)), weights[:, None])]
+
+    def weights(self, x: Array, y: Array) -> Array:
+        """Return the weights (N, n) of the nodes at positions x and y (n,) of the pass."""
+        (at_x, at_y), (half_x, half_y) = self.middle, self.half
+        across = quadrature.weights(self.orders[0], (x - at_x) / half_x)
+        up = quadrature.weights(self.orders[1], (y - at_y) / half_y)
+        weights: Array = (up[:, :, None] * across[:, None, :]).reshape(x.size, -1).T
+        return weights
+
+
+def views_of_frame(plan: Plan, time_s: float, tables: DenseTable) -> tuple[FrameAxis, Array | None]:
+    """Return the views of the pixels of a frame, and the weights (N, M) of the M nodes of the plan for its N nodes.
 
     Parameters
     ----------
-    grid : Grid
-        The image, in pixels.
-    look_ups : sequence of LookUp
-        One look-up for each node of the axis, in order.
+    tables : DenseTable
+        Toward all nodes of the plan.
+
+    Returns
+    -------
+    FrameAxis
+    ndarray or None
+        None if the nodes of the frame are those of the plan.
     """
-
-    def __init__(self, axis: ViewAxis, grid: Grid, look_ups: Sequence[LookUp]) -> None:
-        self._look_ups = look_ups
-        self._across, self._up = axis.weights(grid)
-
-    def of_part(self, extent: Window) -> ViewedLookUp:
-        """Return the look-up of some rows and columns of the image, counted from the first of them."""
-        part = copy(self)
-        part._up, part._across = self._up[extent[0]], self._across[extent[1]]
-        return part
-
-    def of_points(self, extent: Window, samples: int) -> ViewedLookUp:
-        """Return the look-up of the points of some rows and columns, as if each were a pixel."""
-        part = self.of_part(extent)
-        part._up, part._across = (np.repeat(weights, samples, axis=0) for weights in (part._up, part._across))
-        return part
-
-    @property
-    def _shape(self) -> tuple[int, int]:
-        return len(self._up), len(self._across)
-
-    def _weights(self, y: slice, x: slice) -> Iterator[Array]:
-        """Yield the weights (y, x) of each node for a window."""
-        for up in self._up[y].T:
-            for across in self._across[x].T:
-                yield up[:, None] * across
-
-    def fill(
-        self,
-        radiance: NDArray[np.float32],
-        thickness_m: Sequence[Thickness],
-        samples: int = 1,
-        corner: tuple[int, int] = (0, 0),
-    ) -> None:
-        """Write the radiance of a window of the image like :meth:`LookUp.fill`; without layers, of the whole image."""
-        if thickness_m:
-            rows, columns = (size // samples for size in thickness_m[0].shape)
-        else:
-            (rows, columns), corner = self._shape, (0, 0)
-        step = max(1, VALUES_AT_ONCE // (self._channels(radiance.shape[0]) * columns))
-        x = slice(corner[1], corner[1] + columns)
-        for first in range(0, rows, step):
-            strip = slice(first, min(first + step, rows))
-            points = [thickness[points_of(strip, samples)] for thickness in thickness_m]
-            y = slice(corner[0] + strip.start, corner[0] + strip.stop)
-            self._fill_strip(radiance[:, y, x], points, samples, y, x)
-
-    def _channels(self, channels: int) -> int:
-        """Return how many channels are looked up together for those of the radiance."""
-        return channels
-
-    def _fill_strip(
-        self, radiance: NDArray[np.float32], thickness_m: Sequence[Thickness], samples: int, y: slice, x: slice
-    ) -> None:
-        """Write the radiance (C, y, x) of some rows and columns of the part."""
-        sums = np.zeros(radiance.shape)
-        part = np.empty(radiance.shape, dtype=np.float32)
-        for weight, look_up in zip(self._weights(y, x), self._look_ups, strict=True):
-            look_up.fill(part, thickness_m, samples)
-            _add(sums, part, weight)
-        # A vanishing term can become negative between nodes.
-        radiance[...] = np.maximum(sums, 0.0)
-
-
-@kernel()
-def _add(sums, part, weight):  # type: ignore[no-untyped-def]
-    """Add a part (C, y, x) to the sums, weighted by pixel (y, x)."""
-    for c in range(sums.shape[0]):
-        for y in range(sums.shape[1]):
-            for x in range(sums.shape[2]):
-                sums[c, y, x] += weight[y, x] * np.float64(part[c, y, x])
+    assert plan.views is not None
+    if plan.is_grid:
+        return GridViews(plan.views, plan.grid), None
+    orders = plan.views.order_x, plan.views.order_y
+    whole = FrameViews(plan.rays, time_s, (0.0, 0.0), (1.0, 1.0), orders)
+    bounds = None if max(orders) == 0 else plan.rays.bounds(time_s)
+    if bounds is None:
+        return whole, None
+    clipped = [(max(-1.0, min(low, 1.0)), max(-1.0, min(high, 1.0))) for low, high in bounds]
+    middle = tuple(0.5 * (low + high) for low, high in clipped)
+    half = tuple(max(0.5 * (high - low), 1e-9) for low, high in clipped)
+    ends = np.array([*product(*((0, 1, core.shape[2] - 1) for core in tables.columns.cores))], dtype=np.intp)
+    sample = np.concatenate((tables.clear.T, *(tables.columns.values(ends) if tables.columns.cores else ()))).T
+    test = np.linspace(-1.0, 1.0, 7)
+    x, y = (coordinates.ravel() for coordinates in np.meshgrid(middle[0] + half[0] * test, middle[1] + half[1] * test))
+    true = whole.weights(x, y).T @ sample
+    scale = np.maximum(np.abs(true), 1e-6 * np.max(np.abs(true), axis=0, initial=0.0) + 1e-300)
+    for least in range(max(orders)):
+        few = min(least, orders[0]), min(least, orders[1])
+        if (few[0] + 1) * (few[1] + 1) >= (orders[0] + 1) * (orders[1] + 1):
+            break
+        at_x = middle[0] + half[0] * quadrature.nodes(few[0])
+        at_y = middle[1] + half[1] * quadrature.nodes(few[1])
+        node_x, node_y = (coordinates.ravel() for coordinates in np.meshgrid(at_x, at_y))
+        of_plan = whole.weights(node_x, node_y).T
+        guess = FrameViews(plan.rays, time_s, (middle[0], middle[1]), (half[0], half[1]), few)
+        if np.max(np.abs(guess.weights(x, y).T @ (of_plan @ sample) - true) / scale) <= LOST:
+            return guess, of_plan
+    return whole, None

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
-from hcss_twin.engine.tables.layer_pair import LayerPair
 from hcss_twin.engine.tables.spectrum import Spectrum
+from hcss_twin.engine.tables.tensor_train import TensorTrain, beside, stacked, total
 from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
 from hcss_twin.plan.accuracy import Budget
 
@@ -53,16 +52,13 @@ class InstantTable:
     ----------
     clear : ndarray (Q, B)
         The clear column.
-    alone : tuple of ndarray (N, Q, B)
-        For each layer, columns with cloud in this layer only, at the dense nodes of its axis; N = 0 for a layer
-        that never has cloud.
-    both : ndarray (E, F, K, B) or None
-        Terms of columns with cloud in both layers, at the exact nodes of their axes; None unless there are two.
+    columns : TensorTrain
+        K x B terms as functions of the thickness of each layer that can have cloud, at none and at the exact nodes of
+        its axis; without variables if no layer can.
     """
 
     clear: Array
-    alone: tuple[Array, ...]
-    both: Array | None
+    columns: TensorTrain
 
 
 @dataclass(frozen=True)
@@ -71,44 +67,118 @@ class DenseTable:
 
     Attributes
     ----------
-    clear : ndarray (C,)
-        The clear column; C = Q x B.
+    clear : ndarray (R, C)
+        The clear column in R states; C = Q x B.
     nodes_m : tuple of ndarray (N,)
         Thickness nodes of each layer, ascending, above 0; empty for a layer that never has cloud.
-    alone : tuple of ndarray (N, C)
-    both : ndarray of float32 (N, M, C) or None
+    columns : TensorTrain
+        R x C functions of the thickness of each layer that can have cloud, at none and at its nodes.
+    bands : int
+        B, if all terms follow the total; 0 if their sum need not be the total.
     """
 
     clear: Array
     nodes_m: tuple[Array, ...]
-    alone: tuple[Array, ...]
-    both: NDArray[np.float32] | None
+    columns: TensorTrain
+    bands: int = 0
 
-    @cached_property
-    def pair(self) -> NDArray[np.float32]:
-        """Columns (2 + N, 2 + M, C) of two layers, without cloud twice before the nodes of either."""
-        assert self.both is not None
-        lower, upper = self.alone
-        pair = np.empty((lower.shape[0] + 2, upper.shape[0] + 2, self.clear.size), np.float32)
-        pair[:2, :2], pair[:2, 2:], pair[2:, :2], pair[2:, 2:] = self.clear, upper, lower[:, None], self.both
-        return pair
+    @property
+    def channels(self) -> int:
+        """Number of quantities times bands, C."""
+        return int(self.clear.shape[1])
 
     def blend(self, other: DenseTable, weight: float) -> DenseTable:
         """Interpolate linearly toward ``other``, with the same nodes."""
-        if weight == 0.0:
-            return self
-        both: NDArray[np.float32] | None = None
-        if self.both is not None and other.both is not None:
-            # Not self + weight (other - self): small night values would be lost in the rounding of day values.
-            both = other.both * np.float32(weight)
-            for row, before in zip(both, self.both, strict=True):  # row by row, as these tables are large
-                row += np.float32(1 - weight) * before
-        return DenseTable(
-            (1 - weight) * self.clear + weight * other.clear,
-            self.nodes_m,
-            tuple((1 - weight) * a + weight * b for a, b in zip(self.alone, other.alone, strict=True)),
-            both,
+        if weight in (0.0, 1.0):
+            return (self, other)[int(weight)]
+        clear = (1.0 - weight) * self.clear + weight * other.clear
+        one, two, shares = self.columns, other.columns, (1.0 - weight, weight)
+        if len(one.cores) > 1:
+            return replace(self, clear=clear, columns=total([one, two], shares).rounded(ROUNDING))
+        # As shadows are blended, to the bit: what they take is no more than there is.
+        cores = tuple(shares[0] * a + shares[1] * b for a, b in zip(one.cores, two.cores, strict=True))
+        return replace(self, clear=clear, columns=TensorTrain(cores))
+
+    def mixed(self, weights: Array) -> DenseTable:
+        """Return sums over states with weights (M, R)."""
+        columns = self.columns.mixed(weights) if self.columns.cores else self.columns
+        return replace(self, clear=weights @ self.clear, columns=columns)
+
+    def in_state(self, number: int) -> DenseTable:
+        """Return the table of one state."""
+        some = slice(number, number + 1)
+        first = (self.columns.cores[0][:, some], *self.columns.cores[1:]) if self.columns.cores else ()
+        return replace(self, clear=self.clear[some], columns=TensorTrain(first))
+
+    def fewest(self, lost: float) -> tuple[DenseTable, Array | None]:
+        """Return the fewest states whose combinations, with weights (R, M), equal all within a relative error.
+
+        Radiance is nearly a sum of few products of a function of the cloud and one of the direction: of the 16 tables
+        toward a frame of a camera 4 or 5 combinations tell all of them within 1e-5. They are the singular vectors of
+        the table of all tables. Those of several layers are not combined (None).
+        """
+        if len(self.columns.cores) != 1:
+            return self, None
+        (core,), states = self.columns.cores, self.clear.shape[0]
+        every = np.concatenate((self.clear, core[..., 0].swapaxes(0, 1).reshape(states, -1)), axis=1)
+        largest = np.max(np.abs(every), axis=0)
+        scale = np.where(largest > 0.0, largest, 1.0)
+        size = np.maximum(np.abs(every), 1e-6 * largest.max() + 1e-300)
+        of_table, strength, of_column = np.linalg.svd(every / scale, full_matrices=False)
+        for count in range(1, strength.size + 1):
+            weights, components = of_table[:, :count], strength[:count, None] * of_column[:count] * scale
+            if np.max(np.abs(weights @ components - every) / size) <= lost:
+                break
+        clear, columns = np.split(components, [self.channels], axis=1)
+        mixed = columns.reshape(count, self.channels, -1).swapaxes(0, 1)[..., None]
+        return replace(self, clear=clear, columns=TensorTrain((mixed,))), weights
+
+
+ROUNDING = 1e-8
+"""Rounding of tables of several layers, relative to their root mean square."""
+
+
+def stacked_tables(tables: Sequence[DenseTable]) -> DenseTable:
+    """Return tables of one state each as one of all states, at all thicknesses at which one of them has values.
+
+    Between these every table is linear. Beyond its thickest cloud, a table continues with that.
+    """
+    first = tables[0]
+    if len(tables) == 1:
+        return first
+    clear = np.concatenate([table.clear for table in tables])
+    nodes = tuple(_union([table.nodes_m[layer] for table in tables]) for layer in range(len(first.nodes_m)))
+    if not first.columns.cores:
+        return replace(first, clear=clear, nodes_m=nodes)
+    present = [layer for layer, of_layer in enumerate(nodes) if of_layer.size]
+
+    def at_all(table: DenseTable) -> TensorTrain:
+        return table.columns.each(
+            lambda which, values: _at(nodes[present[which]], table.nodes_m[present[which]], values)
         )
+
+    return replace(first, clear=clear, nodes_m=nodes, columns=stacked([at_all(table) for table in tables]))
+
+
+def _union(nodes: Sequence[Array]) -> Array:
+    """Return all nodes, ascending."""
+    first = nodes[0]
+    return (
+        first
+        if all(other is first or np.array_equal(other, first) for other in nodes)
+        else np.unique(np.concatenate(nodes))
+    )
+
+
+def _at(nodes: Array, given: Array, values: Array) -> Array:
+    """Interpolate values (1 + N, ...), the first without cloud, linearly from thicknesses to others."""
+    if nodes is given or np.array_equal(nodes, given):
+        return values
+    index = np.clip(np.searchsorted(given, nodes, side="right") - 1, 0, given.size - 2)
+    share = np.clip((nodes - given[index]) / (given[index + 1] - given[index]), 0.0, 1.0)
+    share = share.reshape(-1, *(1,) * (values.ndim - 1))
+    cloudy = values[1:]
+    return np.concatenate((values[:1], (1.0 - share) * cloudy[index] + share * cloudy[index + 1]))
 
 
 @dataclass(frozen=True)
@@ -197,8 +267,6 @@ class RadianceTables:
         Time nodes; a single one if the sun does not matter.
     axes : tuple of ThicknessAxis or None
         Axis of each layer, from the lowest to the highest; None for a layer that never has cloud.
-    pair : LayerPair or None
-        Axes for both layers together, equal to ``axes``.
     tables : tuple of InstantTable (T,)
         Tables at the nodes.
     spectrum : Spectrum
@@ -211,43 +279,39 @@ class RadianceTables:
         Change of the clear column by resolved waves, at the same time nodes; None for a statistical sea.
     texture : TextureTables or None
         Perturbed states of the same columns; None without clear-sky texture.
-    over_views : tuple of RadianceTables
-        Tables for each view if view angles vary over the image; these tables are then one of them, with the largest
-        errors of all.
-    over_states : tuple of RadianceTables
-        Tables for each state of the points (:mod:`.point_states`), if it differs; these tables are then one of them,
-        with the largest errors of all.
-    state_error : float
-        Relative error of the interpolation between these states.
+    over : tuple of RadianceTables
+        Tables at each node of the first of the axes along which points differ (:mod:`.point_axis`); these tables are
+        then one of them, with the largest errors of all.
+    over_error : float
+        Relative error of the interpolation along that axis, but for views.
     """
 
     quantities: Quantities
     time_s: tuple[float, ...]
     axes: tuple[ThicknessAxis | None, ...]
-    pair: LayerPair | None
     tables: tuple[InstantTable, ...]
     spectrum: Spectrum
     errors: Budget
     shadows: ShadowTables | None = None
     waves: WaveTables | None = None
     texture: TextureTables | None = None
-    over_views: tuple[RadianceTables, ...] = ()
-    over_states: tuple[RadianceTables, ...] = ()
-    state_error: float = 0.0
+    over: tuple[RadianceTables, ...] = ()
+    over_error: float = 0.0
 
     @property
     def estimated_error(self) -> float:
         """Largest sum of the relative errors of the total."""
         texture = 0.0 if self.texture is None else self.texture.estimated_error
-        return self.errors.total + self.state_error + texture
+        return self.errors.total + self.over_error + texture
+
+    @property
+    def leaves(self) -> tuple[RadianceTables, ...]:
+        """Tables at all nodes of all axes, those of the last axis one after another."""
+        return tuple(leaf for node in self.over for leaf in node.leaves) or (self,)
 
 
 class TableReader:
-    """Tables for look-up at any time within the nodes.
-
-    Dense tables of two layers are large: only those of the two current time nodes are kept, so request frames in the
-    order of time.
-    """
+    """Tables for look-up at any time within the nodes."""
 
     def __init__(self, tables: RadianceTables) -> None:
         self._tables = tables
@@ -263,15 +327,28 @@ class TableReader:
 
     def _dense_at_node(self, index: int) -> DenseTable:
         tables, table = self._tables, self._tables.tables[index]
-        both = None
-        if tables.pair is not None and table.both is not None:
-            both = tables.pair.dense(table.both, tables.quantities.of)
-        return DenseTable(
-            clear=table.clear.ravel(),
-            nodes_m=tuple(np.empty(0) if axis is None else axis.dense_m for axis in tables.axes),
-            alone=tuple(columns.reshape(columns.shape[0], table.clear.size) for columns in table.alone),
-            both=both,
-        )
+        axes, quantities = [axis for axis in tables.axes if axis is not None], tables.quantities
+        columns, clear = table.columns, table.clear.reshape(1, -1)
+        if len(axes) == 1:
+            terms = np.moveaxis(columns.cores[0][:, 0, 1:, 0], 0, 1)
+            dense = axes[0].interpolate(terms.reshape(len(terms), len(quantities.terms), -1))
+            of_nodes = quantities.of(dense).reshape(len(dense), -1)
+            columns = TensorTrain((np.concatenate((clear, of_nodes)).T[:, None, :, None],))
+        elif axes:
+            columns = _quantities_of(columns, quantities).each(
+                lambda which, values: np.concatenate((values[:1], axes[which].linear(values[1:])))
+            )
+        nodes_m = tuple(np.empty(0) if axis is None else axis.dense_m for axis in tables.axes)
+        whole = set(quantities.wanted) == set(quantities.terms)
+        return DenseTable(clear, nodes_m, columns, table.clear.shape[1] if whole else 0)
+
+
+def _quantities_of(terms: TensorTrain, quantities: Quantities) -> TensorTrain:
+    """Return the quantities (Q x B) of the terms (K x B) of several layers."""
+    bands = terms.cores[0].shape[0] // len(quantities.terms)
+    of_terms = [terms.of(slice(first * bands, (first + 1) * bands)) for first in range(len(quantities.terms))]
+    whole = total(of_terms, [1.0] * len(of_terms)).rounded(ROUNDING)
+    return beside([whole, *(of_terms[quantities.terms.index(name)] for name in quantities.wanted)])
 
 
 def interval(nodes: tuple[float, ...], time_s: float) -> tuple[int, float]:

@@ -9,11 +9,11 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.error_norm import largest_error
-from hcss_twin.engine.tables.thickness_axis import breakpoints
+from hcss_twin.engine.tables.tensor_train import evenly
+from hcss_twin.engine.tables.thickness_axis import axis_of
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes, choose_nodes
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Sun, View
-from hcss_twin.providers.column_states import spectra_of
+from hcss_twin.providers import ColumnStates, Sun, View
 
 _SEED = 2**17
 
@@ -38,7 +38,7 @@ FIRST_COLUMNS = 5
 """Number of thicknesses of each layer, in geometric progression, for the fit; one between any two levels is added."""
 
 TRIED_COLUMNS = 8
-"""Number of other thicknesses of each layer, and of both, for each test."""
+"""Number of other thicknesses of each layer, and of all, for each test."""
 
 CHOICE_SHARE, TRIAL_SHARE = 0.2, 0.4
 """Shares of the tolerance for fitted columns and for test columns."""
@@ -54,9 +54,6 @@ TRIED_SUNS = 2
 
 MAX_TRIALS = 6
 """Maximum number of fits; after that all wavenumbers are used."""
-
-_PLASTIC = 1.32471795724474602596
-"""Real root of x^3 = x + 1."""
 
 
 @dataclass(frozen=True)
@@ -110,39 +107,59 @@ def _choose(plan: Plan, tolerance: float, views: Sequence[View], tested: Sequenc
     if plan.texture is not None and (plan.texture.water_vapour or not plan.texture.sea_is_proportional(plan.assembly)):
         states = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
         plans += [replace(plan, assembly=plan.texture.perturbed(plan.assembly, state)) for state in states]
-    first = _first_columns(plan)
-    known = np.concatenate([_spectra(in_state, views, first, suns, skies) for in_state in plans])
-    trials, heights = _trials(plan), CLEAR_SKIES if moves else 1
-    for trial in range(MAX_TRIALS):
+    first, trials, heights = _first_columns(plan), _trials(plan), CLEAR_SKIES if moves else 1
+
+    def trial(number: int) -> tuple[Array, list[Sun | None], list[Sun | None]]:
+        count = TRIED_SUNS + number
+        between = _suns_over_time(plan, (np.arange(count) + 0.5) / count) if moves else suns
+        return next(trials), between, _suns(plan, heights + 1 + number)
+
+    # With those of the first trial: all suns together cost a model little more than some.
+    tried_first = (tested, *trial(0))
+    known, tried = _spectra(plan, (views, first, suns, skies), tried_first)
+    others = [_spectra(in_state, (views, first, suns, skies))[0] for in_state in plans[1:]]
+    known = np.concatenate((known, *others))
+    for number in range(1, MAX_TRIALS + 1):
         nodes = choose_nodes(grid, known, CHOICE_SHARE * tolerance)
         if nodes.wavenumber_cm1.size == grid.wavenumber_cm1.size:
             break
-        thickness = next(trials)
-        count = TRIED_SUNS + trial
-        between = _suns_over_time(plan, (np.arange(count) + 0.5) / count) if moves else suns
-        skies = _suns(plan, heights + 1 + trial)
-        tried = _spectra(plan, tested, thickness, between, skies)
         places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
         total = np.sum(tried, axis=1)
         error = largest_error(total[:, places] @ nodes.weights_cm1.T, total @ grid.weights_cm1.T)
         if error <= TRIAL_SHARE * tolerance:
             return Spectrum(nodes, grid.wavenumber_cm1.size, tolerance)
         known = np.concatenate((known, tried))
+        if number < MAX_TRIALS:
+            (tried,) = _spectra(plan, (tested, *trial(number)))
     return Spectrum(all_nodes(grid), grid.wavenumber_cm1.size, 0.0)
 
 
-def _spectra(
-    plan: Plan, views: Sequence[View], thickness_m: Array, suns: Sequence[Sun | None], skies: Sequence[Sun | None]
-) -> Array:
-    """Terms (N, K, V) of cloudy columns under some suns, and of clear sky under others, toward each view."""
-    scene, wavenumber = plan.assembly, plan.spectral_grid.wavenumber_cm1
-    cloudless, spectra = np.zeros((1, len(plan.layers))), []
-    for rows, under in ((thickness_m, suns), (cloudless, skies)):
-        for some in scene.together(views or (plan.view,)):
-            settings = [setting for view in some for sun in under for setting in scene.spanning(sun, view)]
-            found = spectra_of(scene.model, settings, wavenumber, rows)
-            spectra.append(found.reshape(-1, *found.shape[2:]))
-    return np.concatenate(spectra)
+_Part = tuple[Sequence[View], Array, Sequence[Sun | None], Sequence[Sun | None]]
+
+
+def _spectra(plan: Plan, *parts: _Part) -> list[Array]:
+    """Terms (N, K, V) of each part: cloudy columns toward each view under some suns, and clear sky under others."""
+    scene, cloudless = plan.assembly, np.zeros((1, len(plan.layers)))
+    wanted = [
+        (part, setting, rows)
+        for part, (views, thickness_m, suns, skies) in enumerate(parts)
+        for rows, under in ((thickness_m, suns), (cloudless, skies))
+        for view in views or (plan.view,)
+        for sun in under
+        for setting in scene.spanning(sun, view)
+        if len(rows)
+    ]
+    spectra: list[list[Array]] = [[] for _ in parts]
+    # Views with air of their own are computed one by one.
+    for some in [wanted] if scene.air_over_field is None else [[one] for one in wanted]:
+        settings = [setting for _, setting, rows in some for _ in rows]
+        states = ColumnStates.of(settings, np.concatenate([rows for *_, rows in some]))
+        terms = scene.model.columns(states, plan.spectral_grid.wavenumber_cm1)
+        found = np.stack([np.asarray(terms[name]) for name in scene.model.terms], axis=1)
+        ends = np.cumsum([len(rows) for *_, rows in some])
+        for (part, *_), values in zip(some, np.split(found, ends[:-1]), strict=True):
+            spectra[part].append(values)
+    return [np.concatenate(of_part) for of_part in spectra]
 
 
 def _sun_moves(plan: Plan, toward: View, tolerance: float) -> bool:
@@ -184,16 +201,17 @@ def _suns_that_hardly_move(plan: Plan) -> list[Sun | None]:
 
 
 def _first_columns(plan: Plan) -> Array:
-    """Thicknesses (N, L): each layer alone from its thinnest to its thickest, and some with both."""
+    """Thicknesses (N, L): each layer alone from its thinnest to its thickest, and some with all."""
     share = np.linspace(0.0, 1.0, FIRST_COLUMNS)
     rows = []
     for layer in _cloudy(plan):
         low, high = _range(plan, layer)
-        ends = np.array(breakpoints(plan.layers[layer], plan.assembly.profile.altitude_m))
+        ends = axis_of(plan.layers[layer], plan.assembly.profile.altitude_m).ends
         between = 0.5 * (ends[:-1] + ends[1:])
         rows.append(_alone(plan, layer, np.concatenate((low * (high / low) ** share, between))))
     if len(rows) > 1:
-        rows.append(_both(plan, np.array([[0.0, 0.0], [1.0, 0.5], [0.5, 1.0], [0.3, 0.7]])))
+        pattern = np.array([[0.0, 0.0], [1.0, 0.5], [0.5, 1.0], [0.3, 0.7]])
+        rows.append(_together(plan, np.resize(pattern.T, (len(plan.layers), len(pattern))).T))
     return _stack(plan, rows)
 
 
@@ -201,12 +219,10 @@ def _trials(plan: Plan) -> Iterator[Array]:
     """Yield new thicknesses (N, L) without end."""
     start = 1
     while True:
-        number = np.arange(start, start + TRIED_COLUMNS)
-        # Kronecker sequence of powers of the plastic number: evenly distributed, without repetition.
-        square = np.mod(0.5 + number[:, None] * _PLASTIC ** -np.array([1.0, 2.0]), 1.0)
-        rows = [_alone(plan, layer, _within(plan, layer, square[:, 0])) for layer in _cloudy(plan)]
+        share = evenly(max(len(plan.layers), 2), start - 1, TRIED_COLUMNS)
+        rows = [_alone(plan, layer, _within(plan, layer, share[:, 0])) for layer in _cloudy(plan)]
         if len(rows) > 1:
-            rows.append(_both(plan, square))
+            rows.append(_together(plan, share))
         yield _stack(plan, rows)
         start += TRIED_COLUMNS
 
@@ -225,9 +241,10 @@ def _alone(plan: Plan, layer: int, thickness_m: Array) -> Array:
     return rows
 
 
-def _both(plan: Plan, share: Array) -> Array:
-    """Columns (N, L) of two layers from fractions (N, 2) of their ranges."""
-    return np.stack([_within(plan, layer, share[:, layer]) for layer in range(len(plan.layers))], axis=1)
+def _together(plan: Plan, share: Array) -> Array:
+    """Columns (N, L) of all layers that can have cloud, from fractions (N, L) of their ranges."""
+    columns: Array = np.sum([_alone(plan, n, _within(plan, n, share[:, n])) for n in _cloudy(plan)], axis=0)
+    return columns
 
 
 def _within(plan: Plan, layer: int, share: Array) -> Array:

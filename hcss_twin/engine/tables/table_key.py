@@ -51,6 +51,9 @@ def table_key(plan: Plan) -> str:
         parts |= effect.key(scenario, assembly)
     if isinstance(plan.view, PlacedView):
         parts["place"] = [plan.view.latitude_deg, plan.view.longitude_deg]
+    if assembly.alterations:
+        sections = json.loads(plan.scenario.to_json())
+        parts["altered"] = [[e.name, e.code, value, sections[e.name]] for e, value in assembly.alterations]
     surface = assembly.surface
     if surface is not None:
         parts["surface"] = [surface.name, surface.temperature_K]

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.error_norm import largest_error
-from hcss_twin.engine.tables.columns import BandColumns, ExactColumns
-from hcss_twin.engine.tables.layer_pair import LayerPair
+from hcss_twin.engine.tables.columns import Axes, BandColumns
 from hcss_twin.engine.tables.radiance_tables import InstantTable, TextureTables
-from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
+from hcss_twin.engine.tables.tensor_train import TensorTrain, total
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.texture import EXPANSION_STATES, VAPOUR_PLACES, Expansion, State, Texture, sea_factors
 from hcss_twin.providers import ColumnSetting, Sun
@@ -33,11 +32,7 @@ relative humidity: where that of the path passes 70 or 80 %, sunlight that it sc
 
 
 def compile_texture(
-    columns: BandColumns,
-    axes: tuple[ThicknessAxis | None, ...],
-    pair: LayerPair | None,
-    exact: Sequence[ExactColumns],
-    settings: Sequence[ColumnSetting],
+    columns: BandColumns, axes: Axes, exact: Sequence[TensorTrain], settings: Sequence[ColumnSetting]
 ) -> TextureTables | None:
     """Compute the tables of the perturbed states of a scene; None if it has no texture.
 
@@ -45,7 +40,7 @@ def compile_texture(
     ----------
     columns : BandColumns
         Of the scene.
-    exact : sequence of ExactColumns (T,)
+    exact : sequence of TensorTrain (T,)
         Those of the scene, at each time node.
     settings : sequence of ColumnSetting (T,)
     """
@@ -79,14 +74,17 @@ def compile_texture(
         if texture.sea_is_proportional(plan.assembly):
             warm = OverWarmerSea(columns, warm.plan, settings[middle].sun)
         over_warm = [in_state((1.0, 0.0), setting) for setting in settings]
-        (first,) = warm.exact(axes, pair, [over_warm[middle]], [[exact[middle]]], tolerance)
+        (first,) = warm.exact(axes, [over_warm[middle]], tolerance, [[exact[middle]]])
         # What the sea emits does not depend on the sun.
-        perturbed = [first if scene is exact[middle] else scene.plus(first, exact[middle]) for scene in exact]
-        tables.append(columns_in[1.0, 0.0].tables(axes, perturbed, over_warm))
+        perturbed = [
+            first if scene is exact[middle] else total([scene, first, exact[middle]], [1.0, 1.0, -1.0])
+            for scene in exact
+        ]
+        tables.append(columns_in[1.0, 0.0].tables(perturbed, over_warm))
     for vapour_place in VAPOUR_PLACES[: places if texture.water_vapour else 0]:
         drier = columns_in[0.0, vapour_place]
         in_drier = [in_state((0.0, vapour_place), setting) for setting in settings]
-        tables.append(drier.tables(axes, drier.exact(axes, pair, in_drier, [exact], tolerance), in_drier))
+        tables.append(drier.tables(drier.exact(axes, in_drier, tolerance, [exact]), in_drier))
     mixed = np.stack([_ratio(mixed_terms, clear.warm) for mixed_terms in clear.mixed])
     return TextureTables(tuple(tables), _ratio(clear.square, clear.warm), mixed, errors[places] + tolerance)
 

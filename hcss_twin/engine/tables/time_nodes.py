@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.error_norm import largest_error
 from hcss_twin.engine.tables.columns import BandColumns
-from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.axis import Axis, place
 from hcss_twin.providers import View
 
 LONGEST_TIME_STEP_S = 3600.0
-"""Maximum interval between time nodes if the motion of the sun matters."""
+"""Maximum interval between time nodes if the motion of the sun matters: the noons of three days agree."""
 
 
 def time_nodes(columns: BandColumns, views: Sequence[View], tolerance: float) -> tuple[tuple[float, ...], float]:
@@ -22,37 +27,35 @@ def time_nodes(columns: BandColumns, views: Sequence[View], tolerance: float) ->
     streams: how they change as the sun moves hardly depends on the numerical level.
     """
     plan, times = columns.plan, columns.plan.frame_times_s
-    middle, last = times.size // 2, times.size - 1
+    middle = (float(times[times.size // 2]),)
     if not plan.sun_matters or times.size == 1:
-        return (float(times[middle]),), 0.0
+        return middle, 0.0
 
-    def of_frames(frames: Sequence[int]) -> dict[int, Array]:
-        """Return the columns of some frames, computed together."""
-        suns = [plan.sun_at(float(times[frame])) for frame in frames]
+    def of_frames(time_s: Array) -> Array:
+        """Return the columns of some frames (N, ..., 1, B), computed together."""
+        suns = [plan.sun_at(time) for time in time_s.tolist()]
         found = columns.probe([plan.assembly.setting(sun, view) for sun in suns for view in views])
-        return dict(zip(frames, found.reshape(len(frames), -1, found.shape[-1]), strict=True))
+        return found.reshape(time_s.size, -1, 1, found.shape[-1])
 
-    known = of_frames([0, last])
-    change = largest_error(known[last], known[0])
-    near = times[-1] - times[0] <= LONGEST_TIME_STEP_S
-    if 0.6 * change <= tolerance and near and _is_up(plan, 0) == _is_up(plan, last):
-        # Half the change on either side; over less than an hour the change is nearly linear.
-        return (float(times[middle]),), 0.6 * change
-    pending, worst = [(0, last)], 0.0
-    while intervals := [(low, high) for low, high in pending if high - low > 1]:
-        pending, between = [], of_frames([(low + high) // 2 for low, high in intervals])
-        for (low, high), (middle, exact) in zip(intervals, between.items(), strict=True):
-            weight = (times[middle] - times[low]) / (times[high] - times[low])
-            error = largest_error((1 - weight) * known[low] + weight * known[high], exact)
-            # Over days, agreement at the middle alone proves nothing: the noons of three days agree.
-            near = times[high] - times[low] <= LONGEST_TIME_STEP_S
-            if error <= tolerance and near and _is_up(plan, low) == _is_up(plan, high):
-                worst = max(worst, error)
-                continue
-            known[middle] = exact
-            pending += [(low, middle), (middle, high)]
-    return tuple(float(times[frame]) for frame in sorted(known)), worst
+    ends = _ends(times, plan.sun_zenith_deg < 90.0)
+    if ends.size == 2:
+        first, last = of_frames(times[[0, -1]])
+        change = 0.6 * largest_error(last, first)
+        if change <= tolerance:
+            # Half the change on either side; over less than an hour the change is nearly linear.
+            return middle, change
+    axis = Axis(float(times[0]), float(times[-1]), ends[1:-1].tolist())
+    placed = place(axis, of_frames, tolerance, orders=(1,), most=4 * times.size, fewest=True, nearest=times)
+    return tuple(placed.nodes.tolist()), placed.error
 
 
-def _is_up(plan: Plan, frame: int) -> bool:
-    return bool(plan.sun_zenith_deg[frame] < 90.0)
+def _ends(times: Array, up: NDArray[np.bool_]) -> Array:
+    """Return the frames before and after each rise and set of the sun, and others at most an hour apart."""
+    risen = np.flatnonzero(up[1:] != up[:-1])
+    fixed = np.unique(np.concatenate((times[[0, -1]], times[risen], times[risen + 1])))
+    hours = [
+        np.linspace(low, high, math.ceil((high - low) / LONGEST_TIME_STEP_S) + 1)
+        for low, high in pairwise(fixed.tolist())
+    ]
+    every = np.concatenate(hours)
+    return np.unique(times[np.searchsorted(0.5 * (times[1:] + times[:-1]), every)])

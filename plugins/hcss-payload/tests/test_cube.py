@@ -47,7 +47,7 @@ def test_a_nadir_camera_gives_the_cube_of_the_ground_grid(clouds):
 def test_a_narrow_camera_has_the_tables_of_its_one_view():
     plan = hcss_twin.make_plan(scenario(STARING, {"output": {"certificate": 0}}))
     (view,) = views_over_image(plan.assembly).at(plan.views.places)
-    (of_view,) = compile_tables(plan).over_views
+    (of_view,) = compile_tables(plan).over
     nodes = of_view.spectrum.nodes
     terms = plan.assembly.toward(view).clear(nodes.wavenumber_cm1, plan.sun_at(0.0))
     exact = np.sum(list(terms.values()), axis=0) @ nodes.weights_cm1.T

@@ -84,10 +84,11 @@ class CloudSlab:
         included; 0 without a sun.
     beam_transmission : ndarray (M, 2, N, S)
         sr-1, azimuth modes from 1 on, of view and sun toward the streams; 0 where sunlight is negligible.
-    beam_reflection : ndarray (1 + M, 2, N, S)
-        The same of reflection, from mode 0 on as in :class:`CoveredLayers`; none without a sun.
-    between_streams : ndarray (1 + M, 2, P, S)
-        The same of reflection and transmission between the P pairs of streams of ``np.triu_indices``, float32.
+    coupled_beams : ndarray (M', 2, 2, N, S)
+        Modes of reflection and transmission of view and sun toward the streams, as in :class:`CoupledLayers`; none
+        without a sun or other layers.
+    between_streams : ndarray (M', 2, P, S)
+        The same between the P pairs of streams of ``np.triu_indices``, float32.
     optical_thickness, albedo : ndarray (S,)
         Of the layer, and of single scattering.
     moments : ndarray (K, S)
@@ -108,7 +109,7 @@ class CloudSlab:
     sun_direct: Array
     to_lower_air: Array
     beam_transmission: Array
-    beam_reflection: Array
+    coupled_beams: Array
     between_streams: Array
     optical_thickness: Array
     albedo: Array

@@ -14,6 +14,8 @@ from functools import lru_cache
 from os.path import dirname
 from typing import ClassVar
 
+import numpy as np
+
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import weakly
 from hcss_twin.core.one_thread import in_one_thread
@@ -76,9 +78,11 @@ class Physical:
     def columns(self, states: ColumnStates, wavenumber_cm1: Array) -> Mapping[str, Array]:
         """Return terms (N, V) of columns. Clouds are solved for all suns of a setting, or for all views, at once."""
         results = states.empty(self.terms, wavenumber_cm1)
-        suns, views = _together(states.settings)
-        for rows, setting, thickness_m in states.groups():
-            beside = suns[setting.under(None)], views[replace(setting, view=_ANY)]
+        groups = list(states.groups())
+        _, views = _together(group.setting for group in groups)
+        suns, _ = _together(group.setting for group in groups if np.any(group.thickness_m))
+        for rows, setting, thickness_m in groups:
+            beside = suns.get(setting.under(None), [setting.sun]), views[replace(setting, view=_ANY)]
             columns = self._of_setting(setting.under(None))
             for name, values in columns.terms(wavenumber_cm1, thickness_m, setting.sun, *beside).items():
                 results[name][rows] = values

@@ -43,7 +43,7 @@ from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, sunlit_
 from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.providers import CloudLayer, ColumnSetting, RadianceInputs, Sun, TransmittanceProvider, View
 
-_MAX_SPECTRA, _MAX_SOLVED = 4, 1e7
+_MAX_SPECTRA, _MAX_SOLVED = 4, 2e7
 """Limits of solved clouds in memory: spectra, and values of a spectrum over all suns; at one wavenumber of one sun some
 hundred times streams times azimuth modes between cloud and sea."""
 
@@ -183,6 +183,8 @@ class SettingColumns:
     ) -> dict[str, Array]:
         """Return terms (N, V) of columns that have cloud."""
         scene = self._scene(wavenumber_cm1, sun)
+        if len(views) > len(suns):  # all views under one sun cost less than all suns toward one view
+            suns = [sun]
         solvers = self._solvers_together(wavenumber_cm1, sun, suns)
         toward = self._solvers_toward(wavenumber_cm1, sun, suns, views)
         layers = self._setting.layers
@@ -271,7 +273,7 @@ class SettingColumns:
         solver = self._slab_solvers(wavenumber)(sun)
         if len(views) < 2 or len(suns) > 1 or solver.solves_alone or self._closed_form:
             return []
-        most = max(self._solved_in_memory(wavenumber) // 2, 1)  # beside what else is in the memory
+        most = max(self._solved_in_memory(wavenumber) // 4, 1)  # beside what else is in the memory
         first = views.index(self._setting.view) // most * most
         every = [self._directions(view, sun) for view in views]
         solver.views_at_once = tuple((float(directions.mu[VIEW]), directions.relative_azimuth) for directions in every)
@@ -314,6 +316,7 @@ class SettingColumns:
                 sun_share, inputs.solar_irradiance, sea_K, directions
             ),  # not a method: this object keeps the solver
             self._closed_form,
+            len(self._setting.layers) > 1,
             inputs.memory or ArrayMemory(),
         )
 

@@ -20,7 +20,7 @@ from hcss_twin.core.result_cache import ArrayMemory
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.models.radiance.physical.numerics import Numerics
 from hcss_twin.models.radiance.physical.operator_table import WINDOW, coarse_thickness, from_coarse
-from hcss_twin.physics.multiple_scattering.beams import solve_covered_layers, transmit_beams
+from hcss_twin.physics.multiple_scattering.beams import coupled_moments, solve_coupled_layers, transmit_beams
 from hcss_twin.physics.multiple_scattering.layer import LayerOperators, joined, solve_layers
 from hcss_twin.physics.multiple_scattering.phase_function import extended_moments
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun, solve_sunlit_layers
@@ -56,6 +56,8 @@ class SlabOperators:
     directions : sequence of ColumnDirections (S,)
     faint : sequence of ndarray of bool (S,)
         Where sunlight is faint (V,): the closed form with its error of about 15 % suffices for it.
+    coupled : bool
+        Whether other layers may lie above or below.
     views_at_once : tuple of (float, float)
         Cosine and azimuth relative to the sun of views whose sunlight is solved at once, for little more than one.
     """
@@ -65,6 +67,7 @@ class SlabOperators:
     memory: ArrayMemory
     directions: Sequence[ColumnDirections]
     faint: Sequence[NDArray[np.bool_]]
+    coupled: bool
     views_at_once: tuple[tuple[float, float], ...] = ()
 
     @property
@@ -99,8 +102,8 @@ class SlabOperators:
         moments : ndarray (K, V)
         """
         is_lit = self.where.sun is not None and not self.closed_form
-        covered = self._covered(depth, albedo, moments, self.numerics.turned_modes if is_lit else 0)
-        operators = zip(self._new_operators(depth, albedo, moments), covered, strict=True)
+        coupled = self._coupled(depth, albedo, moments, self.numerics.turned_modes if is_lit else 0)
+        operators = zip(self._new_operators(depth, albedo, moments), coupled, strict=True)
         return [tuple(chain.from_iterable(operator)) for operator in operators]
 
     def _new_operators(self, depth: Array, albedo: Array, moments: Array) -> Iterator[tuple[Array, ...]]:
@@ -126,21 +129,24 @@ class SlabOperators:
             beams[..., self.faint[number]] = 0.0
             yield *diffuse(view), back, through, beam, lower, beams
 
-    def _covered(self, depth: Array, albedo: Array, moments: Array, modes: int) -> Iterator[tuple[Any, ...]]:
-        """Yield the last two operators of :class:`CloudSlab` for each solver, on a grid one row per octave."""
-        if depth.shape[0] > WINDOW:
-            depth = depth[:: self.numerics.per_octave]
+    def _coupled(self, depth: Array, albedo: Array, moments: Array, modes: int) -> Iterator[tuple[Any, ...]]:
+        """Yield the last two operators of :class:`CloudSlab` for each solver, the last on a grid one row per octave."""
+        few = depth[:: self.numerics.per_octave] if depth.shape[0] > WINDOW else depth
         count, views, suns = self.where.count, self.views, self.suns
-        beams = np.zeros((depth.shape[0], modes, len(views) + len(suns), count, albedo.size))
-        between = np.zeros((depth.shape[0], modes, 2, count * (count + 1) // 2, albedo.size), dtype=np.float32)
+        modes = min(modes, coupled_moments(count))
+        beams = np.zeros((depth.shape[0], modes if self.coupled else 0, 2, len(views) + len(suns), count, albedo.size))
+        between = np.zeros((few.shape[0], modes, 2, count * (count + 1) // 2, albedo.size), dtype=np.float32)
         bright = ~np.all(self.faint, axis=0)
         if modes and np.any(bright):
-            layer = depth[:, bright], albedo[bright], moments[:, bright]
-            solved = solve_covered_layers(*layer, np.array([*views, *suns]), count, modes)
-            beams[..., bright] = solved.beams.transpose(1, 0, 4, 3, 2)
+            layer, along = (albedo[bright], moments[:, bright]), np.array([*views, *suns])
+            solved = solve_coupled_layers(few[:, bright], *layer, along, count, modes)
             between[..., bright] = solved.streams.transpose(2, 0, 1, 4, 3)
+            if self.coupled:
+                if few is not depth:
+                    solved = solve_coupled_layers(depth[:, bright], *layer, along, count, modes, between_streams=False)
+                beams[..., bright] = solved.beams.transpose(2, 0, 1, 5, 4, 3)
         for number in range(len(self.directions)):
-            own_beams = beams[:, :, [number % len(views), len(views) + number % len(suns)]]
+            own_beams = beams[:, :, :, [number % len(views), len(views) + number % len(suns)]]
             own_beams[..., self.faint[number]] = 0.0
             yield own_beams, between
 

@@ -55,6 +55,8 @@ class SlabSolver:
         sea.
     closed_form : bool
         Whether clouds are solved by the two-stream closed form.
+    coupled : bool
+        Whether other layers may lie above or below.
     memory : ArrayMemory
         Keeps solved layers for scenes with the same clouds: they do not depend on sea and air.
     """
@@ -67,10 +69,11 @@ class SlabSolver:
         directions: ColumnDirections,
         sun_share: Callable[[Array], Array],
         closed_form: bool,
+        coupled: bool,
         memory: ArrayMemory,
     ) -> None:
         self._memory = memory
-        self._closed_form = closed_form
+        self._closed_form, self._coupled = closed_form, coupled
         self._sun_share = sun_share
         self._once: dict[CloudLayer, tuple[Array, Array]] = {}
         self._tables: dict[CloudLayer, tuple[SpectralSteps, OperatorTable]] = {}
@@ -120,7 +123,7 @@ class SlabSolver:
         slabs = []
         for t, operators in enumerate(self._operators(layer, thickness_m.tolist(), together, toward)):
             thickness = float(thickness_m[t])
-            *rows, back, through, beam, to_lower_air, turned, turned_back, between = operators
+            *rows, back, through, beam, to_lower_air, turned, coupled, between = operators
             emissivity, far, direct, reflection, transmission = closed(*rows)
             slabs.append(
                 CloudSlab(
@@ -138,7 +141,7 @@ class SlabSolver:
                     sun_direct=beam,
                     to_lower_air=to_lower_air,
                     beam_transmission=turned,
-                    beam_reflection=turned_back,
+                    coupled_beams=coupled,
                     between_streams=between,
                     optical_thickness=thickness * scattering.extinction_m1,
                     albedo=scattering.albedo,
@@ -227,7 +230,7 @@ class SlabSolver:
         steps = self._steps(layer, every)
         scattering = self._optics.single_scattering(layer.microphysics, steps.wavenumber_cm1)
         layers = thickness_m[:, None] * scattering.extinction_m1, scattering.albedo, scattering.moments
-        digest = hashlib.sha256(repr((self._numerics, self._closed_form, steps.below is None)).encode())
+        digest = hashlib.sha256(repr((self._numerics, self._closed_form, self._coupled, steps.below is None)).encode())
         faint = [solver._is_faint(steps.wavenumber_cm1) for solver in every]
         for solver, own_faint in zip(every, faint, strict=True):
             where = solver._directions
@@ -239,7 +242,9 @@ class SlabSolver:
 
         def compute() -> list[tuple[Array, ...]]:
             where = [solver._directions for solver in every]
-            solution = SlabOperators(self._numerics, self._closed_form, self._memory, where, faint, self.views_at_once)
+            solution = SlabOperators(
+                self._numerics, self._closed_form, self._memory, where, faint, self._coupled, self.views_at_once
+            )
             result = solution.of(*layers)
             if steps.below is not None and self._directions.sun is not None:
                 for solver, arrays in zip(every, result, strict=True):

@@ -14,6 +14,10 @@ clouds transmit what the upper ones and then the lowest scatter:
     T_m(k, sun) = t_k T_m_upper(k, sun) + t_sun T_m_lowest(k, sun) + sum over j of T_m_lowest(k, j) T_m_upper(j, sun).
 
 Between clouds, light of the last sum is taken to travel along the beam, from which clouds scatter it little.
+
+Operators of clouds that scatter each other's light have fewer moments than those of single clouds
+(:func:`hcss_twin.physics.multiple_scattering.beams.coupled_moments`): light that crosses a cloud directly is then more,
+and what the columns count of both, direct light and mode 0, is replaced.
 """
 
 from __future__ import annotations
@@ -32,6 +36,7 @@ from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
 from hcss_twin.models.radiance.physical.directions import VIEW
 from hcss_twin.models.radiance.physical.sea_surface import ReflectionModes
 from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, mirrored
+from hcss_twin.physics.multiple_scattering.beams import coupled_moments
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 
 
@@ -50,17 +55,27 @@ def sunlight_between(columns: SceneColumns, sea: ReflectionModes, mirror: Mirror
     """
     cloud, glint = np.zeros_like(columns.received), np.zeros_like(columns.received)
     light: list[_Transmitted] = []
+    coupled: list[_Transmitted] = []
     direct = np.ones((2, columns.received.size))
+    coupled_direct = direct
     for index, slab in enumerate(columns.slabs):
-        light = _below(columns, slab, light, direct)
+        light = _below(columns, slab, light, direct, _single(columns, slab))
         direct = direct * np.stack((slab.direct[VIEW], slab.sun_direct))
         if index + 1 < len(columns.slabs):
-            lower = columns.slabs[index + 1]
-            down, up = _reflected(columns, light, direct, _modes_of(lower), lower.top_m)
-            cloud += down + up
+            coupled = _below(columns, slab, coupled, coupled_direct, _completed(columns, slab, 1))
+            coupled_direct = coupled_direct * _direct(columns, slab)[-2:]
+            cloud += _mutual(columns, index + 1, (light, direct), (coupled, coupled_direct))
         else:
-            down, up = _reflected(columns, light, direct, sea.repeated(columns.count), columns.sea_level_m)
-            seen = columns.air.transmittance(_glint_path(columns))[0]
+            turn = _turn(columns, light[0].beams.shape[0])[1:]
+            down, up = _reflected(
+                columns,
+                [replace(each, beams=each.beams[1:]) for each in light],
+                direct,
+                sea.repeated(columns.count),
+                columns.sea_level_m,
+                turn,
+            )
+            seen = columns.air.transmittance(_path(columns, columns.sea_level_m))[0]
             if mirror is not None:
                 beams = np.sum([transmitted.beams for transmitted in light], axis=0)
                 more = mirrored(columns.slabs, columns.directions, mirror, sea, beams, direct) * seen
@@ -70,11 +85,11 @@ def sunlight_between(columns: SceneColumns, sea: ReflectionModes, mirror: Mirror
     return columns.received * cloud, columns.received * glint
 
 
-def _glint_path(columns: SceneColumns) -> CompositePaths:
-    """Return the path from the sun to the sea and on to the sensor, in each column."""
+def _path(columns: SceneColumns, level: Heights) -> CompositePaths:
+    """Return the path from the sun to a level and on to the sensor, in each column."""
     sun = columns.directions.sun
     assert sun is not None
-    view_deg, level = columns.directions.zenith_deg[VIEW], columns.sea_level_m
+    view_deg = columns.directions.zenith_deg[VIEW]
     to_sensor = columns.crossed(lambda number: to_space(level[number], view_deg))
     return to_sensor + columns.crossed(lambda number: to_space(level[number], sun.zenith_deg))
 
@@ -96,24 +111,110 @@ class _Transmitted:
     beams: Array
 
 
-def _below(columns: SceneColumns, slab: CloudSlab, above: list[_Transmitted], direct: Array) -> list[_Transmitted]:
-    """Return the light below a cloud, given that above it; ``direct`` (2, S) transmission of view and sun above it."""
-    streams, weight = slab.direct[1:], _weight(columns)[:, None]
-    mean = np.stack((slab.transmission[VIEW] / weight, slab.sun_transmission[1:]))
-    beams = np.concatenate((mean[None], slab.beam_transmission)) * direct[:, None]
-    if above:
-        onto = np.sum([transmitted.beams for transmitted in above], axis=0) * weight
-        rows = _rows(slab.between_streams[:, 1])
-        beams = beams + np.stack([np.einsum("mjv,mbjv->mbv", row, onto) for row in rows], axis=2)
-    passed = [replace(transmitted, beams=transmitted.beams * streams) for transmitted in above]
+def _below(
+    columns: SceneColumns, slab: CloudSlab, above: list[_Transmitted], direct: Array, diffuse: Array
+) -> list[_Transmitted]:
+    """Return the light below a cloud, given that above it.
+
+    Parameters
+    ----------
+    direct : ndarray (2, S)
+        Transmission of view and sun above the cloud.
+    diffuse : ndarray (1 + M, 2, N, S)
+        Diffuse transmission of both by the cloud.
+    """
+    beams = diffuse * direct[:, None]
+    if not above:
+        return [_Transmitted(slab.base_m, slab.top_m, beams)]
+    onto = np.sum([transmitted.beams for transmitted in above], axis=0) * _weight(columns)[:, None]
+    pairs = _pairs(columns, slab, 1)[: beams.shape[0]]
+    for stream, row in enumerate(_rows(pairs)):
+        beams[: len(pairs), :, stream] += np.einsum("mjv,mbjv->mbv", row, onto[: len(pairs)])
+    along = _direct(columns, slab)[:-2]
+    passed = [replace(transmitted, beams=transmitted.beams * along) for transmitted in above]
     return [*passed, _Transmitted(slab.base_m, slab.top_m, beams)]
 
 
-def _modes_of(slab: CloudSlab) -> ReflectionModes:
-    """Return the modes of the reflection of a cloud, of bearings: light travels away from the bearing of the sun."""
-    sign = (-1.0) ** np.arange(slab.between_streams.shape[0])[:, None, None]
-    view, sun = (slab.beam_reflection[:, number] * sign for number in range(2))
-    return _PairedModes(view, sun, slab.between_streams[:, 0] * sign)
+def _single(columns: SceneColumns, slab: CloudSlab) -> Array:
+    """Return the modes (1 + M, 2, N, S) of the diffuse transmission of view and sun by a cloud alone."""
+    return np.concatenate((_mean(columns, slab, 1)[None], slab.beam_transmission))
+
+
+def _mean(columns: SceneColumns, slab: CloudSlab, transmitted: int) -> Array:
+    """Return mode 0 (2, N, S) of reflection, or transmission, of view and sun by a cloud alone."""
+    kernel, sun = (slab.transmission, slab.sun_transmission) if transmitted else (slab.reflection, slab.sun_reflection)
+    return np.stack((kernel[VIEW] / _weight(columns)[:, None], sun[1:]))
+
+
+def _completed(columns: SceneColumns, slab: CloudSlab, transmitted: int) -> Array:
+    """Return the modes (M, 2, N, S) of reflection, or transmission, of a cloud beside others, from 0 on."""
+    result: Array = slab.coupled_beams[:, transmitted].copy()
+    result[:1] += _mean(columns, slab, transmitted)
+    return result
+
+
+def _mean_pairs(columns: SceneColumns, slab: CloudSlab, transmitted: int) -> Array:
+    """Return mode 0 (P, S) between streams by a cloud alone."""
+    first, second = np.triu_indices(columns.directions.count)
+    kernel = slab.transmission if transmitted else slab.reflection
+    result: Array = kernel[1 + first, second] / _weight(columns)[second, None]
+    return result
+
+
+def _pairs(columns: SceneColumns, slab: CloudSlab, transmitted: int) -> Array:
+    """Return the modes (M, P, S) between streams of a cloud beside others, from 0 on."""
+    result = slab.between_streams[:, transmitted].astype(np.float64)
+    result[:1] += _mean_pairs(columns, slab, transmitted)
+    return result
+
+
+def _direct(columns: SceneColumns, slab: CloudSlab) -> Array:
+    """Return the direct transmission (N + 2, S) along streams, view and sun of a cloud beside others."""
+    where = columns.directions
+    depth = slab.optical_thickness * (1.0 - slab.albedo * slab.moments[coupled_moments(where.count)])
+    result: Array = np.exp(-depth / np.array([*where.streams.mu, where.mu[VIEW], where.mu_sun])[:, None])
+    return result
+
+
+def _mutual(
+    columns: SceneColumns,
+    index: int,
+    single: tuple[list[_Transmitted], Array],
+    coupled: tuple[list[_Transmitted], Array],
+) -> Array:
+    """Return the sunlight (S,) per received one that a cloud below others reflects, less what the columns count of it.
+
+    Parameters
+    ----------
+    single, coupled : (list of _Transmitted, ndarray (2, S))
+        Diffuse and direct light above the cloud, by operators of single clouds and of clouds beside others.
+    """
+    slab = columns.slabs[index]
+    before, after = _mean(columns, slab, 0)[None], _completed(columns, slab, 0)
+    sign = (-1.0) ** np.arange(len(after))[:, None, None]
+    # What the columns count is one more mode, to be subtracted. A beam crosses the clouds above directly.
+    view, sun = (
+        np.concatenate((before[:, beam] * single[1][beam], after[:, beam] * sign * coupled[1][beam]))
+        for beam in range(2)
+    )
+    pairs = np.concatenate((_mean_pairs(columns, slab, 0)[None], _pairs(columns, slab, 0) * sign))
+    light = [
+        replace(few, beams=np.concatenate((many.beams[:1], few.beams[: len(after)])))
+        for many, few in zip(single[0], coupled[0], strict=True)
+    ]
+    turn = np.concatenate(([-1.0], _turn(columns, len(after))))
+    one = np.ones_like(single[1])
+    down, up = _reflected(columns, light, one, _PairedModes(view, sun, pairs), slab.top_m, turn)
+    more = (coupled[1][0] * coupled[1][1] - single[1][0] * single[1][1]) * slab.sun_reflection[VIEW]
+    lit = np.any(slab.coupled_beams, axis=(0, 1, 2, 3))
+    result: Array = lit * (down + up + more * columns.air.transmittance(_path(columns, slab.top_m))[0])
+    return result
+
+
+def _turn(columns: SceneColumns, modes: int) -> Array:
+    turn: Array = 2.0 * np.cos(np.arange(modes) * columns.directions.relative_azimuth)
+    turn[0] = 1.0
+    return turn
 
 
 def _rows(pairs: Array) -> Iterator[Array]:
@@ -130,9 +231,21 @@ def _weight(columns: SceneColumns) -> Array:
 
 
 def _reflected(
-    columns: SceneColumns, light: list[_Transmitted], direct: Array, modes: ReflectionModes, lower_m: Heights
+    columns: SceneColumns,
+    light: list[_Transmitted],
+    direct: Array,
+    modes: ReflectionModes,
+    lower_m: Heights,
+    turn: Array,
 ) -> tuple[Array, Array]:
     """Return the light (S,) per received sunlight that a surface at ``lower_m`` reflects once.
+
+    Parameters
+    ----------
+    light : list of _Transmitted
+        In the same modes as ``modes``.
+    turn : ndarray (M,)
+        Factor of each mode toward the view.
 
     Returns
     -------
@@ -142,10 +255,6 @@ def _reflected(
     where, air, weight = columns.directions, columns.air, _weight(columns)
     sun = where.sun
     assert sun is not None
-    turn = 2.0 * np.cos(np.arange(light[0].beams.shape[0]) * where.relative_azimuth)
-    turn[0] = 1.0
-    first = turn.size - modes.view.shape[0]
-    turn = turn[first:]
     view_deg = where.zenith_deg[VIEW]
     stream_deg = [where.zenith_deg[index] for index in where.stream_indices]
     numbers = range(columns.count)
@@ -168,14 +277,12 @@ def _reflected(
         )
         seen_down.append(air.transmittance(below + from_surface + to_base))
         seen_up.append(air.transmittance(through + to_surface))
-        down = down + np.einsum(
-            "m,j,mjv,mjv,jv->v", turn, weight, modes.view, transmitted.beams[first:, 1], seen_down[-1]
-        )
-        up = up + np.einsum("m,j,mjv,mjv,jv->v", turn, weight, transmitted.beams[first:, 0], modes.sun, seen_up[-1])
+        down = down + np.einsum("m,j,mjv,mjv,jv->v", turn, weight, modes.view, transmitted.beams[:, 1], seen_down[-1])
+        up = up + np.einsum("m,j,mjv,mjv,jv->v", turn, weight, transmitted.beams[:, 0], modes.sun, seen_up[-1])
     # Light scattered both ways sees the air as if the lowest cloud scattered it, times the ratio for one way.
     from_view, from_sun = (
         sum(
-            transmitted.beams[first:, beam] * _ratio(transmittance, seen[-1])
+            transmitted.beams[:, beam] * _ratio(transmittance, seen[-1])
             for transmitted, transmittance in zip(light, seen, strict=True)
         )
         for beam, seen in enumerate((seen_up, seen_down))

@@ -32,6 +32,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab
 from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
 from hcss_twin.models.radiance.physical.sea_surface import ReflectionModes, SeaSurface, expanded, hats
+from hcss_twin.physics.multiple_scattering.beams import coupled_moments
 from hcss_twin.physics.multiple_scattering.directions import Streams, gauss_streams, normalised_legendre
 from hcss_twin.physics.multiple_scattering.forward_peak import path_back, path_through
 from hcss_twin.providers import SeaModel
@@ -367,7 +368,9 @@ def _again(
     all_orders : bool
         Whether to return what all orders of scattering add to it; F is then N.
     """
-    modes, kept = min(view.shape[0], BACK_MODES), 2 * where.count
+    modes, kept = min(view.shape[0], BACK_MODES), coupled_moments(where.count)
+    if all_orders:
+        modes = min(modes, kept)
     turns, weight = _turns(where, modes), _weight(streams)[:, None, None]
     one, other = streams.mu[:, None, None, None], streams.mu[:, None, None]
     crossed, below = [], np.zeros(view.shape[2:])

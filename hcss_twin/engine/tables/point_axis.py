@@ -1,0 +1,93 @@
+"""Axes along which the points of a scene differ beyond their clouds: tables at a few nodes, and weights of each point.
+
+Surfaces, altitudes of cloud tops, directions of view and whatever a package adds are such axes. A scene has tables for
+all combinations of their nodes; a point is interpolated between those around its own state. The certificate solves the
+columns of each point in its exact state.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.plan.axis import PlacedAxis
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.windows import Window
+
+State = TypeVar("State", bound=Hashable)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Points of a window that are interpolated between the same nodes.
+
+    Attributes
+    ----------
+    points : ndarray (N,) or None
+        Indices of the points, or pixels, row by row; None for all of the window.
+    nodes : sequence of int (n,)
+    weights : ndarray (n, B, N) or (n, 1, N)
+        Of each node.
+    """
+
+    points: NDArray[np.intp] | None
+    nodes: Sequence[int]
+    weights: Array
+
+
+class FrameAxis(Protocol):
+    """Where the points of a frame are on an axis."""
+
+    @property
+    def within_pixels(self) -> bool:
+        """Whether points of a pixel differ."""
+        ...
+
+    def groups(self, window: Window, samples: int) -> Sequence[Group]:
+        """Return all points of a window of the image, or all pixels if those of a pixel do not differ."""
+        ...
+
+
+class PointAxis(ABC, Generic[State]):
+    """One effect's states with tables.
+
+    Attributes
+    ----------
+    name : str
+        Of its effect.
+    nodes : sequence of State
+    estimated_error : float
+        Largest error of the interpolation between them, relative to the total.
+    """
+
+    name: str
+    nodes: Sequence[State]
+    estimated_error: float
+
+    @abstractmethod
+    def plan_in(self, plan: Plan, state: State) -> Plan:
+        """Return the plan of the same scene with one state everywhere."""
+
+    @abstractmethod
+    def of_pixel(self, time_s: float, row: int, column: int, thickness_m: Array) -> Sequence[State]:
+        """Return the exact state of each point of a pixel of the image, from the thickness (points, L) there."""
+
+    @abstractmethod
+    def in_frame(self, time_s: float) -> FrameAxis:
+        """Return where points are at an instant."""
+
+
+def groups_on(placed: PlacedAxis, values: Array) -> list[Group]:
+    """Return points by the segment of an axis in which their values (N,) lie."""
+    segments, groups = placed.segment_of(values), []
+    for segment in np.unique(segments).tolist():
+        points, nodes = np.flatnonzero(segments == segment), placed.slice_of(segment)
+        weights = placed.weights(segment, values[points])
+        groups.append(Group(points, range(nodes.start, nodes.stop), weights[:, None] if weights.ndim == 2 else weights))
+    return groups

@@ -1,0 +1,26 @@
+"""Which effects of a scene are axes along which its points differ."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hcss_twin.engine.tables.point_axis import PointAxis
+from hcss_twin.plan.plan import Plan
+
+
+def point_axes(plan: Plan) -> list[PointAxis[Any]]:
+    """Return the axes of a scene but for views, in the order of ``plan.effects``; none if all points are alike."""
+    axes = list[PointAxis[Any]]()
+    if plan.surfaces is not None:
+        from hcss_twin.engine.tables.over_surfaces import SurfaceStates  # not for scenes of sea alone
+
+        axes.append(SurfaceStates(plan, plan.surfaces))
+    if plan.tops is not None:
+        from hcss_twin.engine.tables.over_tops import TopStates  # not for layers with tops of their own
+
+        axes.append(TopStates(plan, plan.tops))
+    for planned in plan.point_effects:
+        from hcss_twin.engine.tables.over_point_effect import PointEffectStates  # not for scenes without
+
+        axes.append(PointEffectStates(plan, planned))
+    return axes
