@@ -66,7 +66,6 @@ def excluded_beside_tops(assembly: Assembly) -> tuple[Excluded, ...]:
         Excluded("slant.shadows", slant.shadows, "shadows", "false"),
         Excluded("slant.parallax", slant.parallax, "parallax", "false"),
         Excluded("elements", bool(assembly.elements), "elements", "no elements"),
-        Excluded("surfaces", assembly.surfaces is not None, "a map of the ground", "sea everywhere"),
     )
 
 

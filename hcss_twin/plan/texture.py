@@ -178,7 +178,6 @@ def excluded_beside_texture(assembly: Assembly) -> tuple[Excluded, ...]:
     return (
         Excluded("surfaces", assembly.surfaces is not None, of_map, "sea everywhere"),
         Excluded("image", assembly.directions is not None, "an image that is no grid on the ground", "no camera"),
-        Excluded("clouds.generator", assembly.tops_vary, "cloud tops that vary with the generator", "one without"),
     )
 
 

@@ -26,6 +26,7 @@ clouds = {type = "stratus", base = 1000.0, top = 2000.0, anchor = "top", thickne
 output.variables = ["radiance", "cloud_top_altitude", "cloud_mask"]
 """  # noqa: E501
 RANGE = 400.0, 9000.0
+COAST = {"latitude": 35.15, "longitude": 139.6}
 
 
 class Level:
@@ -83,8 +84,13 @@ def scene(**changes):
 
 @pytest.mark.parametrize(
     ("changes", "columns"),
-    [({}, (3, 17, 31)), ({"platform.altitude": 500e3, "bands": ["mwir"]}, (31,))],
-    ids=["one view", "views over the image"],
+    [
+        ({}, (3, 17, 31)),
+        ({"platform.altitude": 500e3, "bands": ["mwir"]}, (31,)),
+        ({"sea.temperature_texture": 0.5, "atmosphere.water_vapour_texture": 0.05, "bands": ["lwir"]}, (17,)),
+        ({"surfaces": {"provider": "coast"}, "place": COAST, "bands": ["lwir"]}, (17,)),
+    ],
+    ids=["one view", "views over the image", "texture", "a coast"],
 )
 def test_a_pixel_is_that_of_a_scene_with_its_cloud_top(changes, columns):
     whole = simulate(scene(**changes))

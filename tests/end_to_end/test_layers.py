@@ -187,7 +187,8 @@ ALTOCUMULUS = {"type": "altocumulus", "coverage": 0.5}
     ids=["alone", "points", "shadows", "texture", "views", "waves", "moving sun"],
 )
 def test_three_layers_are_certified_beside_every_effect(more):
-    small = {"image.rows": 32, "image.columns": 32, "accuracy": 1e-2, "frames.count": 1, "output.certificate": 30}
+    small = {"image.rows": 24, "image.columns": 24, "accuracy": 1e-2, "frames.count": 1, "output.certificate": 12}
+    small |= {"bands": ["lwir-10.8"] if more else ["mwir-3.7", "lwir-10.8"]}
     layers = [layer | {"coverage_mode": "field"} for layer in (CUMULUS, ALTOCUMULUS, CIRRUS)]
     made = simulate(scenario(*layers, **(small | more)))
     assert made.attrs["hcss_certificate"].startswith("PASSED")

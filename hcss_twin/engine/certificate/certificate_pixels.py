@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,11 +52,6 @@ class SampledPixels:
     radiance: NDArray[np.float32]
     pixels: Counts
     left_out: Counts
-
-    def only(self, index: int) -> SampledPixels:
-        """Return one of the pixels."""
-        names = ("stratum", "row", "column", "thickness_m", "radiance")
-        return replace(self, **{name: getattr(self, name)[index : index + 1] for name in names})
 
 
 class PixelSample:

@@ -7,9 +7,9 @@ numerical choices, for the exact column of each pixel and without tables
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Sun, View
+from hcss_twin.providers import View
 
 
 @in_one_thread
@@ -131,6 +131,30 @@ def with_verdict(plan: Plan, certificate: Certificate) -> Certificate:
     return replace(certificate, beyond=beyond_accuracy(plan, budget), budget=budget)
 
 
+class SampledPoint(NamedTuple):
+    """What the exact column of a point depends on.
+
+    Attributes
+    ----------
+    thickness_m : ndarray (L,)
+    time_s : float
+    view : View
+    perturbation : ndarray (2,) or (0,)
+        By the texture of clear sky, in steps.
+    states : tuple
+        On each axis along which points differ.
+    alone : tuple
+        View and time, each None unless columns of others cannot be solved with it.
+    """
+
+    thickness_m: Array
+    time_s: float
+    view: View
+    perturbation: Array
+    states: tuple[Any, ...]
+    alone: tuple[View | None, float | None]
+
+
 def _exact(
     plan: Plan,
     axes: Sequence[PointAxis[Any]],
@@ -139,25 +163,40 @@ def _exact(
     references: References,
 ) -> Array:
     """Band radiances (M, Q, B) of the pixels of all frames on the reference path: total and requested terms."""
-    if axes:
-        return np.concatenate([_of_points(plan, axes, quantities, pixels, references) for pixels in frames])
-    if plan.is_grid and (plan.views is None or plan.assembly.air_over_field is None):  # all pixels together
-        return _means(plan, quantities, _states_of(plan, frames), references)
-    every = [np.empty((0, len(quantities.names), len(plan.bands)))]
-    for pixels in frames:
-        if plan.views is None:
-            every.append(_means(plan, quantities, _states_of(plan, [pixels]), references))
-            continue
-        for index, view in enumerate(_views(plan, pixels)):
-            toward = plan.toward(view)
-            every.append(_means(toward, quantities, _states_of(toward, [pixels.only(index)]), references))
-    return np.concatenate(every)
+    points = [point for pixels in frames for point in _points(plan, axes, pixels)]
+    exact = np.empty((len(points), len(quantities.names), len(plan.bands)))
+    groups: dict[tuple[Any, ...], list[int]] = {}
+    for number, point in enumerate(points):
+        groups.setdefault((point.states, point.alone), []).append(number)
+    for (states, (view, _)), members in groups.items():
+        in_state = plan if view is None else plan.toward(view)
+        for axis, state in zip(axes, states, strict=True):
+            in_state = axis.plan_in(in_state, state)
+        exact[members] = _columns(in_state, quantities, [points[member] for member in members], references)
+    pixels = sum(pixels.row.size for pixels in frames)
+    if not pixels:
+        return exact
+    means: Array = np.mean(exact.reshape(pixels, -1, *exact.shape[1:]), axis=1)
+    return means
 
 
-def _views(plan: Plan, pixels: SampledPixels) -> Sequence[View]:
-    if plan.views is None:
-        return [plan.view] * pixels.row.size
-    return plan.rays.views_of_pixels(*_in_image(plan, pixels), pixels.time_s)
+def _points(plan: Plan, axes: Sequence[PointAxis[Any]], pixels: SampledPixels) -> Iterator[SampledPoint]:
+    """Yield the points of each pixel of a frame."""
+    rows, columns = ((at + of.start).tolist() for at, of in zip((pixels.row, pixels.column), plan.extent, strict=True))
+    views = [plan.view] * len(rows)
+    if plan.views is not None:
+        views = list(plan.rays.views_of_pixels(rows, columns, pixels.time_s))
+    time_s, in_other_air = pixels.time_s, plan.assembly.air_over_field is not None
+    perturbations = _perturbations(plan, time_s, rows, columns)
+    of_pixels = zip(rows, columns, views, _thickness(plan, pixels), perturbations, strict=True)
+    for row, column, view, thickness_m, perturbation in of_pixels:
+        own_view = view if plan.views is not None and (in_other_air or not plan.is_grid) else None
+        # A pixel of other rays is the mean of many points, whose columns follow from few under one sun.
+        alone = own_view, None if plan.is_grid else time_s
+        on_axes = [axis.of_pixel(time_s, row, column, thickness_m) for axis in axes]
+        states = zip(*on_axes, strict=True) if axes else [()] * len(thickness_m)
+        for of_point, state in zip(thickness_m, states, strict=True):
+            yield SampledPoint(of_point, time_s, view, perturbation, state, alone)
 
 
 def _thickness(plan: Plan, pixels: SampledPixels) -> Array:
@@ -169,54 +208,29 @@ def _thickness(plan: Plan, pixels: SampledPixels) -> Array:
     return thickness
 
 
-def _in_image(plan: Plan, pixels: SampledPixels) -> tuple[list[int], list[int]]:
-    """Rows and columns (M,) of pixels in the image, of which the cube may be a window."""
-    return (pixels.row + plan.extent[0].start).tolist(), (pixels.column + plan.extent[1].start).tolist()
-
-
-def _perturbations(plan: Plan, pixels: SampledPixels) -> Array:
+def _perturbations(plan: Plan, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> Array:
     """Perturbation (M, 2) of each pixel by the texture of clear sky, in steps; (M, 0) without texture."""
     if plan.texture is None:
-        return np.empty((pixels.row.size, 0))
+        return np.empty((len(rows), 0))
     from hcss_twin.plan.texture import TextureFields  # not for scenes without texture
 
     fields = TextureFields(plan.scenario, plan.assembly, plan.texture)
     at_pixels = [
-        np.ravel(fields.at(pixels.time_s, slice(row, row + 1), slice(column, column + 1)))
-        for row, column in zip(*_in_image(plan, pixels), strict=True)
+        np.ravel(fields.at(time_s, slice(row, row + 1), slice(column, column + 1)))
+        for row, column in zip(rows, columns, strict=True)
     ]
     return np.array(at_pixels, dtype=np.float64).reshape(-1, 2)
 
 
-@dataclass(frozen=True)
-class PixelStates:
-    """Thickness (M, P, L) at the points of M pixels, and sun, view and perturbation (M, 2) of each pixel."""
-
-    thickness_m: Array
-    suns: Sequence[Sun | None]
-    views: Sequence[View]
-    perturbation: Array
-
-
-def _states_of(plan: Plan, frames: Sequence[SampledPixels]) -> PixelStates:
-    return PixelStates(
-        np.concatenate([_thickness(plan, pixels) for pixels in frames]),
-        [plan.sun_up_at(pixels.time_s) for pixels in frames for _ in pixels.row],
-        [view for pixels in frames for view in _views(plan, pixels)],
-        np.concatenate([_perturbations(plan, pixels) for pixels in frames]),
-    )
-
-
-def _means(plan: Plan, quantities: Quantities, states: PixelStates, references: References) -> Array:
-    """Pixel means (M, Q, B) of the columns at their points."""
-    pixels, points, layers = states.thickness_m.shape
-    if not pixels:
-        return np.empty((0, len(quantities.names), len(plan.bands)))
-    seen = list(zip(states.suns, states.views, strict=True))
+def _columns(plan: Plan, quantities: Quantities, points: Sequence[SampledPoint], references: References) -> Array:
+    """Return the columns (N, Q, B) of points, each different one solved once."""
+    sun_at = {time_s: plan.sun_up_at(time_s) for time_s in {point.time_s for point in points}}
+    seen = [(sun_at[point.time_s], point.view) for point in points]
     different = list(dict.fromkeys(seen))
-    number = {state: index for index, state in enumerate(different)}
-    of_pixel = np.repeat([number[state] for state in seen], points)
-    rows = np.column_stack((of_pixel, states.thickness_m.reshape(pixels * points, layers)))
+    number = {one: index for index, one in enumerate(different)}
+    thickest = [layer.thickness_max_m for layer in plan.layers]  # of this state: higher tops may be thicker
+    thickness_m = np.minimum(np.array([point.thickness_m for point in points]), thickest)
+    rows = np.column_stack(([number[one] for one in seen], thickness_m))
     both, which = np.unique(rows, axis=0, return_inverse=True)
     columns = np.asarray(both[:, 1:], dtype=np.float64)
     suns = [different[index][0] for index in both[:, 0].astype(int)]
@@ -227,44 +241,16 @@ def _means(plan: Plan, quantities: Quantities, states: PixelStates, references: 
 
     if plan.is_grid:
         known = quantities.of(references.terms(plan, columns, suns, views))
-    else:  # a pixel of other rays is the mean of many points, all with thicknesses of their own
+    else:
         known = solve_many(under_one_sun, columns, plan.accuracy.relative)
-    at_points = known[which.ravel()]
-    if states.perturbation.size:
+    of_points: Array = known[which.ravel()]
+    if plan.texture is not None:
         from hcss_twin.plan.texture import Expansion  # not for scenes without texture
 
         of_columns = quantities.of(references.perturbed(plan, columns, suns, views))
-        warmer, drier = np.repeat(states.perturbation.T, points, axis=1)[..., None, None]
-        at_points = at_points + Expansion(of_columns[:, which.ravel()])(warmer, drier)
-    means: Array = np.mean(at_points.reshape(pixels, points, *known.shape[1:]), axis=1)
-    return means
-
-
-def _of_points(
-    plan: Plan, axes: Sequence[PointAxis[Any]], quantities: Quantities, pixels: SampledPixels, references: References
-) -> Array:
-    """Pixel means (M, Q, B) of columns that are each in a state of its own."""
-    rows, columns = _in_image(plan, pixels)
-    thickness_m, views = _thickness(plan, pixels), _views(plan, pixels)
-    points = thickness_m.shape[1]
-    groups: dict[tuple[tuple[Any, ...], View], list[int]] = {}
-    for pixel, (row, column, view, layers) in enumerate(zip(rows, columns, views, thickness_m, strict=True)):
-        on_axes = [axis.of_pixel(pixels.time_s, row, column, layers) for axis in axes]
-        for point, states in enumerate(zip(*on_axes, strict=True)):
-            groups.setdefault((states, view), []).append(pixel * points + point)
-    of_points = thickness_m.reshape(len(rows) * points, len(plan.layers))
-    exact = np.empty((len(of_points), len(quantities.names), len(plan.bands)))
-    perturbations = np.repeat(_perturbations(plan, pixels), points, axis=0)
-    for (states, view), members in groups.items():
-        alone = plan if plan.views is None else plan.toward(view)
-        for axis, state in zip(axes, states, strict=True):
-            alone = axis.plan_in(alone, state)
-        thickness = np.minimum(of_points[members], [layer.thickness_max_m for layer in alone.layers])
-        suns = [alone.sun_up_at(pixels.time_s)] * len(members)
-        seen = PixelStates(thickness[:, None], suns, [alone.view] * len(members), perturbations[members])
-        exact[members] = _means(alone, quantities, seen, references)
-    means: Array = np.mean(exact.reshape(-1, points, *exact.shape[1:]), axis=1)
-    return means
+        warmer, drier = np.array([point.perturbation for point in points]).T[..., None, None]
+        of_points = of_points + Expansion(of_columns[:, which.ravel()])(warmer, drier)
+    return of_points
 
 
 def _in_kelvin(plan: Plan, written: Array, exact: Array) -> tuple[Array, Array]:

