@@ -70,7 +70,7 @@ class PartMaker:
         self._quantities = 0 if tables is None else len(tables.quantities.names)
         axes = point_axes(plan)
         self._look_ups = None if tables is None else FrameLookUps(plan, tables, axes)
-        self._stages = stages_of(SceneTables(plan, tables, {axis.name: axis for axis in axes}))
+        self._stages = stages_of(SceneTables(plan, tables, axes))
         self._bits = {spec.name: spec.significant_bits for spec in plan.variables if spec.significant_bits is not None}
         self._packings = {spec.name: spec.packing for spec in plan.variables if spec.packing is not None}
         self._requested = {spec.name for spec in plan.variables}

@@ -212,9 +212,11 @@ class Assembly:
         """Return the same scene with the radiance model at another numerical level."""
         return replace(self, numerical_level=level)
 
-    def hanging_from(self, top_m: float) -> Assembly:
-        """Return the same scene with the clouds of its one layer at another altitude."""
-        return replace(self, layers=tuple(layer.hanging_from(top_m) for layer in self.layers))
+    def hanging_from(self, top_m: float, which: int) -> Assembly:
+        """Return the same scene with the clouds of one layer at another altitude."""
+        layers = list(self.layers)
+        layers[which] = layers[which].hanging_from(top_m)
+        return replace(self, layers=tuple(layers))
 
     def perturbed(self, warmer_K: float, vapour_factor: float) -> Assembly:
         """Return the same scene over a warmer sea, in air with another amount of water vapour."""
@@ -314,9 +316,15 @@ class Assembly:
         return tuple(getattr(generator, "image_coverage", None) is not None for generator in self.generators)
 
     @property
+    def hanging_layers(self) -> tuple[int, ...]:
+        """Layers whose generators give tops of their own, rather than those of the layer."""
+        ranges = [getattr(generator, "cloud_top_range_m", None) for generator in self.generators]
+        return tuple(index for index, of_layer in enumerate(ranges) if of_layer is not None)
+
+    @property
     def tops_vary(self) -> bool:
-        """Whether a generator gives tops of its own, rather than those of its layer."""
-        return any(getattr(generator, "cloud_top_range_m", None) is not None for generator in self.generators)
+        """Whether there are such layers."""
+        return bool(self.hanging_layers)
 
     @property
     def has_cloud(self) -> bool:

@@ -1,4 +1,4 @@
-"""Altitudes of cloud tops that vary within a layer: the altitudes for which there are tables.
+"""Altitudes of cloud tops that vary within layers: the altitudes for which there are tables.
 
 Radiance against the altitude of the top is as smooth as the profile of the air, which is linear between its levels:
 tables at few altitudes are joined by polynomials, on segments that are cut at a level where possible, until the error
@@ -7,7 +7,6 @@ between them, measured for a few columns, is small enough.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -40,28 +39,33 @@ _SHORTEST_M = 25.0
 
 @dataclass(frozen=True)
 class CloudTops(Effect):
-    """Altitudes of the one layer's tops with tables.
+    """Altitudes of a layer's tops with tables.
 
     Attributes
     ----------
+    layer : int
+    name : str
+        Of the layer.
     placed : PlacedAxis
     """
 
     kind = "tops"
 
+    layer: int
+    name: str
     placed: PlacedAxis
 
-    def described(self) -> Mapping[str, Any]:
-        """Return altitudes and error."""
-        return {"cloud_tops": {"nodes_m": self.placed.nodes.tolist(), "estimated_error": self.placed.error}}
+    @property
+    def nodes(self) -> dict[str, Any]:
+        """Altitudes and error as plain values."""
+        return {"nodes_m": self.placed.nodes.tolist(), "estimated_error": self.placed.error}
 
 
 def excluded_beside_tops(assembly: Assembly) -> tuple[Excluded, ...]:
     """Return what cannot be computed with cloud tops that vary with the generator."""
-    given, slant = any(layer.temperature_K is not None for layer in assembly.layers), assembly.slant
-    several, air = len(assembly.layers) > 1, "that of the air at each top"
+    hanging, slant = [assembly.layers[index] for index in assembly.hanging_layers], assembly.slant
+    given, air = any(layer.temperature_K is not None for layer in hanging), "that of the air at each top"
     return (
-        Excluded("clouds.layers", several, f"{len(assembly.layers)} layers of cloud", "one layer"),
         Excluded("clouds.temperature", given, "a temperature of the cloud", f"without it, which is {air}"),
         Excluded("slant.shadows", slant.shadows, "shadows", "false"),
         Excluded("slant.parallax", slant.parallax, "parallax", "false"),
@@ -70,50 +74,77 @@ def excluded_beside_tops(assembly: Assembly) -> tuple[Excluded, ...]:
 
 
 def extreme_tops(assembly: Assembly) -> list[Assembly]:
-    """Return the scenes with all cloud tops at the highest and at the lowest altitude.
+    """Return the scenes with all tops that vary at their highest and at their lowest altitudes.
 
     Raises
     ------
     ScenarioError
         Names the field.
     ProviderError
-        If the range of the tops is empty, or outside the profile.
+        If the range of the tops is empty, or outside the profile or what other layers leave.
     """
     require_none("cloud tops that vary with the generator", excluded_beside_tops(assembly), "a generator without")
-    (generator,), (layer,) = assembly.generators, assembly.layers
+    highest, lowest = assembly, assembly
+    for index in assembly.hanging_layers:
+        low, high = _range(assembly, index)
+        highest, lowest = highest.hanging_from(high, index), lowest.hanging_from(low, index)
+    return [highest, lowest]
+
+
+def _range(assembly: Assembly, index: int) -> tuple[float, float]:
+    """Return the lowest and the highest top of a layer."""
+    generator, layer = assembly.generators[index], assembly.layers[index]
     if getattr(generator, "cloud_top_m", None) is None:
         raise ProviderError(f"the generator of '{layer.name}' has cloud_top_range_m, but no cloud_top_m")
     low, high = generator.cloud_top_range_m  # type: ignore[attr-defined]
-    highest = float(assembly.profile.altitude_m[-1])
-    if not layer.thickness_min_m < low < high <= highest:
+    below = _extent(assembly, index - 1)[1] if index else 0.0
+    last = index + 1 == len(assembly.layers)
+    above = assembly.profile.altitude_m[-1] if last else _extent(assembly, index + 1)[0]
+    floor = below + (layer.thickness_max_m if index else layer.thickness_min_m)
+    if not floor < low < high <= above:
+        others = "" if len(assembly.layers) == 1 else ", which the layers below and above leave"
         raise ProviderError(
             f"cloud_top_range_m of the generator of '{layer.name}': {low:g} to {high:g} m; allowed: ascending, "
-            f"above clouds.thickness_min ({layer.thickness_min_m:g} m), up to {highest:g} m"
+            f"above {floor:g} m, up to {above:g} m{others}"
         )
-    return [assembly.hanging_from(high), assembly.hanging_from(low)]
+    return float(low), float(high)
 
 
-def plan_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccuracy, sun: Sun | None) -> CloudTops:
-    """Choose the altitudes with tables.
+def _extent(assembly: Assembly, index: int) -> tuple[float, float]:
+    """Return where clouds of a layer may be: its lowest base and highest top."""
+    layer = assembly.layers[index]
+    if index not in assembly.hanging_layers:
+        return layer.base_m, layer.top_m
+    low, high = assembly.generators[index].cloud_top_range_m  # type: ignore[attr-defined]
+    return max(low - layer.thickness_max_m, 0.0), high
+
+
+def plan_tops(
+    scenario: Scenario, assembly: Assembly, which: int, accuracy: RequestedAccuracy, sun: Sun | None
+) -> CloudTops:
+    """Choose the altitudes of a layer's tops with tables.
 
     Raises
     ------
     ScenarioError
         If more than ``MAX_NODES`` are needed.
     """
-    low, high = assembly.generators[0].cloud_top_range_m  # type: ignore[attr-defined]
-    (layer,), levels = assembly.layers, assembly.profile.altitude_m
-    thickness = np.geomspace(layer.thickness_min_m, layer.thickness_max_m, _THICKNESSES)
-    columns = replace(few_columns(assembly, _WAVENUMBERS), thickness_m=thickness[:, None], clear=False)
+    (low, high), layer, levels = _range(assembly, which), assembly.layers[which], assembly.profile.altitude_m
+    columns = few_columns(assembly, _WAVENUMBERS)
+    alone = np.zeros((_THICKNESSES, len(assembly.layers)))
+    alone[:, which] = np.geomspace(layer.thickness_min_m, layer.thickness_max_m, _THICKNESSES)
+    medium = [np.sqrt(of.thickness_min_m * of.thickness_max_m) for of in assembly.layers]
+    beside = np.where(alone > 0.0, alone, np.array(medium) * assembly.cloudy_layers)
+    thickness = np.unique(np.concatenate((alone, beside)), axis=0)
 
     def at(tops_m: Array) -> Array:
         totals = []
-        for hanging in map(assembly.hanging_from, tops_m.tolist()):
-            thinner = np.minimum(thickness, hanging.layers[0].thickness_max_m)
-            totals.append(replace(columns, thickness_m=thinner[:, None]).total(hanging, sun))
+        for hanging in (assembly.hanging_from(top_m, which) for top_m in tops_m.tolist()):
+            thinner = np.minimum(thickness, [of.thickness_max_m for of in hanging.layers])
+            totals.append(replace(columns, thickness_m=thinner, clear=False).total(hanging, sun))
         return np.stack(totals)[:, :, None]
 
-    axis = Axis(float(low), float(high), levels[(levels > low + _SHORTEST_M) & (levels < high - _SHORTEST_M)].tolist())
+    axis = Axis(low, high, levels[(levels > low + _SHORTEST_M) & (levels < high - _SHORTEST_M)].tolist())
     allowed = SHARE * accuracy.relative / SAFETY_FACTOR
     placed = place(axis, at, allowed, orders=_ORDERS, cut="needed", most=MAX_NODES, fewest=True)
     if placed.missed is not None:
@@ -122,4 +153,4 @@ def plan_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccurac
             "allowed: a lower accuracy or a smaller range of altitudes"
         )
         raise ScenarioError([Problem("accuracy", message)], scenario.origin)
-    return CloudTops(replace(placed, error=SAFETY_FACTOR * placed.error))
+    return CloudTops(which, layer.name, replace(placed, error=SAFETY_FACTOR * placed.error))

@@ -31,7 +31,7 @@ def describe(plan: Plan) -> dict[str, Any]:
         "samples_per_pixel": plan.samples_per_pixel,
         "view": {"zenith_deg": plan.view.zenith_deg, "azimuth_deg": plan.view.azimuth_deg},
         "platform": _platform(plan.scenario, plan.assembly.lines_of_sight),
-        "cloud_tops": None,
+        "cloud_tops": {tops.name: tops.nodes for tops in plan.tops} or None,
         "views": None,
         "layers": [
             {

@@ -39,7 +39,7 @@ from hcss_twin.plan.surroundings import air_unlike_sea
 from hcss_twin.plan.views import views_over_grid
 from hcss_twin.plan.waves import NOTE as WAVE_NOTE
 from hcss_twin.plan.waves import resolve_waves
-from hcss_twin.providers import View
+from hcss_twin.providers import Sun, View
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.viewing import viewing_notes
 
@@ -138,12 +138,10 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         wanted = computed_variables(scenario, assembly, resolved, cube_variables(scenario, assembly, resolved))
         radiance = wants_radiance(wanted)
         surfaces = plan_surfaces(scenario, assembly, analysis.accuracy if radiance else None)
-    tops = None if len(tops_at) == 1 else _cloud_tops(scenario, assembly, analysis.accuracy, suns)
-    lit = suns.track.at(float(suns.time_s[np.argmin(suns.zenith_deg)]))
-    planned = tuple(
-        plan_point_effect(scenario, assembly, effect, analysis.accuracy, lit if lit.is_up else None)
-        for effect in effects
-    )
+    highest = suns.track.at(float(suns.time_s[np.argmin(suns.zenith_deg)]))
+    sun = highest if highest.is_up else None
+    tops = _cloud_tops(scenario, assembly, analysis.accuracy, sun)
+    planned = tuple(plan_point_effect(scenario, assembly, effect, analysis.accuracy, sun) for effect in effects)
     assembly = assembly.at_level(analysis.numerics.level).on_grid(analysis.spectral_grid.refinement)
     assembly = assembly.with_finer_sunlight(analysis.numerics.sunlight_steps)
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
@@ -225,11 +223,14 @@ def _at_extreme_tops(assembly: Assembly) -> list[Assembly]:
     return extreme_tops(assembly)
 
 
-def _cloud_tops(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccuracy, suns: SunFrames) -> CloudTops:
+def _cloud_tops(
+    scenario: Scenario, assembly: Assembly, accuracy: RequestedAccuracy, sun: Sun | None
+) -> tuple[CloudTops, ...]:
+    if not assembly.tops_vary:
+        return ()
     from hcss_twin.plan.cloud_tops import plan_tops
 
-    sun = suns.track.at(float(suns.time_s[np.argmin(suns.zenith_deg)]))
-    return plan_tops(scenario, assembly, accuracy, sun if sun.is_up else None)
+    return tuple(plan_tops(scenario, assembly, index, accuracy, sun) for index in assembly.hanging_layers)
 
 
 def _texture(scenario: Scenario, assembly: Assembly) -> Texture | None:

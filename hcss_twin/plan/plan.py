@@ -118,8 +118,8 @@ class Plan:
         None if the view of the image centre is used for all pixels.
     surfaces : PlannedSurfaces or None
         States of the surfaces; None for sea everywhere.
-    tops : CloudTops or None
-        Altitudes of cloud tops; None if they are those of the layers.
+    tops : tuple of CloudTops
+        Altitudes of cloud tops of layers whose tops vary.
     texture : Texture or None
         Texture of clear sky; None if sea and air are the same everywhere.
     land_share : float
@@ -162,7 +162,7 @@ class Plan:
     sensor: BuiltSensor | None = None
     views: ViewAxis | None = None
     surfaces: PlannedSurfaces | None = None
-    tops: CloudTops | None = None
+    tops: tuple[CloudTops, ...] = ()
     texture: Texture | None = None
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
@@ -207,7 +207,7 @@ class Plan:
     def effects(self) -> tuple[Effect, ...]:
         """What lets pixels differ beyond their clouds, in the order in which it changes their radiance."""
         shadows = Shadows() if self.has_shadows else None
-        of_columns = self.light, self.surfaces, self.tops, *self.point_effects, self.views, self.texture
+        of_columns = self.light, self.surfaces, *self.tops, *self.point_effects, self.views, self.texture
         return tuple(effect for effect in (*of_columns, self.waves, shadows, self.sensor) if effect is not None)
 
     @property

@@ -93,8 +93,8 @@ def _view(plan: Plan) -> Rows:
         speed = f"footprint at {plan.assembly.motion.platform_speed_m_s:g} m/s"
         distance = f"{lines.centre_range_m / 1e3:.1f} km from the image centre"
         yield "platform", f"{lines.altitude_m / 1e3:g} km high, {distance}; {speed}"
-    if plan.tops is not None:
-        low, *_, high = nodes = plan.tops.placed.nodes.tolist()
+    for tops in plan.tops:
+        low, *_, high = nodes = tops.placed.nodes.tolist()
         count = len(nodes)
         yield "cloud tops", f"{low:.0f} to {high:.0f} m, interpolated between tables for {count} altitudes"
     if plan.views is not None:
@@ -152,8 +152,9 @@ def _particles(layer: CloudLayer, plan: Plan) -> str:
 
 def _extent(layer: CloudLayer, plan: Plan) -> str:
     """Return where the base and the top of each column are."""
-    if plan.tops is not None:
-        return f"tops {plan.tops.placed.axis.low:g} to {plan.tops.placed.axis.high:g} m"
+    for tops in plan.tops:
+        if plan.layers[tops.layer] is layer:
+            return f"tops {tops.placed.axis.low:g} to {tops.placed.axis.high:g} m"
     if layer.anchor == "base":
         return f"base {layer.base_m:g} m, tops to {layer.top_m:g} m"
     return f"top {layer.top_m:g} m, bases to {layer.base_m:g} m"

@@ -62,12 +62,20 @@ class Wrong(Slope):
     cloud_top_range_m = 400.0, 5000.0
 
 
+class High(Slope):
+    cloud_top_range_m = 10_200.0, 11_000.0
+
+    def cloud_top_m(self, time_s, rows, columns):
+        top = np.linspace(*self.cloud_top_range_m, self.last + 1)[columns.start : columns.stop]
+        return np.broadcast_to(top, (rows.stop - rows.start, top.size)).astype(np.float32)
+
+
 class Plugin:
     @hookimpl
     def hcss_register_cloud_generators(self):
         return [
             ProviderSpec(each.__name__.lower(), f"{__name__}:{each.__name__}", None, 3, "a test")
-            for each in (Level, Slope, Wrong)
+            for each in (Level, Slope, Wrong, High)
         ]
 
 
@@ -106,6 +114,33 @@ def test_a_pixel_is_that_of_a_scene_with_its_cloud_top(changes, columns):
             warnings.simplefilter("ignore")  # the lowest layer is thinner than some clouds
             alone = simulate(scene(**changes, **own, **{"output.certificate": 0}))
         np.testing.assert_allclose(whole["radiance"][0, ..., column], alone["radiance"][0, ..., column], rtol=2 * 0.005)
+
+
+LOW = {"type": "stratus", "base": 1000.0, "top": 2000.0, "anchor": "top", "thickness_min": 5.0, "generator": "slope"}
+CIRRUS = {"type": "cirrus", "base": 10e3, "top": 11e3, "coverage": 0.5}
+
+
+@pytest.mark.parametrize(
+    "high", [CIRRUS, CIRRUS | {"generator": "high", "thickness_min": 5.0}], ids=["fixed", "varying"]
+)
+def test_tops_vary_below_another_layer_and_in_both(high):
+    layers = [layer | {"coverage_mode": "field"} for layer in (LOW, high)]
+    made = simulate(scene(**{"clouds": {"layers": layers}, "bands": ["lwir"], "output.certificate": 12}))
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+    tops = made["cloud_top_altitude"].to_numpy()[0]
+    share = np.arange(32) / 31.0
+    below = RANGE[0] + (RANGE[1] - RANGE[0]) * share
+    covered = tops > RANGE[1]
+    assert np.count_nonzero(covered) > 0
+    np.testing.assert_allclose(np.where(covered, below, tops)[4:], np.tile(below, (16, 1)), rtol=1e-6)
+    if "generator" in high:
+        np.testing.assert_allclose(tops[4:], np.tile(10_200.0 + 800.0 * share, (16, 1)), rtol=1e-6)
+
+
+def test_a_layer_that_tops_may_reach_is_refused():
+    layers = [layer | {"coverage_mode": "field"} for layer in (LOW, CIRRUS | {"base": 8000.0})]
+    with pytest.raises(ProviderError, match=r"400 to 9000 m; allowed: .* up to 8000 m, which the layers"):
+        make_plan(scene(**{"clouds": {"layers": layers}}))
 
 
 def test_a_sweep_is_resumed_only_with_the_code_of_its_plugins():

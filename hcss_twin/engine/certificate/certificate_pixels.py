@@ -76,7 +76,7 @@ class PixelSample:
         count = asked
         if plan.is_grid:  # pixels of other rays have views of their own, which cost more than their points
             count = min(asked, max(1, POINTS_PER_PIXEL * asked // plan.samples_per_pixel**2))
-        if plan.tops is not None:  # each point has a model of its own
+        if plan.tops or plan.point_effects:  # each point has a model of its own
             count = min(count, PIXELS_WITH_TOPS)
         parts = min(max(1, count // PIXELS_PER_FRAME), frames)
         chosen = checked_frames(parts, frames) if count else []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,20 +22,24 @@ class SceneTables:
     ----------
     tables : RadianceTables or None
         None if no requested variable requires radiance.
-    axes : mapping of str to PointAxis
-        Those along which the points of the plan differ, by name.
+    axes : sequence of PointAxis
+        Those along which the points of the plan differ.
     """
 
     plan: Plan
     tables: RadianceTables | None
-    axes: Mapping[str, Any]
+    axes: Sequence[Any]
+
+    def named(self, name: str) -> list[Any]:
+        """Return the axes of a name."""
+        return [axis for axis in self.axes if axis.name == name]
 
     @property
     def of_surfaces(self) -> list[RadianceTables | None]:
         """Tables of each class of surface, at its lowest temperature."""
         if self.plan.surfaces is None or self.tables is None:
             return [self.tables]
-        return [self.tables.over[nodes.start] for nodes in self.axes["surfaces"].of_classes]
+        return [self.tables.over[nodes.start] for nodes in self.axes[0].of_classes]
 
 
 class LookUpStage(Stage):
@@ -87,20 +91,20 @@ def _texture(texture: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.texture import TextureStage
 
     if scene.tables is not None or any(spec.needs == "texture" for spec in scene.plan.computed):
-        yield TextureStage(scene.plan, texture, scene.tables, tuple(scene.axes.values()))
+        yield TextureStage(scene.plan, texture, scene.tables, scene.axes)
 
 
 def _surfaces(_: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.surfaces import SurfaceStage
 
-    yield SurfaceStage(scene.axes["surfaces"].ground)
+    yield from (SurfaceStage(axis.ground) for axis in scene.named("surfaces"))
 
 
 def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.waves import WaveStage
 
     # the scenario's own sea alone has waves
-    sea = scene.axes["surfaces"].ground.sea if "surfaces" in scene.axes else 0
+    sea = next((axis.ground.sea for axis in scene.named("surfaces")), 0)
     leaves = () if scene.tables is None else scene.tables.leaves
     yield WaveStage(scene.plan, waves, next((tables for tables in leaves if tables.waves), None), sea)
 
@@ -124,7 +128,7 @@ OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {
 def stages_of(scene: SceneTables) -> list[Stage]:
     """Return the stages that a scene needs, in order; modules of others are not imported."""
     plan = scene.plan
-    stages: list[Stage] = [Truth(plan, scene.axes["tops"].tops_m if "tops" in scene.axes else None)]
+    stages: list[Stage] = [Truth(plan, {axis.layer: axis.tops_m for axis in scene.named("tops")})]
     if scene.tables is not None:
         stages.append(LookUpStage(plan))
     for effect in plan.effects:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -40,14 +41,17 @@ FILLED = (
 """Truth variables of which the engine knows the values, besides those of elements; the last seven from other stages."""
 
 
+TopsAt = Callable[[float, Window], NDArray[np.float32]]
+"""Returns the altitudes of cloud tops at the points of a window of the image at a time."""
+
+
 class Truth(Stage):
     """Computes the requested truth variables of a part of one frame, window by window.
 
     Parameters
     ----------
-    top_m : callable, optional
-        Returns the altitudes of cloud tops at the points of a window of the image at a time; by default they are those
-        of the layers.
+    tops_m : mapping of int to callable
+        Of layers whose tops vary, as :data:`TopsAt`.
 
     Raises
     ------
@@ -55,7 +59,7 @@ class Truth(Stage):
         If nothing in the engine fills a requested truth variable.
     """
 
-    def __init__(self, plan: Plan, top_m: Callable[[float, Window], NDArray[np.float32]] | None = None) -> None:
+    def __init__(self, plan: Plan, tops_m: Mapping[int, TopsAt] = MappingProxyType({})) -> None:
         self._layers = plan.layers
         self._profile = plan.assembly.profile
         self._samples = plan.samples_per_pixel
@@ -71,7 +75,7 @@ class Truth(Stage):
         self._missing = [spec.name for spec in plan.computed if spec.kind == "truth" and spec.may_be_missing]
         needs_optics = "cloud_optical_thickness" in self._shapes
         self._extinction = [_band_extinction(plan, layer) for layer in plan.layers if needs_optics]
-        self._top_m = top_m if any(name in self._shapes for name in TOPS) else None
+        self._tops_m = tops_m
 
     def begin(self, part: FramePart) -> None:
         """Create the variables of the part, initialised to clear sky without elements."""
@@ -115,8 +119,8 @@ class Truth(Stage):
         return (pixel_sums(thickness_m, self._samples) / self._samples**2).astype(np.float32)
 
     def _fill_tops(self, part: FramePart, window: PartWindow, count: NDArray[Any]) -> None:
-        top_m = None if self._top_m is None else self._top_m(part.time_s, window.window)
-        top, temperature = highest_cloud(self._layers, self._profile, window.thickness_m, top_m)
+        tops_m = {layer: of_layer(part.time_s, window.window) for layer, of_layer in self._tops_m.items()}
+        top, temperature = highest_cloud(self._layers, self._profile, window.thickness_m, tops_m)
         for name, values in zip(TOPS, (top, temperature), strict=True):
             if name not in self._shapes:
                 continue
@@ -130,7 +134,7 @@ def highest_cloud(
     layers: Sequence[CloudLayer],
     profile: Profile,
     thickness_m: Sequence[Thickness],
-    top_m: NDArray[np.float32] | None = None,
+    tops_m: Mapping[int, NDArray[np.float32]] = MappingProxyType({}),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Altitude (m) and temperature (K) of the highest cloud top at each point, NaN where clear.
 
@@ -140,16 +144,17 @@ def highest_cloud(
         From the lowest to the highest.
     thickness_m : sequence of ndarray (y, x)
         Thickness of each layer.
-    top_m : ndarray (y, x), optional
-        Altitude of the tops of a single layer.
+    tops_m : mapping of int to ndarray (y, x)
+        Altitudes of the tops of layers whose tops vary.
     """
     shape = thickness_m[0].shape
     top, temperature = np.full(shape, np.nan), np.full(shape, np.nan)
-    for layer, thickness in zip(layers, thickness_m, strict=True):
+    for index, (layer, thickness) in enumerate(zip(layers, thickness_m, strict=True)):
         cloudy = thickness > 0
         if not np.any(cloudy):
             continue
-        top[cloudy] = layer.cloud_top_m(thickness[cloudy].astype(np.float64)) if top_m is None else top_m[cloudy]
+        of_layer = layer.cloud_top_m(thickness[cloudy].astype(np.float64))
+        top[cloudy] = tops_m[index][cloudy] if index in tops_m else of_layer
         temperature[cloudy] = (
             profile.temperature_at(top[cloudy]) if layer.temperature_K is None else layer.temperature_K
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,25 +17,26 @@ from hcss_twin.plan.windows import Window, points_of
 
 
 class TopStates(PointAxis[float]):
-    """Altitudes of the one layer's cloud tops."""
+    """Altitudes of one layer's cloud tops."""
 
     name = "tops"
 
     def __init__(self, plan: Plan, tops: CloudTops) -> None:
-        self._generator: Any = plan.assembly.generators[0]
+        self.layer, self._generator = tops.layer, cast(Any, plan.assembly.generators[tops.layer])
         self._samples, self.placed = plan.samples_per_pixel, tops.placed
         self.nodes, self.estimated_error = tops.placed.nodes.tolist(), tops.placed.error
 
     def plan_in(self, plan: Plan, state: float) -> Plan:
         """Return the plan of the same scene with all cloud tops at one altitude."""
-        assembly, accuracy = plan.assembly.hanging_from(state), plan.accuracy
+        assembly, accuracy = plan.assembly.hanging_from(state, self.layer), plan.accuracy
         accuracy = replace(accuracy, relative=(1.0 - SHARE) * accuracy.relative)
-        return replace(plan, assembly=assembly, layers=assembly.layers, accuracy=accuracy, tops=None)
+        others = tuple(tops for tops in plan.tops if tops.layer != self.layer)
+        return replace(plan, assembly=assembly, layers=assembly.layers, accuracy=accuracy, tops=others)
 
     def of_pixel(self, time_s: float, row: int, column: int, thickness_m: Array) -> Sequence[float]:
         """Return the altitude at each point; clear points share one, and so one model."""
         tops = self.tops_m(time_s, (slice(row, row + 1), slice(column, column + 1)))
-        cloudy = thickness_m[:, 0] > 0.0
+        cloudy = thickness_m[:, self.layer] > 0.0
         altitudes: list[float] = np.where(cloudy, tops.ravel().astype(np.float64), self.nodes[0]).tolist()
         return altitudes
 

@@ -15,10 +15,10 @@ def point_axes(plan: Plan) -> list[PointAxis[Any]]:
         from hcss_twin.engine.tables.over_surfaces import SurfaceStates  # not for scenes of sea alone
 
         axes.append(SurfaceStates(plan, plan.surfaces))
-    if plan.tops is not None:
+    for tops in plan.tops:
         from hcss_twin.engine.tables.over_tops import TopStates  # not for layers with tops of their own
 
-        axes.append(TopStates(plan, plan.tops))
+        axes.append(TopStates(plan, tops))
     for planned in plan.point_effects:
         from hcss_twin.engine.tables.over_point_effect import PointEffectStates  # not for scenes without
 
