@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 
@@ -58,6 +59,9 @@ class BandColumns:
         Columns that others compute, too.
     """
 
+    proportional: ClassVar[bool] = False
+    """Whether terms are nearly multiples of those of the columns that they are derived from."""
+
     def __init__(self, plan: Plan, nodes: SpectralNodes, known: KnownColumns | None = None) -> None:
         self.plan = plan
         self.nodes = nodes
@@ -65,12 +69,12 @@ class BandColumns:
         self._clear_grid = nodes if plan.waves is None else all_nodes(plan.spectral_grid)
         terms = tuple(plan.assembly.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.computed}
-        self._known = KnownColumns() if known is None else known
+        self.known = KnownColumns() if known is None else known
         self.quantities = Quantities(terms, tuple(name for name in terms if name in wanted))
 
     def of(self, plan: Plan) -> BandColumns:
         """Return the columns of another plan at the same wavenumbers."""
-        return BandColumns(plan, self.nodes, self._known)
+        return BandColumns(plan, self.nodes, self.known)
 
     def toward(self, views: Sequence[View], suns: Sequence[Sun | None]) -> list[ColumnSetting]:
         """Return the settings of the scene toward each view under the first sun, then the next."""
@@ -86,27 +90,27 @@ class BandColumns:
         """Terms (S, N, K, B) of cloudy columns with layers of thickness (N, L) in each of S settings."""
         self._compute(thickness_m, settings)
         model, rows = self.plan.assembly.model, list(map(tuple, thickness_m.tolist()))
-        return np.stack([np.stack([self._known.bands[model, one, row] for row in rows]) for one in settings])
+        return np.stack([np.stack([self.known.bands[model, one, row] for row in rows]) for one in settings])
 
     def spectra(self, thickness_m: Array, settings: Sequence[ColumnSetting]) -> Array:
         """Terms (S, N, K, V) of the same columns, which a plan with texture keeps."""
         self._compute(thickness_m, settings)
         model, rows = self.plan.assembly.model, list(map(tuple, thickness_m.tolist()))
-        return np.stack([np.stack([self._known.spectra[model, one, row] for row in rows]) for one in settings])
+        return np.stack([np.stack([self.known.spectra[model, one, row] for row in rows]) for one in settings])
 
     def _compute(self, thickness_m: Array, settings: Sequence[ColumnSetting]) -> None:
         """Compute the columns that are not known yet, together."""
         model, rows = self.plan.assembly.model, list(map(tuple, thickness_m.tolist()))
         keys = [(model, setting, row) for setting in dict.fromkeys(settings) for row in dict.fromkeys(rows)]
-        new = [key for key in keys if key not in self._known.bands]
+        new = [key for key in keys if key not in self.known.bands]
         if not new:
             return
         states = ColumnStates.of([setting for _, setting, _ in new], np.array([row for *_, row in new]))
         terms = model.columns(states, self.nodes.wavenumber_cm1)
         spectra = np.stack([np.asarray(terms[name]) for name in self.quantities.terms], axis=1)
-        self._known.bands.update(zip(new, spectra @ self.nodes.weights_cm1.T, strict=True))
+        self.known.bands.update(zip(new, spectra @ self.nodes.weights_cm1.T, strict=True))
         if self.plan.texture is not None:
-            self._known.spectra.update(zip(new, spectra, strict=True))
+            self.known.spectra.update(zip(new, spectra, strict=True))
 
     def along(self, index: int, settings: Sequence[ColumnSetting]) -> Callable[[Array], Array]:
         """Function from the thickness (N,) of a layer to columns (N, lines, K, S x B).
@@ -203,6 +207,9 @@ class _Elements:
         count = FIRST_NODES
         while True:
             few = [_nearest(nodes, count) for nodes in self._nodes]
+            tried = self._tried(few)
+            if len(few) == 1:  # one call costs less than two
+                self.at(np.concatenate((few[0][:, None], tried)))
             near = self._combination(known, few, ROUNDED_SHARE * tolerance)
             near_few = TensorTrain(tuple(core[:, :, some] for core, some in zip(near.cores, few, strict=True)))
 
@@ -211,8 +218,11 @@ class _Elements:
 
             sizes = [some.size for some in few]
             change = cross(at_few, sizes, self.errors, CROSS_SHARE * tolerance, near_few)[0]
-            whole = total([near, self._between(change, few)], [1.0, 1.0]).rounded(ROUNDED_SHARE * tolerance)
-            tried = self._tried(few)
+            if self._columns.proportional and len(few) == 1:
+                spread = self._between(change.over(near_few, 0.0), few).times(near)
+            else:
+                spread = self._between(change, few)
+            whole = total([near, spread], [1.0, 1.0]).rounded(ROUNDED_SHARE * tolerance)
             if not len(tried) or np.max(self.errors(whole.at(tried), self.at(tried))) <= tolerance:
                 return whole
             count = 2 * count - 1
@@ -286,10 +296,14 @@ ColumnKey = tuple[RadianceModel, ColumnSetting, tuple[float, ...]]
 
 @dataclass
 class KnownColumns:
-    """Columns that were computed, by model, setting and thicknesses: terms (K, B), and spectra (K, V) for texture."""
+    """Columns that were computed, by model, setting and thicknesses: terms (K, B), and spectra (K, V) for texture.
+
+    ``warmer``: terms over a warmer sea toward some view, over those of the scene.
+    """
 
     bands: dict[ColumnKey, Array] = field(default_factory=dict)
     spectra: dict[ColumnKey, Array] = field(default_factory=dict)
+    warmer: TensorTrain | None = None
 
 
 def side_by_side(values: Array) -> Array:

@@ -67,6 +67,16 @@ class TensorTrain:
         weights = np.broadcast_to(weights, (self.cores[0].shape[0], *weights.shape[-2:]))
         return TensorTrain((np.einsum("cmr,crns->cmns", weights, self.cores[0]), *self.cores[1:]))
 
+    def over(self, other: TensorTrain, where_none: float) -> TensorTrain:
+        """Return the ratio to another train of one variable, and where that vanishes, another value."""
+        whole = other.cores[0]
+        ratio = np.full_like(whole, where_none)
+        return TensorTrain((np.divide(self.cores[0], whole, out=ratio, where=whole != 0.0),))
+
+    def times(self, ratio: TensorTrain) -> TensorTrain:
+        """Return the product with a ratio of one variable."""
+        return TensorTrain((self.cores[0] * ratio.cores[0],))
+
     def each(self, change: Callable[[int, Array], Array]) -> TensorTrain:
         """Return the train whose values along variable number l are ``change(l, values (n, ...))``, a linear map."""
         cores = (np.moveaxis(change(which, np.moveaxis(core, 2, 0)), 0, 2) for which, core in enumerate(self.cores))

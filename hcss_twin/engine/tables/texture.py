@@ -74,7 +74,12 @@ def compile_texture(
         if texture.sea_is_proportional(plan.assembly):
             warm = OverWarmerSea(columns, warm.plan, settings[middle].sun)
         over_warm = [in_state((1.0, 0.0), setting) for setting in settings]
-        (first,) = warm.exact(axes, [over_warm[middle]], tolerance, [[exact[middle]]])
+        # The ratio hardly depends on the view: that toward the first one is a guess toward others.
+        ratio = columns.known.warmer
+        guess = exact[middle] if ratio is None else exact[middle].times(ratio)
+        (first,) = warm.exact(axes, [over_warm[middle]], tolerance, [[guess]])
+        if len(first.cores) == 1 and ratio is None:
+            columns.known.warmer = first.over(exact[middle], 1.0)
         # What the sea emits does not depend on the sun.
         perturbed = [
             first if scene is exact[middle] else total([scene, first, exact[middle]], [1.0, 1.0, -1.0])
@@ -91,6 +96,8 @@ def compile_texture(
 
 class OverWarmerSea(BandColumns):
     """Columns over a warmer sea, whose terms differ from those of the scene as in clear sky under some sun."""
+
+    proportional = True
 
     def __init__(self, scene: BandColumns, warmer: Plan, sun: Sun | None) -> None:
         super().__init__(warmer, scene.nodes)
