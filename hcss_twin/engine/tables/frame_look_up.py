@@ -161,7 +161,7 @@ class FrameLookUp:
     def _weighted(self, group: Group, channels: int) -> tuple[LookUp, Array]:
         """Return the look-up of the nodes of a group, and the weights (N, C or 1, R) of its states at the points."""
         look_up, fewer = self._together(np.asarray(group.nodes))
-        weights = group.weights if fewer is None else np.einsum("sr,sbn->rbn", fewer, group.weights)
+        weights = group.weights if fewer is None else np.tensordot(fewer, group.weights, ((0,), (0,)))
         if weights.shape[1] > 1:
             weights = np.tile(weights, (1, channels // weights.shape[1], 1))
         return look_up, np.ascontiguousarray(weights.transpose(2, 1, 0))
