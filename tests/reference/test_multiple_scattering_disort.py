@@ -7,11 +7,13 @@ import miepython
 import numpy as np
 import pytest
 from PythonicDISORT.pydisort import pydisort
+from PythonicDISORT.subroutines import interpolate
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics.bulk import bulk_moments
 from hcss_twin.models.optics.mie import BulkOptics, MieOptics
 from hcss_twin.models.parameters import BulkParameters, MieParameters
+from hcss_twin.models.radiance.physical.numerics import LEVELS
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
@@ -283,3 +285,35 @@ def test_light_scattered_twice_in_closed_form_makes_few_streams_as_good_as_many(
         assert np.median(twice) < allowed  # with light scattered once alone 2 to 12 times as much
         assert np.median(twice) < 0.65 * np.median(once)
         assert np.max(twice) < min(largest, 0.7 * np.max(once))
+
+
+@pytest.mark.filterwarnings("ignore:NT corrections were requested")  # where all moments fit, none are needed
+@warned
+@pytest.mark.parametrize(
+    ("kind", "wavelength_um", "tau", "degrees"),
+    [
+        pytest.param("bulk cirrus", 4.0, 3.0, (45.0, 23.0, 117.0), id="ice"),
+        pytest.param("bulk stratus", 3.7, 5.0, (36.0, 33.0, 1.0), id="glory"),
+        pytest.param("bulk cumulus", 2.95, 5.0, (79.0, 69.0, 162.0), id="grazing"),
+    ],
+)
+def test_the_finest_level_of_a_plan_agrees_with_ordinates_that_resolve_the_phase_function(
+    kind, wavelength_um, tau, degrees
+) -> None:
+    """Zenith angles of view and sun, and azimuth; toward the very view. ``benchmarks/thirty_layers.py`` has more."""
+    albedo, given, every = scattering(kind, wavelength_um)
+    view, sun, _ = np.cos(np.radians(degrees))
+    every, azimuth = np.append(every, np.zeros(400)), np.radians(degrees[2])
+
+    def ordinates(streams: int) -> float:
+        sizes = {"NLeg": streams, "NFourier": streams, "f_arr": max(every[streams], 0.0)}
+        field = pydisort(tau, albedo, streams, every[np.newaxis], sun, 1.0, 0.0, **sizes)[4]
+        return float(interpolate(field, "eval")(view, 0.0, np.pi - azimuth)) / sun
+
+    def ours(kept: int, orders: int) -> float:
+        sizes = {"streams": LEVELS[-2].sun_streams, "modes": kept, "kept_moments": kept, "exact_orders": orders}
+        return float(solve_sun([[tau]], [albedo], given, [view], sun, [azimuth], **sizes)[0][0, 0, 0])
+
+    exact = ordinates(256)
+    assert ours(LEVELS[-2].sun_moments, 2) == pytest.approx(exact, rel=5e-5)
+    assert abs(ours(16, 1) / exact - 1.0) > 5e-4  # what few moments and light scattered once alone leave
