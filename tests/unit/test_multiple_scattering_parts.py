@@ -6,7 +6,7 @@ from scipy.special import lpmv
 
 from hcss_twin.physics.multiple_scattering.directions import gauss_streams, normalised_legendre
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
-from hcss_twin.physics.multiple_scattering.phase_function import delta_m, phase_function
+from hcss_twin.physics.multiple_scattering.phase_function import delta_m, phase_function, polynomials
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 
 HG = np.array([[1.0], [0.8]])
@@ -99,3 +99,11 @@ def test_sunlight_without_meaning_is_refused(change, message) -> None:
     case |= {"relative_azimuth": [0.0], "streams": 4, "modes": 8}
     with pytest.raises(ValueError, match=message):
         solve_sun(**(case | change))
+
+
+@pytest.mark.parametrize(("cosines", "count"), [(1, 1602), (1, 3), (40, 130), (600, 130), (600, 5), (1441, 4000)])
+def test_kept_polynomials_are_those_of_legendre(cosines, count) -> None:
+    cosine = np.cos(np.linspace(0.1, 3.0, cosines))
+    exact = np.polynomial.legendre.legvander(cosine, count - 1)
+    for some in (slice(None), slice(0, 512), slice(512, 1024)):
+        np.testing.assert_array_equal(polynomials(cosine, count, some), exact[some])

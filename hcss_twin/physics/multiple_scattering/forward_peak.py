@@ -33,6 +33,7 @@ from hcss_twin.physics.multiple_scattering.phase_function import (
     ScaledScattering,
     extended_moments,
     phase_function,
+    polynomials,
 )
 
 
@@ -149,7 +150,7 @@ def _aureole(scaled: ScaledScattering, albedo: Array, moments: Array, mu: Array,
     missing, peak = (_scattered_onward(albedo * beyond, slowest), _scattered_onward(albedo * scaled.peak, slowest))
     tau = scaled.thickness / rest
     result = np.empty((*tau.shape, mu.size))
-    values = series * np.polynomial.legendre.legvander(onward, known.shape[0] - 1)
+    values = series * polynomials(onward, known.shape[0])
     for p, (m, value) in enumerate(zip(mu, values, strict=True)):
         rate = 0.5 * (1.0 / m + 1.0 / sun)
         for t, y in enumerate(tau * rate):

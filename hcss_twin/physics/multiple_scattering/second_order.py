@@ -24,14 +24,19 @@ scattering that scaling counts as none (H. C. van de Hulst, "Multiple Light Scat
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cache, lru_cache
+from functools import cache
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geometry import scattering_cosine
 from hcss_twin.physics.multiple_scattering.directions import gauss_streams
-from hcss_twin.physics.multiple_scattering.phase_function import ScaledScattering, extended_moments, phase_function
+from hcss_twin.physics.multiple_scattering.phase_function import (
+    ScaledScattering,
+    extended_moments,
+    phase_function,
+    polynomials,
+)
 
 FEWEST_MOMENTS, TIMES_MOMENTS, MOST_MOMENTS = 96, 8, 576
 """Moments for twice-scattered light: so many times those of the solution, between these limits.
@@ -91,8 +96,9 @@ def missing_second_order(
     known = extended_moments(moments, count + 1)
     full, sharpest = known[:-1], known[-1]
     angle, weight = _quadrature(ANGLES)
-    values = phase_function(np.cos(angle), moments) * (0.5 * weight)
-    legendre = _polynomials(count)
+    cosines = np.cos(angle)
+    values = phase_function(cosines, moments) * (0.5 * weight)
+    legendre = polynomials(cosines, count)
     outside = legendre.T @ (values * -(np.expm1(-((angle * (kept / PEAK)) ** 2)) ** 3)).T
     backward = legendre.T @ (values * _rising(angle, *np.radians(BACKWARD_DEG))).T
     inside = 1.0 - outside[0] - sharpest
@@ -104,7 +110,7 @@ def missing_second_order(
     result -= twice_back(scaled.thickness, scaled.albedo, scaled.moments, streams, modes, mu, sun, azimuth)
     onward, once_more = strength * (full - backward - scaled.peak), strength * (exact - backward)
     cosine = np.array([scattering_cosine(m, sun, a) for m, a in zip(mu, azimuth, strict=True)])
-    series = np.polynomial.legendre.legvander(cosine, count - 1) * (2.0 * np.arange(count) + 1.0)
+    series = polynomials(cosine, count) * (2.0 * np.arange(count) + 1.0)
     for m in np.unique(mu):
         above = _above_second(scaled.thickness, 1.0 / m + 1.0 / sun, onward[kept:], once_more[kept:])
         for p in np.flatnonzero(mu == m):
@@ -226,14 +232,6 @@ def _rising(angle: Array, low: float, high: float) -> Array:
     """Return 0 below an angle and 1 above another one, with a smooth step between."""
     position = np.clip((angle - low) / (high - low), 0.0, 1.0)
     result: Array = position * position * (3.0 - 2.0 * position)
-    return result
-
-
-@lru_cache(maxsize=4)
-def _polynomials(count: int) -> Array:
-    """Return the Legendre polynomials (A, count) at the angles of the quadrature."""
-    result = np.asarray(np.polynomial.legendre.legvander(np.cos(_quadrature(ANGLES)[0]), count - 1), dtype=np.float64)
-    result.flags.writeable = False
     return result
 
 
