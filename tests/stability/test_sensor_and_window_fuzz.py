@@ -111,7 +111,7 @@ class TestAnySensorOnAnyPlatformMeasuresASoundCubeOrIsRefused:
     def test_few(self, files):
         measured = []
 
-        @_settings(5)
+        @_settings(9)
         @given(seen_scenarios())
         def measure(raw):
             measured.append(check_measured(raw, files))
