@@ -108,6 +108,18 @@ def test_small_products_are_exact(size):
     np.testing.assert_allclose(found.at(columns.elements), columns(columns.elements), rtol=1e-7, atol=1e-10)
 
 
+def test_noise_is_on_no_few_lines_and_ends_exact():
+    table = np.random.default_rng(1).uniform(1.0, 2.0, (LOW.size, HIGH.size))
+
+    def relative(guess, exact):
+        return np.max(np.abs(guess - exact) / exact, axis=1)
+
+    found, error = cross(lambda nodes: table[nodes[:, 0], nodes[:, 1]][:, None], table.shape, relative, 1e-6)
+    every = np.array(list(np.ndindex(table.shape)))
+    np.testing.assert_allclose(found.at(every)[:, 0], table.ravel(), rtol=1e-6)
+    assert error <= 1e-6
+
+
 def test_trains_are_added_put_together_and_mixed_as_their_values_are():
     random, sizes = np.random.default_rng(1), (4, 3, 5)
     every = np.array(list(np.ndindex(*sizes)))

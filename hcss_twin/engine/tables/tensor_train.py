@@ -179,13 +179,26 @@ def cross(
         train = _skeleton(elements, sizes, pivots, near, _RANK * tolerance)
         if len(sizes) == 1:
             return train, 0.0
-        tried, start = spread(sizes, start, TRIED), start + TRIED
+        tried, start = _elsewhere(sizes, pivots, start), start + TRIED
         exact = elements(tried)
         errors = error(train.at(tried) if near is None else near.at(tried) + train.at(tried), exact)
         worst = int(np.argmax(errors))
         if errors[worst] <= tolerance or len(pivots) == MOST_PIVOTS:
             return train, float(errors[worst])
         pivots.append(tuple(tried[worst].tolist()))
+
+
+def _elsewhere(sizes: Sequence[int], pivots: Sequence[tuple[int, ...]], start: int) -> Indices:
+    """Return elements (N, L) on no line through the pivots, all of them where they are few; else from everywhere."""
+    free = [
+        np.setdiff1d(np.arange(size), of_axis) for size, of_axis in zip(sizes, zip(*pivots, strict=True), strict=True)
+    ]
+    counts = [nodes.size for nodes in free]
+    if 0 in counts:
+        return spread(sizes, start, TRIED)
+    few = prod(counts) <= 2 * TRIED
+    which = np.array(list(np.ndindex(*counts))) if few else spread(counts, start, TRIED)
+    return np.stack([nodes[of_axis] for nodes, of_axis in zip(free, which.T, strict=True)], axis=1)
 
 
 def spread(sizes: Sequence[int], start: int, count: int) -> Indices:
