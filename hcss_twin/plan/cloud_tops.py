@@ -13,25 +13,20 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
+from hcss_twin.core.errors import ProviderError
 from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.axis import Axis, PlacedAxis, place
+from hcss_twin.plan.axis import Axis, PlacedAxis
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.effects import Effect
-from hcss_twin.plan.few_columns import SAFETY_FACTOR, few_columns
+from hcss_twin.plan.few_columns import few_columns
+from hcss_twin.plan.point_nodes import WAVENUMBERS, place_point_nodes
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
-
-SHARE = 0.2
-"""Share of the accuracy for the interpolation in altitude; the tables at each altitude have the rest."""
 
 MAX_NODES = 161
 
 _ORDERS = (1, 2, 4)
-
-_WAVENUMBERS = 12
-"""Number of wavenumbers of each band for the error."""
 
 _THICKNESSES = 5
 _SHORTEST_M = 25.0
@@ -130,7 +125,7 @@ def plan_tops(
         If more than ``MAX_NODES`` are needed.
     """
     (low, high), layer, levels = _range(assembly, which), assembly.layers[which], assembly.profile.altitude_m
-    columns = few_columns(assembly, _WAVENUMBERS)
+    columns = few_columns(assembly, WAVENUMBERS)
     alone = np.zeros((_THICKNESSES, len(assembly.layers)))
     alone[:, which] = np.geomspace(layer.thickness_min_m, layer.thickness_max_m, _THICKNESSES)
     medium = [np.sqrt(of.thickness_min_m * of.thickness_max_m) for of in assembly.layers]
@@ -145,12 +140,5 @@ def plan_tops(
         return np.stack(totals)[:, :, None]
 
     axis = Axis(low, high, levels[(levels > low + _SHORTEST_M) & (levels < high - _SHORTEST_M)].tolist())
-    allowed = SHARE * accuracy.relative / SAFETY_FACTOR
-    placed = place(axis, at, allowed, orders=_ORDERS, cut="needed", most=MAX_NODES, fewest=True)
-    if placed.missed is not None:
-        message = (
-            f"{scenario.accuracy}: cloud tops from {low:g} to {high:g} m need more than {MAX_NODES} tables; "
-            "allowed: a lower accuracy or a smaller range of altitudes"
-        )
-        raise ScenarioError([Problem("accuracy", message)], scenario.origin)
-    return CloudTops(which, layer.name, replace(placed, error=SAFETY_FACTOR * placed.error))
+    what = f"cloud tops of '{layer.name}' from {low:g} to {high:g} m"
+    return CloudTops(which, layer.name, place_point_nodes(scenario, accuracy, axis, at, what, _ORDERS, MAX_NODES))

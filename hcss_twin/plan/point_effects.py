@@ -6,27 +6,23 @@ Radiance against the value is a polynomial between few of them, whose error is m
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.axis import Axis, PlacedAxis, place
+from hcss_twin.plan.axis import Axis, PlacedAxis
 from hcss_twin.plan.effects import Effect
-from hcss_twin.plan.few_columns import SAFETY_FACTOR, few_columns
+from hcss_twin.plan.few_columns import few_columns
+from hcss_twin.plan.point_nodes import WAVENUMBERS, place_point_nodes
 from hcss_twin.plan.section_effect import SectionEffect
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
-SHARE = 0.2
-"""Share of the accuracy for the interpolation; the tables at each value have the rest."""
-
 MAX_NODES = 65
-_WAVENUMBERS = 12
 
 
 @dataclass(frozen=True)
@@ -53,21 +49,14 @@ def plan_point_effect(
     ScenarioError
         If more than ``MAX_NODES`` are needed.
     """
-    columns, given = few_columns(assembly, _WAVENUMBERS), effect.given
+    columns, given = few_columns(assembly, WAVENUMBERS), effect.given
 
     def at(values: Array) -> Array:
         totals = [columns.total(assembly.altered(effect, value), sun) for value in values.tolist()]
         return np.stack(totals)[:, :, None]
 
-    axis, allowed = Axis(given.low, given.high, given.kinks), SHARE * accuracy.relative / SAFETY_FACTOR
-    placed = place(axis, at, allowed, orders=(1, 2, 4, 8), cut="needed", most=MAX_NODES, fewest=True)
-    if placed.missed is not None:
-        message = (
-            f"{scenario.accuracy}: '{effect.name}' from {given.low:g} to {given.high:g} needs more than {MAX_NODES} "
-            "tables; allowed: a lower accuracy or a smaller range"
-        )
-        raise ScenarioError([Problem("accuracy", message)], scenario.origin)
-    return PlannedPointEffect(effect, replace(placed, error=SAFETY_FACTOR * placed.error))
+    axis, what = Axis(given.low, given.high, given.kinks), f"'{effect.name}' from {given.low:g} to {given.high:g}"
+    return PlannedPointEffect(effect, place_point_nodes(scenario, accuracy, axis, at, what, (1, 2, 4, 8), MAX_NODES))
 
 
 def extremes_of(assembly: Assembly, effects: Sequence[SectionEffect]) -> list[Assembly]:

@@ -10,7 +10,8 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.point_axis import Group, PointAxis, groups_on
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.point_effects import SHARE, PlannedPointEffect
+from hcss_twin.plan.point_effects import PlannedPointEffect
+from hcss_twin.plan.point_nodes import SHARE
 from hcss_twin.plan.windows import Window
 
 

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.point_axis import Group, PointAxis, groups_on
-from hcss_twin.plan.cloud_tops import SHARE, CloudTops
+from hcss_twin.plan.cloud_tops import CloudTops
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.point_nodes import SHARE
 from hcss_twin.plan.windows import Window, points_of
 
 
