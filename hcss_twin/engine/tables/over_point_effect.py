@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -34,10 +34,6 @@ class PointEffectStates(PointAxis[float]):
         values: list[float] = self.values(time_s, (slice(row, row + 1), slice(column, column + 1))).ravel().tolist()
         return values
 
-    def in_frame(self, time_s: float) -> FrameValues:
-        """Return the values at an instant."""
-        return FrameValues(self, time_s)
-
     def values(self, time_s: float, window: Window) -> Array:
         """Return the values at the points of a window of the image; beyond the ground, the lowest."""
         x_m, y_m = self._rays.points_m(window, time_s, 0.0)
@@ -49,16 +45,3 @@ class PointEffectStates(PointAxis[float]):
     def groups(self, time_s: float, window: Window) -> list[Group]:
         """Return the points of a window by segments of the axis."""
         return groups_on(self._planned.placed, self.values(time_s, window).ravel())
-
-
-@dataclass(frozen=True)
-class FrameValues:
-    """The value at each point at one instant."""
-
-    states: PointEffectStates
-    time_s: float
-    within_pixels = True
-
-    def groups(self, window: Window, samples: int) -> list[Group]:
-        """Return the points of each segment of the axis."""
-        return self.states.groups(self.time_s, window)

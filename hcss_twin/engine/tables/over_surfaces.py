@@ -6,7 +6,7 @@ A point takes the tables of its class; in a field of temperature it is interpola
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import accumulate, pairwise
 
 import numpy as np
@@ -50,24 +50,11 @@ class SurfaceStates(PointAxis[SurfaceState]):
         """Return class and temperature of each point."""
         return self.ground.states(self.ground.at(time_s, (slice(row, row + 1), slice(column, column + 1))))
 
-    def in_frame(self, time_s: float) -> FrameSurfaces:
-        """Return the surfaces at an instant."""
-        return FrameSurfaces(self, time_s)
-
-
-@dataclass(frozen=True)
-class FrameSurfaces:
-    """The surface of each point at one instant."""
-
-    states: SurfaceStates
-    time_s: float
-    within_pixels = True
-
-    def groups(self, window: Window, samples: int) -> list[Group]:
+    def groups(self, time_s: float, window: Window) -> list[Group]:
         """Return the points of each class."""
-        surface, groups = self.states.ground.at(self.time_s, window), []
+        surface, groups = self.ground.at(time_s, window), []
         number = surface.number.ravel()
-        for of_class, (nodes, axis) in enumerate(zip(self.states.of_classes, self.states.surfaces.axes, strict=True)):
+        for of_class, (nodes, axis) in enumerate(zip(self.of_classes, self.surfaces.axes, strict=True)):
             points = np.flatnonzero(number == of_class)
             if not points.size:
                 continue

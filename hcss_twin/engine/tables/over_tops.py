@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -41,9 +41,9 @@ class TopStates(PointAxis[float]):
         altitudes: list[float] = np.where(cloudy, tops.ravel().astype(np.float64), self.nodes[0]).tolist()
         return altitudes
 
-    def in_frame(self, time_s: float) -> FrameTops:
-        """Return the tops at an instant."""
-        return FrameTops(self, time_s)
+    def groups(self, time_s: float, window: Window) -> list[Group]:
+        """Return the points of each segment of altitude."""
+        return groups_on(self.placed, self.tops_m(time_s, window).ravel().astype(np.float64))
 
     def tops_m(self, time_s: float, window: Window) -> NDArray[np.float32]:
         """Return the altitudes of cloud tops at the points of a window of the image."""
@@ -51,16 +51,3 @@ class TopStates(PointAxis[float]):
             time_s, *(points_of(pixels, self._samples) for pixels in window)
         )
         return tops
-
-
-@dataclass(frozen=True)
-class FrameTops:
-    """The altitude of the cloud top at each point at one instant."""
-
-    states: TopStates
-    time_s: float
-    within_pixels = True
-
-    def groups(self, window: Window, samples: int) -> list[Group]:
-        """Return the points of each segment of altitude."""
-        return groups_on(self.states.placed, self.states.tops_m(self.time_s, window).ravel().astype(np.float64))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,8 +79,25 @@ class PointAxis(ABC, Generic[State]):
         """Return the exact state of each point of a pixel of the image, from the thickness (points, L) there."""
 
     @abstractmethod
+    def groups(self, time_s: float, window: Window) -> list[Group]:
+        """Return the points of a window of the image at an instant, by the nodes between which they are."""
+
     def in_frame(self, time_s: float) -> FrameAxis:
         """Return where points are at an instant."""
+        return _InFrame(self, time_s)
+
+
+@dataclass(frozen=True)
+class _InFrame:
+    """A point axis at one instant."""
+
+    axis: PointAxis[Any]
+    time_s: float
+    within_pixels = True
+
+    def groups(self, window: Window, samples: int) -> list[Group]:
+        """Return the points of a window."""
+        return self.axis.groups(self.time_s, window)
 
 
 def groups_on(placed: PlacedAxis, values: Array) -> list[Group]:
