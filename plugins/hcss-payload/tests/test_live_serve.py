@@ -8,6 +8,7 @@ import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hcss_payload import Jitter, PayloadError, Pose, pose_at
 from hcss_payload.build import payload_of, scene_of
 from hcss_payload.live import LiveClient, LiveTwin, PointTarget
 from hcss_payload.live.ring import Ring, RingShape
+from hcss_payload.live.server import Server
 
 import hcss_twin
 from hcss_twin.core.catalog import Catalog
@@ -202,6 +204,42 @@ def test_no_memory_is_left_when_the_parent_or_the_server_dies(files, end):
     while is_there(name) and time.monotonic() < until:
         time.sleep(0.05)
     assert not is_there(name)
+
+
+class _Prepared:
+    """A pass whose frames are empty; the second one ends the server."""
+
+    shape, has_numbers, start_s, stalls = (1, 2, 3), False, 0.0, 0
+    sky = SimpleNamespace(stalls=0)
+
+    def __init__(self, name):
+        self.name, self.frames = name, 0
+
+    def frame(self, time_s, pose=None, out=None, targets=None):
+        self.frames += 1
+        if self.frames == 2:
+            self.stop()
+
+    def stop(self):
+        with memory_of(self.name) as ring:
+            ring.header["stop"] = 1
+
+    def close(self):
+        pass
+
+
+def test_a_pose_that_comes_as_soon_as_the_server_is_ready_is_not_lost():
+    prepared = _Prepared(f"hcss-test-early-{os.getpid()}")
+    late = threading.Timer(5.0, prepared.stop)
+
+    def ready():
+        with LiveClient(prepared.name) as client:
+            client.send_pose(Pose(0.0, np.eye(3)[0], np.eye(4)[3]))
+        late.start()
+
+    Server(prepared, prepared.name).serve(ready)
+    late.cancel()
+    assert prepared.frames == 2
 
 
 def test_a_reader_never_takes_a_frame_that_is_being_written():

@@ -84,7 +84,8 @@ class Server:
         live.sky.stalls = 0
 
     def _loop(self) -> None:
-        ring, header, last, number = self._ring, self._ring.header, int(self._ring.header["letter"]), 0
+        # The first letter may come before this line: clients write as soon as they see that the server is ready.
+        ring, header, last, number = self._ring, self._ring.header, 0, 0
         busy, looked = time.monotonic(), 0.0
         while not self._stopped and not int(header["stop"]):
             letter = ring.newest(last)
