@@ -95,7 +95,7 @@ def waves(frames: int) -> Comparison:
 
     spectrum = np.ones((PIXELS, PIXELS // 2 + 1), np.complex64)
     return Comparison(
-        frames_of("stratus", ["radiance"], frames, sea__waves="resolved", image__pixel_size=2),
+        frames_of("stratus", ["radiance"], frames, sea__waves="on", image__pixel_size=2),
         PIXELS**2,
         peers={"two slopes by FFT": (lambda: (irfft2(spectrum), irfft2(spectrum)), PIXELS**2)},
         remark="clouds and two bands included",

@@ -26,9 +26,9 @@ ROUNDING = 2.5e-7
 SWITCHES: dict[str, dict[str, Any]] = {
     "view angles of single pixels": {"platform.altitude": 800e3},
     "clouds within the footprint of a pixel": {"image.samples_per_pixel": 3},
-    "parallax of clouds": {"slant.parallax": True},
-    "shadows of clouds on the sea": {"slant.shadows": True},
-    "waves as shapes": {"sea.waves": "resolved"},
+    "parallax of clouds": {"slant.parallax": "on"},
+    "shadows of clouds on the sea": {"slant.shadows": "on"},
+    "waves as shapes": {"sea.waves": "on"},
 }
 """Keys that compute what is omitted."""
 

@@ -22,8 +22,8 @@ from hcss_twin import Scenario, simulate
 IMAGE = Path(__file__).parents[1] / "images" / "shadows-and-parallax.png"
 OPTIONS = {
     "shadows = false, parallax = false": {},
-    "shadows = true": {"slant.shadows": True},
-    "shadows = true, parallax = true": {"slant.shadows": True, "slant.parallax": True},
+    "shadows = true": {"slant.shadows": "on"},
+    "shadows = true, parallax = true": {"slant.shadows": "on", "slant.parallax": "on"},
 }
 # In the afternoon, looking toward the glint.
 SCENE = {

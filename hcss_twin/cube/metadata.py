@@ -87,7 +87,10 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec("hcss_certificate_terms", "JSON", "pixels are checked and terms are requested",
         "Largest error of each term in any band, relative to the band radiance."),
     AttributeSpec("hcss_beyond_accuracy", "JSON", _CHECKED,
-        "Omitted physics that exceeds its share of the accuracy: texts with size and the keys that would compute it."),
+        "Physics that the scene needs beyond its share of the accuracy and cannot have: texts with size and the keys "
+        "that would compute it."),
+    AttributeSpec("hcss_left_out", "JSON", _CHECKED,
+        "The same of physics that the user switched off, that takes too long, or that comes on request."),
     AttributeSpec("hcss_error_budget", "JSON", _CHECKED,
         "The total error, models included, by class (`clear`, layers) and band: `total` and `total_K`, or "
         "`at_least` and `at_least_K` if a part is unknown, `unknown` and "

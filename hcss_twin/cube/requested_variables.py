@@ -100,8 +100,8 @@ def own_variable(name: str, about: OutputVariable, needs: Iterable[str] = ()) ->
 
 _LACKING = {
     "layers": "the scene has no cloud layer; allowed: with a layer of cloud",
-    "shadows": "clouds cast no shadows; allowed: with slant.shadows = true",
-    "waves": 'the scene has no resolved waves; allowed: with sea.waves = "resolved"',
+    "shadows": 'clouds cast no shadows; allowed: with slant.shadows = "on"',
+    "waves": 'the scene has no resolved waves; allowed: with sea.waves = "on"',
     "elements": "the scene has no elements; allowed: with a section [[elements]]",
     "surfaces": "the scene is sea everywhere; allowed: with a section [surfaces]",
     "texture": "clear sky has no texture; allowed: with sea.temperature_texture or atmosphere.water_vapour_texture",

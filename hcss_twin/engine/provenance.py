@@ -36,6 +36,7 @@ CERTIFICATE = (
     "hcss_certificate_pixels",
     "hcss_certificate_strata",
     "hcss_beyond_accuracy",
+    "hcss_left_out",
     "hcss_error_budget",
     "hcss_monte_carlo",
 )

@@ -155,7 +155,7 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
                 "at every wavenumber; allowed: a fraction of the radiance"
             )
             raise ScenarioError([Problem("accuracy", message)])
-        if scenario.sea.waves != "averaged":
+        if scenario.sea.waves != "off":
             hottest += WAVES_K
         shares.append(kelvin * relative_slope(grid, band, hottest))
     relative = min(shares)

@@ -144,7 +144,7 @@ def assemble(
         return family.sharing(model, (level, sunlight_steps), setting, sea_of_model)
 
     radiance = scenario.radiance
-    generators = generators_of([LayerBrightness(model_at, setting, index) for index in range(len(layers))])
+    generators, slant = generators_of([LayerBrightness(model_at, setting, index) for index in range(len(layers))])
     builder.raise_problems()
     spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
     elements = build_elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)

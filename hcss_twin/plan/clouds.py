@@ -14,8 +14,9 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder, numbered
-from hcss_twin.plan.displaced_clouds import DisplacedClouds
-from hcss_twin.plan.slant_paths import SlantPaths, enlarged
+from hcss_twin.plan.combinations import Excluded
+from hcss_twin.plan.displaced_clouds import CloudsAroundFrame, DisplacedClouds
+from hcss_twin.plan.slant_paths import MAX_POINTS_WITHIN, SlantPaths, enlarged
 from hcss_twin.plan.surroundings import FilledIn, Surroundings, with_climatological_top
 from hcss_twin.providers import BrightnessInversion, CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
 from hcss_twin.providers.registry.specs import Kind
@@ -24,27 +25,34 @@ from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.section_types import own, selected
 
-_REMEDY = "or slant.shadows = false and slant.parallax = false"
 
-
-def _require_one_sky(layer: CloudLayer, field: str, margin: tuple[int, int]) -> None:
-    """Reject coverage defined for the image if paths leave the image."""
-    if layer.coverage_mode != "field" and margin != (0, 0):
-        message = (
-            f"\"frame\" fixes the coverage of the image, and slant paths meet '{layer.name}' up to {margin[0]} rows "
-            f'and {margin[1]} columns of points outside it; allowed: "field", {_REMEDY}'
-        )
-        raise ScenarioError([Problem(f"{field}.coverage_mode", message)])
-
-
-def _require_windows(generator: CloudGenerator, layer: CloudLayer, field: str) -> None:
-    """Reject a generator of whole frames if paths leave the image."""
-    if not generator.declares.tileable:
-        message = (
-            f"computes '{layer.name}' in whole frames only, but slant paths meet clouds outside the image; allowed: "
-            f"a generator that gives windows (closest is 'fractal'), {_REMEDY}"
-        )
-        raise ScenarioError([Problem(f"{field}.generator", message)])
+def _excluded_beside_slant_paths(
+    generator: CloudGenerator, layer: CloudLayer, field: str, paths: SlantPaths, points: Grid, samples: int
+) -> dict[str, tuple[Excluded, ...]]:
+    """Return what of a layer slant paths cannot be computed with, by ``shadows`` and ``parallax``."""
+    knows = hasattr(generator, "thickness_around_m") or (generator.declares.tileable and layer.coverage_mode == "field")
+    tops = getattr(generator, "cloud_top_range_m", None) is not None
+    others = (
+        Excluded(
+            f"{field}.generator",
+            not knows,
+            f"clouds of '{layer.name}' that are known in the image only, which slant paths leave,",
+            "a generator that knows the clouds around it (closest is 'fractal')",
+        ),
+        Excluded(f"{field}.generator", tops, "cloud tops that vary with the generator", "one without"),
+    )
+    point_m, longest_m = points.pixel_size_m, paths.longest_m(layer)
+    size = Excluded(
+        "image.pixel_size",
+        longest_m > MAX_POINTS_WITHIN * point_m,
+        f"points of {point_m:g} m, {longest_m / point_m:.0f} of which the sun's path crosses within '{layer.name}',",
+        f"{MAX_POINTS_WITHIN} points; closest valid choice is "
+        f"{math.ceil(longest_m / MAX_POINTS_WITHIN * samples * 100.0) / 100.0:g}",
+    )
+    return {
+        "shadows": (*others, size) if paths.sun_zenith_deg.size else (),
+        "parallax": others if paths.view.zenith_deg > 0.0 else (),
+    }
 
 
 MAX_POINTS = 2**26
@@ -168,17 +176,23 @@ def build_generators(
     motion: Motion,
     slant: SlantPaths,
     inversions: Sequence[BrightnessInversion | None],
-) -> tuple[CloudGenerator, ...]:
-    """Build the generator of each layer; those that have problems are left out."""
-    image, samples = scenario.image, scenario.image.samples_per_pixel
+) -> tuple[tuple[CloudGenerator, ...], SlantPaths]:
+    """Build the generator of each layer, and return the slant paths that all of them allow.
+
+    Generators that have problems are left out.
+    """
+    image, samples = scenario.image, scenario.samples_per_pixel
     points = Grid(image.rows * samples, image.columns * samples, image.pixel_size / samples)
     generators: list[CloudGenerator] = []
+    allowed = slant
     for index, (assembled, inversion) in enumerate(zip(layers, inversions, strict=True)):
         layer, section, field = assembled.layer, assembled.section, assembled.field
         margin = slant.margin(layer, points.pixel_size_m)
+        # Coverage of the image needs the plane of the image; other clouds may be made for a larger one.
+        wide = margin if layer.coverage_mode == "field" else (0, 0)
         inputs = CloudInputs(
             layer,
-            enlarged(points, margin),
+            enlarged(points, wide),
             _moving(motion, section, scenario),
             layer_seed(scenario.seed, index),
             catalog,
@@ -186,19 +200,26 @@ def build_generators(
             inversion,
         )
         label = numbered(Kind.CLOUDS, index, len(layers))
-        with builder.collect_problems(f"{field}.generator", section.parameters), _worded_for(field, samples, margin):
-            _require_one_sky(layer, field, margin)
-            slant.require_short(layer, points.pixel_size_m, samples)
+        with builder.collect_problems(f"{field}.generator", section.parameters), _worded_for(field, samples, wide):
             name = selected(section, "generator")
             generator = builder.build(Kind.CLOUDS, name, inputs, section.parameters, label)
+            if wide != (0, 0) and not generator.declares.tileable:
+                generator = builder.build(Kind.CLOUDS, name, replace(inputs, grid=points), section.parameters, label)
+                wide = (0, 0)
             if not (generator.declares.tileable or sums_up(generator)):
                 _require_few_points(points, samples, layer, field)
-            if margin != (0, 0):
-                _require_windows(generator, layer, field)
-                shift = slant.of_view(layer, points.pixel_size_m)
-                generator = DisplacedClouds(generator, margin, shift)
+            excluded = _excluded_beside_slant_paths(generator, layer, field, slant, points, samples)
+            for effect, table in excluded.items():
+                allowed = allowed.beside(effect, table)
+            shift = slant.of_view(layer, points.pixel_size_m)
+            if wide != (0, 0):
+                generator = DisplacedClouds(generator, wide, shift)
+            elif margin != (0, 0):
+                generator = CloudsAroundFrame(generator, shift)
             generators.append(generator)
-    return tuple(generators)
+    if allowed is slant:
+        return tuple(generators), slant
+    return build_generators(builder, scenario, catalog, layers, motion, allowed, inversions)
 
 
 def _too_coarse(resolved: ResolvedLayer, section: Layer, pixel_size_m: float) -> tuple[str, ...]:
@@ -240,7 +261,7 @@ def _worded_for(field: str, samples: int, margin: tuple[int, int]) -> Iterator[N
             if where in ("image.rows", "image.columns") and margin != (0, 0):
                 message += (
                     f" (with those outside the image that slant paths meet: {margin[0]} rows and {margin[1]} columns "
-                    "of points on each side; none with slant.shadows = false and slant.parallax = false)"
+                    "of points on each side; none with slant.shadows = 'off' and slant.parallax = 'off')"
                 )
             problems.append(Problem(where, message))
         raise ScenarioError(problems, error.origin) from error

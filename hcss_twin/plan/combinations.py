@@ -1,4 +1,8 @@
-"""Combinations of effects that are refused: one table an effect, in its own file, and one message for all."""
+"""What an effect cannot be computed with: one table an effect, in its own file, and one message for all.
+
+An effect that a scenario switches on is refused beside anything of its table; one that is left to the plan (``"auto"``)
+is not computed there, and the plan says why.
+"""
 
 from __future__ import annotations
 
@@ -61,3 +65,44 @@ def require_none(effect: str, table: Iterable[Excluded], otherwise: str = "") ->
     """
     if problems := problems_beside(effect, table, otherwise):
         raise ScenarioError(problems)
+
+
+class NotComputed(NamedTuple):
+    """Why an effect is not computed.
+
+    Attributes
+    ----------
+    why : str
+    needs : str
+        Key and value with which it would be; empty if none is known.
+    switched_off : bool
+        Whether the scenario says so.
+    """
+
+    why: str
+    needs: str = ""
+    switched_off: bool = False
+
+
+def why_not(key: str, value: str, table: Iterable[Excluded]) -> NotComputed | None:
+    """Return why an effect is not computed; None if it is.
+
+    Parameters
+    ----------
+    key, value : str
+        Key of the effect, and what the scenario says: "auto", "on" or "off".
+
+    Raises
+    ------
+    ScenarioError
+        If it is on beside something that excludes it.
+    """
+    if value == "off":
+        return NotComputed(f"{key} is off", f'{key} = "on"', switched_off=True)
+    beside = list(present(table))
+    if value == "on":
+        require_none(f"{key} = 'on'", beside, f"{key} = 'off'")
+    if not beside:
+        return None
+    first = beside[0]
+    return NotComputed(f"the scene has {first.what.rstrip(',')}", f"{first.field}: {first.allowed}")

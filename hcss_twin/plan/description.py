@@ -13,7 +13,7 @@ from hcss_twin.models.optics.size_distribution import (
     water_content_kg_m3,
 )
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
+from hcss_twin.plan.error_budget import beyond_accuracy, error_budget, left_out
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import CloudLayer
@@ -75,7 +75,11 @@ def _against_the_world(plan: Plan) -> dict[str, Any]:
     if not plan.needs_radiance:
         return {}
     budget = error_budget(plan)
-    return {"beyond_accuracy": list(beyond_accuracy(plan, budget)), "error_budget": budget.as_dict()}
+    return {
+        "beyond_accuracy": list(beyond_accuracy(plan)),
+        "left_out": list(left_out(plan, budget)),
+        "error_budget": budget.as_dict(),
+    }
 
 
 def describe_providers(entries: Mapping[str, Entry]) -> dict[str, dict[str, str]]:

@@ -7,7 +7,7 @@ the root of their sum of squares. It counts known contributions only, and is a l
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,7 @@ from hcss_twin.plan.error_contributions import (
     contributions_of,
     stated_errors,
 )
-from hcss_twin.plan.few_columns import OMISSION_SHARE
+from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
 from hcss_twin.plan.plan import Plan
 
 ENGINE, NUMERICS = "engine", "numerics"
@@ -132,19 +132,31 @@ def _remark(contribution: Contribution) -> str:
     return f"{partly}{'' if contribution.recomputed else ' (notes)'}"
 
 
-def beyond_accuracy(plan: Plan, budget: ErrorBudget) -> tuple[str, ...]:
-    """Return what a plan leaves out beyond its share of the accuracy, with its size and what it would need."""
+def beyond_accuracy(plan: Plan) -> tuple[str, ...]:
+    """Return what a plan cannot compute beyond its share of the accuracy, with its size and what it would need."""
+    return _told(plan, lambda omission: not omission.decision)
+
+
+def left_out(plan: Plan, budget: ErrorBudget) -> tuple[str, ...]:
+    """Return what was decided to be left out beyond its share of the accuracy, with its size and the key that adds it.
+
+    The user switches effects off, the plan leaves out what takes too long, and light between columns comes on request.
+    """
+    return (*_told(plan, lambda omission: bool(omission.decision)), *budget.beyond(plan.accuracy.relative))
+
+
+def _told(plan: Plan, wanted: Callable[[Omission], bool]) -> tuple[str, ...]:
     limit = OMISSION_SHARE * plan.accuracy.relative
     left = [
         omission
         for omission in plan.omissions
-        if omission.needs and omission.bound is not None and omission.bound > limit
+        if omission.needs and omission.bound is not None and omission.bound > limit and wanted(omission)
     ]
-    texts = [
-        f"{omission.what} {_percent(omission.size)} ({omission.sense or 'any pixel'}), needs {omission.needs}"
+    return tuple(
+        f"{omission.what} {_percent(omission.size)} ({omission.sense or 'any pixel'}"
+        f"{f'; {omission.decision}' if omission.decision else ''}), needs {omission.needs}"
         for omission in sorted(left, key=lambda omission: -(omission.size or 0.0))
-    ]
-    return (*texts, *budget.beyond(plan.accuracy.relative))
+    )
 
 
 def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> ErrorBudget:

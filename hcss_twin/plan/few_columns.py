@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.providers import ColumnSetting, RadianceModel, Sun, View
 from hcss_twin.providers.column_states import spectra_of
@@ -30,6 +31,8 @@ class Omission:
         What the estimate means, such as ``98.9 % of the clear pixels``.
     needs : str
         Keys and values that would compute what is omitted; empty if no choice of keys does.
+    decision : {"", "switched off", "too dear"}
+        Whose decision it is: the user's, or that of the plan for the time that it would take.
     """
 
     what: str
@@ -38,12 +41,25 @@ class Omission:
     estimate: float | None = None
     sense: str = ""
     needs: str = ""
+    decision: str = ""
 
     @property
     def size(self) -> float | None:
         """The estimate if there is one, else the bound."""
         return self.bound if self.estimate is None else self.estimate
 
+
+def omitted(omission: Omission, left_out: NotComputed, instead: str) -> Omission:
+    """Return an omission with the reason why an effect is not computed, and what takes its place."""
+    decision = SWITCHED_OFF if left_out.switched_off else ""
+    return replace(omission, why=f"{left_out.why}: {instead}", needs=left_out.needs, decision=decision)
+
+
+SWITCHED_OFF, TOO_DEAR = "switched off", "too dear"
+"""Decisions of the user, and of the plan, to leave out what matters."""
+
+SKIP_SHARE = 0.1
+"""Share of the accuracy below which the plan skips an effect: some skipped together stay within a third of it."""
 
 OMISSION_SHARE = 0.3
 """Share of the accuracy for each omission: what the tables leave (:data:`hcss_twin.plan.accuracy.SHARES`)."""

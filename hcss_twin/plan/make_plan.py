@@ -30,10 +30,10 @@ from hcss_twin.plan.point_effects import extremes_of, plan_point_effect
 from hcss_twin.plan.rays import GridRays, Rays, planned_rays
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.section_effect import section_effects
-from hcss_twin.plan.sensor import planned_sensor, require_instants
+from hcss_twin.plan.sensor import excluded_beside_instants, planned_sensor, require_instants
 from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_margin import alone, with_margin
-from hcss_twin.plan.slant_paths import require_sea_sun_terms, slant_paths
+from hcss_twin.plan.slant_paths import excluded_beside_shadows, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.plan.surroundings import air_unlike_sea
 from hcss_twin.plan.views import views_over_grid
@@ -106,20 +106,21 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
     view = View(scenario.view.zenith, scenario.view.azimuth) if given is None else given.view
-    slant = slant_paths(scenario.slant, view, zenith, azimuth)
+    slant = slant_paths(scenario.slant, view, zenith, azimuth, given is None)
     assembly = assemble(scenario, catalog, slant, None if given is None else given.climate, family)
     if given is not None:
         assembly = replace(assembly, directions=given.directions)
     texture = _texture(scenario, assembly)
     assembly = replace(assembly, has_texture=texture is not None)
-    if scenario.slant.shadows:
-        require_sea_sun_terms(assembly.model)
+    assembly = replace(assembly, slant=assembly.slant.beside("shadows", excluded_beside_shadows(assembly.model)))
     probe_last_frame(assembly, float(times[-1]))
     size = image.rows, image.columns
     extent = (slice(0, size[0]), slice(0, size[1])) if image.window is None else image.window.slices(*size)
     if given is not None:
         extent = slice(0, given.image.rows), slice(0, given.image.columns)
     sensor = planned_sensor(scenario, assembly, catalog, extent)
+    if sensor is not None:
+        assembly = replace(assembly, slant=assembly.slant.beside("shadows", excluded_beside_instants(sensor)))
     doubts = () if sensor is None else examine_geometry(json.loads(scenario.to_json()), sensor.stages)
     probes = _probes(scenario, assembly, catalog)
     suns = SunFrames(track, times, zenith, azimuth)
@@ -144,6 +145,8 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     planned = tuple(plan_point_effect(scenario, assembly, effect, analysis.accuracy, sun) for effect in effects)
     assembly = assembly.at_level(analysis.numerics.level).on_grid(analysis.spectral_grid.refinement)
     assembly = assembly.with_finer_sunlight(analysis.numerics.sunlight_steps)
+    if analysis.faint_shadows is not None:
+        assembly = replace(assembly, slant=assembly.slant.without("shadows", analysis.faint_shadows))
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
     if sensor is not None:
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))
@@ -155,7 +158,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     rays = given
     if rays is None:
         over_image = None if analysis.views is None else views_over_grid(assembly)
-        rays = GridRays(assembly, image.samples_per_pixel, over_image)
+        rays = GridRays(assembly, scenario.samples_per_pixel, over_image)
     variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
     variables = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
     computed = computed_variables(scenario, assembly, waves is not None, variables)

@@ -10,16 +10,20 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.error_norm import largest_error
-from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
+from hcss_twin.cube.variables import SHADOW_MASK, TERM_PREFIX, VariableSpec
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.air_over_field import Air
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.few_columns import (
     SAFETY_FACTOR,
+    SKIP_SHARE,
+    TOO_DEAR,
     FewColumns,
     Omission,
     few_columns,
     largest_contrast,
+    omitted,
     typical_contrast,
 )
 from hcss_twin.plan.numerics import for_spectra
@@ -83,44 +87,45 @@ def slant_skipped(
     zenith = slant.view.zenith_deg
     height = max(reference_height_m(layer) for layer in assembly.layers)
     farthest = float(np.max(displacement_m(height, zenith, 0.0)))
+    without = slant.why_not.get("parallax")
     if zenith == 0.0:
         if slant.parallax:
             yield Omission("parallax of clouds", "the view is vertical: it displaces nothing", 0.0)
-    elif not slant.parallax and assembly.directions is None:
+    elif without is not None and assembly.directions is None:
         pixels = farthest / assembly.grid.pixel_size_m
-        yield Omission(
-            "parallax of clouds",
-            f"slant.parallax is off: each cloud stands over the sea point seen through it, up to {farthest:.0f} m "
-            f"({pixels:.1f} pixels) from where the line of sight meets it; the bound is for single pixels",
-            contrast,
-            None if typical is None else _DISPLACED * typical * math.sqrt(min(1.0, math.sqrt(2.0) * pixels)),
-            "" if typical is None else "rms over many images, at most",
-            _slant_needs(assembly, "slant.parallax = true"),
+        rms = None if typical is None else _DISPLACED * typical * math.sqrt(min(1.0, math.sqrt(2.0) * pixels))
+        yield omitted(
+            Omission("parallax of clouds", "", contrast, rms, "" if rms is None else "rms over many images, at most"),
+            without,
+            f"each cloud stands over the sea point seen through it, up to {farthest:.0f} m ({pixels:.1f} pixels) from "
+            "where the line of sight meets it; the bound is for single pixels",
         )
-    if slant.shadows or not radiance or not sun.up.size:
+    without = slant.why_not.get("shadows")
+    if without is None or not radiance or not sun.up.size:
         return
-    what, off = "shadows of clouds on the sea", "slant.shadows is off: clear points are in full sun"
+    what, instead = "shadows of clouds on the sea", "clear points are in full sun"
     if not assembly.has_clear_sky:
-        yield Omission(what, f"{off}, and there are none", 0.0)
+        yield Omission(what, f"{without.why}: {instead}, and there are none", 0.0)
         return
     share = largest_glint_share(assembly, sun)
-    why = (
-        f"{off}; the bound is the largest share of sunlight from the sea in the clear radiance of a band, at the "
-        "first, the last and the frame nearest to the mirror direction"
+    of_sea = " from the sea" if sea_sun_terms(assembly.model) else ""
+    yield omitted(
+        Omission(what, "", share),
+        without,
+        f"{instead}; the bound is the largest share of sunlight{of_sea} in the clear radiance of a band, at the first, "
+        "the last and the frame nearest to the mirror direction",
     )
-    named = bool(sea_sun_terms(assembly.model))
-    needs = _slant_needs(assembly, "slant.shadows = true", *(() if named else ("a radiance model with sea_sun_terms",)))
-    yield Omission(what, why if named else why.replace(" from the sea", ""), share, needs=needs)
 
 
-def _slant_needs(assembly: Assembly, *needs: str) -> str:
-    """Keys for slant paths, which leave the image."""
-    wanted = list(needs)
-    if any(layer.coverage_mode != "field" for layer in assembly.layers):
-        wanted.append('clouds.coverage_mode = "field"')
-    elif not all(generator.declares.tileable for generator in assembly.generators):
-        wanted.append("a cloud generator of windows")
-    return " and ".join(wanted)
+def negligible_shadows(scenario: Scenario, assembly: Assembly, sun: SunFrames, accuracy: float) -> NotComputed | None:
+    """Return why shadows are skipped that a scene leaves to the plan; None if they matter, or are wanted."""
+    slant = assembly.slant
+    wanted = slant.options.shadows == "on" or SHADOW_MASK in scenario.output.variables
+    if not slant.shadows or wanted or not sun.up.size or not (assembly.has_cloud and assembly.has_clear_sky):
+        return None
+    if largest_glint_share(assembly, sun) > SKIP_SHARE * accuracy:
+        return None
+    return NotComputed("they would change less than their share of the accuracy asked for")
 
 
 def largest_glint_share(assembly: Assembly, sun: SunFrames) -> float:
@@ -206,12 +211,12 @@ def list_omissions(
     # Waves make clear pixels brighter or darker than any of the columns.
     contrast = None if waves else largest_contrast(assembly, list(known.values()))
     typical = typical_contrast(list(known.values()))
-    if assembly.has_cloud and scenario.image.samples_per_pixel == 1:
+    if assembly.has_cloud and scenario.samples_per_pixel == 1:
         why = "image.samples_per_pixel is 1: a pixel is what its centre sees; the bound is for a pixel"
         # Where a share f of the footprint is cloudy, the centre errs by 2 f (1 - f) steps on average: 1/3 over all f.
         crossed = "mean over the pixels that the edge of a cloud crosses"
         needs = "image.samples_per_pixel = 2 or more"
-        yield Omission("clouds within the footprint of a pixel", why, contrast, typical / 3.0, crossed, needs)
+        yield Omission("clouds within the footprint of a pixel", why, contrast, typical / 3.0, crossed, needs, TOO_DEAR)
     yield from slant_skipped(assembly, sun, contrast, typical, radiance)
 
 

@@ -88,7 +88,7 @@ def _provider_of(name: str, assembly: Assembly) -> VariableProvider:
 
 def _expanded(names: Iterable[str], scenario: Scenario, assembly: Assembly, waves: bool) -> list[VariableSpec]:
     """Return variables by name; raises ValueError."""
-    layers, shadows = len(assembly.layers), scenario.slant.shadows
+    layers, shadows = len(assembly.layers), assembly.slant.shadows
     altitude = scenario.platform.altitude is not None
     moves = assembly.motion.platform_speed_m_s != 0.0
     elements = [element.variables for element in assembly.elements]

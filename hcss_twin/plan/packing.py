@@ -43,7 +43,7 @@ def radiance_range(
     if scenario.output.packing is None or not suns:
         return None
     # A shadow is at least as bright as night.
-    dark_too = [*suns, None] if scenario.slant.shadows else suns
+    dark_too = [*suns, None] if assembly.slant.shadows else suns
     darkest, brightest = extreme_radiances(assembly, dark_too)
     margin = SAFETY_FACTOR
     if waves:

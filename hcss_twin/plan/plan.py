@@ -223,7 +223,7 @@ class Plan:
     @property
     def scene(self) -> ScenePlane:
         """The plane of the scene, in points."""
-        return ScenePlane(self.grid, self.scenario.image.samples_per_pixel)
+        return ScenePlane(self.grid, self.scenario.samples_per_pixel)
 
     @property
     def needs_radiance(self) -> bool:

@@ -16,6 +16,7 @@ from hcss_twin.core.errors import CatalogError, Problem, ProviderDefect, Provide
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
 from hcss_twin.plan.accuracy import RequestedAccuracy, requested_accuracy, share_out
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.numerics import (
     GridRefinement,
@@ -25,7 +26,7 @@ from hcss_twin.plan.numerics import (
     finest,
     refine_toward,
 )
-from hcss_twin.plan.omissions import list_omissions
+from hcss_twin.plan.omissions import list_omissions, negligible_shadows
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.packing import RadianceRange, radiance_range, widest
 from hcss_twin.plan.path_radiance import unused_path_radiance
@@ -60,6 +61,8 @@ class SceneAnalysis:
         Refinement of the spectral grid.
     views : ViewAxis or None
         Views with tables; None if the view of the image centre is used for all pixels.
+    faint_shadows : NotComputed or None
+        Why the plan skips shadows that the scene can have.
     notes : tuple of str
         On what the radiance model does not use of a provider.
     expected : RadianceRange or None
@@ -73,6 +76,7 @@ class SceneAnalysis:
     numerics: NumericalLevel
     spectral_grid: GridRefinement
     views: ViewAxis | None = None
+    faint_shadows: NotComputed | None = None
     notes: tuple[str, ...] = ()
     expected: RadianceRange | None = None
 
@@ -96,6 +100,7 @@ def strictest(first: SceneAnalysis, analyses: Sequence[SceneAnalysis]) -> SceneA
         accuracy=min((analysis.accuracy for analysis in analyses), key=lambda accuracy: accuracy.relative),
         faint_sunlight=None if None in faint else max(share or 0.0 for share in faint),
         views=views,
+        faint_shadows=None if any(analysis.faint_shadows is None for analysis in analyses) else first.faint_shadows,
         notes=tuple(dict.fromkeys(note for analysis in (first, *analyses) for note in analysis.notes)),
         numerics=finest([analysis.numerics for analysis in analyses]),
         expected=widest(analysis.expected for analysis in (first, *analyses)),
@@ -134,7 +139,16 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
     if assembly.family is not None:
         parts["family"] = assembly.family.key
     key = result_key(parts, catalog.shelf)
-    classes = (SceneAnalysis, RequestedAccuracy, Omission, ViewAxis, NumericalLevel, GridRefinement, RadianceRange)
+    classes = (
+        SceneAnalysis,
+        NotComputed,
+        RequestedAccuracy,
+        Omission,
+        ViewAxis,
+        NumericalLevel,
+        GridRefinement,
+        RadianceRange,
+    )
     return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, catalog, sun), classes)
 
 
@@ -157,6 +171,9 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     if views is not None and over_image is not None:
         numerics = refine_toward(assembly, numerics, over_image.at(EXTREMES + EDGES), extreme_suns, shares.numerics)
         assembly = assembly.at_level(numerics.level).with_finer_sunlight(numerics.sunlight_steps)
+    faint_shadows = negligible_shadows(scenario, assembly, sun, accuracy.relative) if radiance else None
+    if faint_shadows is not None:
+        assembly = replace(assembly, slant=assembly.slant.without("shadows", faint_shadows))
     suns: list[Sun | None] = [position for _, position in sun.evenly(SUNS)] if radiance else []
     omitted_waves: Omission | None = Omission(WAVES, "the surface is not the scenario's sea", 0.0)
     if assembly.surface is None:
@@ -179,7 +196,7 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     notes = unused_path_radiance(assembly, darkest, accuracy.relative) if radiance else ()
     omissions = (*omissions, *of_waves)
     expected = radiance_range(scenario, assembly, extreme_suns, waves)
-    return SceneAnalysis(accuracy, faint, waves, omissions, numerics, refinement, views, notes, expected)
+    return SceneAnalysis(accuracy, faint, waves, omissions, numerics, refinement, views, faint_shadows, notes, expected)
 
 
 def _can_omit_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:

@@ -15,7 +15,7 @@ from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, RADIANCE, measured_var
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.output import cube_variables
 from hcss_twin.plan.sensor_stages import Source, Stage, build_stages, with_points
@@ -219,6 +219,14 @@ def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, ext
     return make_sensor(scenario.sensor, inputs)
 
 
+def excluded_beside_instants(sensor: BuiltSensor) -> tuple[Excluded, ...]:
+    """Return what shadows, which are known at the frames, cannot be computed with."""
+    asks = [stage for stage in sensor.stages if stage.instants is not None]
+    between = sensor.instants is not None and sensor.instants != (0.0, 0.0)
+    what = f"instants between frames, as '{asks[0].entry.name}' needs" if between else ""
+    return (Excluded("sensor", between, f"{what},", "a sensor that sees the frames"),)
+
+
 def require_instants(sensor: BuiltSensor, assembly: Assembly, first_s: float, last_s: float) -> None:
     """Check that the scene is known at every instant that the stages may ask for.
 
@@ -230,13 +238,11 @@ def require_instants(sensor: BuiltSensor, assembly: Assembly, first_s: float, la
     Raises
     ------
     ScenarioError
-        If a generator has no clouds at such an instant, or the scene has shadows, which are known at the frames.
+        If a generator has no clouds at such an instant.
     """
     asks = [stage for stage in sensor.stages if stage.instants is not None]
     if sensor.instants is None or sensor.instants == (0.0, 0.0):
         return
-    of_frames = Excluded("slant.shadows", assembly.slant.shadows, "shadows, which are known at the frames,", "false")
-    require_none(f"instants between them, as '{asks[0].entry.name}' needs", [of_frames])
     pixel = slice(0, 1), slice(0, 1)
     for generator in (candidate for candidate in assembly.generators if candidate.declares.tileable):
         for time_s in (first_s + sensor.instants[0], last_s + sensor.instants[1]):

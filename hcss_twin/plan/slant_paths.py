@@ -9,12 +9,13 @@ through the layer (:mod:`hcss_twin.engine.stages.shadows`). Displacements are ro
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.plan.combinations import Excluded, NotComputed, why_not
 from hcss_twin.providers import CloudLayer, Grid, RadianceModel, View
 from hcss_twin.providers.declarations import Note
 from hcss_twin.scenario.models import Slant
@@ -26,20 +27,11 @@ def sea_sun_terms(model: RadianceModel) -> tuple[str, ...]:
     return tuple(name for name in model.terms if name in named)
 
 
-def require_sea_sun_terms(model: RadianceModel) -> None:
-    """Reject a radiance model that does not declare the terms that shadows reduce.
-
-    Raises
-    ------
-    ScenarioError
-        Names ``slant.shadows``.
-    """
-    if not sea_sun_terms(model):
-        message = (
-            "the radiance model has no attribute sea_sun_terms and so does not say which terms a shadow weakens; "
-            "allowed: false, or a radiance model that does ('as-printed' and 'physical' do)"
-        )
-        raise ScenarioError([Problem("slant.shadows", message)])
+def excluded_beside_shadows(model: RadianceModel) -> tuple[Excluded, ...]:
+    """Return what shadows cannot be computed with, of the radiance model."""
+    terms = "a radiance model without sea_sun_terms, which does not say which terms a shadow weakens,"
+    others = "a model that does ('as-printed' and 'physical' do)"
+    return (Excluded("radiance.model", not sea_sun_terms(model), terms, others),)
 
 
 LARGEST_SUN_DEG = 85.0
@@ -82,17 +74,45 @@ class SlantPaths:
 
     Attributes
     ----------
-    shadows, parallax : bool
-        Whether sun paths, and lines of sight, are slant.
+    options : Slant
+        What the scenario says of shadows and parallax.
     sun_zenith_deg, sun_azimuth_deg : ndarray (F,)
         Angles at the frames with the sun above the horizon.
+    why_not : mapping of str to NotComputed
+        Why ``shadows`` or ``parallax`` are not computed, whichever are not.
     """
 
-    shadows: bool
-    parallax: bool
+    options: Slant
     view: View
     sun_zenith_deg: Array
     sun_azimuth_deg: Array
+    why_not: Mapping[str, NotComputed] = field(default_factory=dict)
+
+    @property
+    def shadows(self) -> bool:
+        """Whether paths of sunlight are slant."""
+        return "shadows" not in self.why_not
+
+    @property
+    def parallax(self) -> bool:
+        """Whether lines of sight are slant."""
+        return "parallax" not in self.why_not
+
+    def beside(self, effect: str, table: Iterable[Excluded]) -> SlantPaths:
+        """Return the paths without ``shadows`` or ``parallax`` if something of a table excludes it.
+
+        Raises
+        ------
+        ScenarioError
+            If the scenario switches it on.
+        """
+        return self.without(effect, why_not(f"slant.{effect}", getattr(self.options, effect), table))
+
+    def without(self, effect: str, why: NotComputed | None) -> SlantPaths:
+        """Return the paths without ``shadows`` or ``parallax`` if there is a reason."""
+        if why is None or effect in self.why_not:
+            return self
+        return replace(self, why_not={**self.why_not, effect: why})
 
     def of_view(self, layer: CloudLayer, point_m: float) -> tuple[int, int]:
         """Return the displacement (rows, columns) of a layer's cloud seen from a pixel; zero without parallax."""
@@ -114,26 +134,12 @@ class SlantPaths:
             rows, columns = max(rows, sun_rows), max(columns, sun_columns)
         return rows, columns
 
-    def require_short(self, layer: CloudLayer, point_m: float, samples: int) -> None:
-        """Reject points so small that the sun's path crosses too many of them within a layer.
-
-        Raises
-        ------
-        ScenarioError
-            Names the pixel size.
-        """
+    def longest_m(self, layer: CloudLayer) -> float:
+        """Return how far the sun's path runs within a layer, along x or y; 0 without shadows."""
         if not self.shadows or not self.sun_zenith_deg.size:
-            return
+            return 0.0
         within = displacement_m(layer.thickness_max_m, self.sun_zenith_deg, self.sun_azimuth_deg)
-        longest = float(np.max(np.abs(within)))
-        if longest > MAX_POINTS_WITHIN * point_m:
-            closest = math.ceil(longest / MAX_POINTS_WITHIN * samples * 100.0) / 100.0
-            message = (
-                f"{point_m * samples:g} m with {samples} points along it: the sun's path runs {longest:.0f} m within "
-                f"'{layer.name}', over {longest / point_m:.0f} points; allowed for shadows: {MAX_POINTS_WITHIN}; "
-                f"closest valid choice is {closest:g}, or slant.shadows = false"
-            )
-            raise ScenarioError([Problem("image.pixel_size", message)])
+        return float(np.max(np.abs(within)))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -156,25 +162,37 @@ class SlantPaths:
         return tuple(notes)
 
 
-def slant_paths(options: Slant, view: View, sun_zenith_deg: Array, sun_azimuth_deg: Array) -> SlantPaths:
+def slant_paths(
+    options: Slant, view: View, sun_zenith_deg: Array, sun_azimuth_deg: Array, on_grid: bool = True
+) -> SlantPaths:
     """Return the slant paths of a scene from its options and the sun at its frames (F,).
+
+    Parameters
+    ----------
+    on_grid : bool
+        Whether pixels are a grid on the ground; others have parallax by themselves, and no shadows yet.
 
     Raises
     ------
     ScenarioError
-        If shadows are requested with the sun too close to the horizon.
+        If shadows are on with the sun too close to the horizon.
     """
     up = sun_zenith_deg < 90.0
     low = np.flatnonzero(up & (sun_zenith_deg > LARGEST_SUN_DEG))
-    if options.shadows and low.size:
-        frame = int(low[0])
-        message = (
-            f"the sun is at zenith {sun_zenith_deg[frame]:.2f} deg in frame {frame}, where shadows are "
-            f"{math.tan(math.radians(float(sun_zenith_deg[frame]))):.3g} times as long as clouds are high; allowed: "
-            f"frames with the sun up to {LARGEST_SUN_DEG:g} deg or below the horizon; or shadows = false"
+    sun = ""
+    if low.size:
+        zenith = float(sun_zenith_deg[low[0]])
+        times = math.tan(math.radians(zenith))
+        sun = (
+            f"the sun at zenith {zenith:.2f} deg in frame {low[0]}, where shadows are {times:.3g} times as long as "
+            "clouds are high,"
         )
-        raise ScenarioError([Problem("slant.shadows", message)])
-    return SlantPaths(options.shadows, options.parallax, view, sun_zenith_deg[up], sun_azimuth_deg[up])
+    high = f"frames with the sun up to {LARGEST_SUN_DEG:g} deg or below the horizon"
+    geometry = Excluded("image", not on_grid, "an image that is no grid on the ground", "a grid on the ground")
+    paths = SlantPaths(options, view, sun_zenith_deg[up], sun_azimuth_deg[up])
+    return paths.beside("shadows", [Excluded("time", bool(low.size), sun, high), geometry]).beside(
+        "parallax", [geometry]
+    )
 
 
 def enlarged(grid: Grid, margin: tuple[int, int]) -> Grid:

@@ -303,7 +303,7 @@ def _require_one_view(scenario: Scenario, assembly: Assembly, tolerance: float) 
 def excluded_beside_views(scenario: Scenario) -> tuple[Excluded, ...]:
     """Return what cannot be computed with views that differ between the pixels of a grid."""
     return (
-        Excluded("slant.shadows", scenario.slant.shadows, "shadows", "false"),
-        Excluded("slant.parallax", scenario.slant.parallax, "parallax", "false"),
-        Excluded("sea.waves", scenario.sea.waves != "averaged", "resolved waves", "'averaged'"),
+        Excluded("slant.shadows", scenario.slant.shadows == "on", "shadows", "'off'"),
+        Excluded("slant.parallax", scenario.slant.parallax == "on", "parallax", "'off'"),
+        Excluded("sea.waves", scenario.sea.waves == "on", "resolved waves", "'off'"),
     )

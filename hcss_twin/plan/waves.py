@@ -11,16 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.sea.wave_field import MOST, MOST_SIGMAS, SIGMAS, thermal_contrast_bound, tilted_glint_bound
 from hcss_twin.physics.geometry import relative_azimuth_rad
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import Excluded, why_not
 from hcss_twin.plan.effects import Effect
-from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
+from hcss_twin.plan.few_columns import SKIP_SHARE, Omission, omitted
 from hcss_twin.plan.windows import whole_image
 from hcss_twin.providers import Grid, Sun, WaveShapes
 from hcss_twin.scenario.scenario import Scenario
@@ -139,10 +138,20 @@ class PlannedWaves(Effect):
         return {"image": whole_image(scenario)}
 
 
-def excluded_beside_waves(scenario: Scenario) -> tuple[Excluded, ...]:
+def excluded_beside_waves(scenario: Scenario, assembly: Assembly) -> tuple[Excluded, ...]:
     """Return what cannot be computed with resolved waves, beside maps of the ground without sea."""
+    sea, light = assembly.sea, scenario.radiance
+    able = hasattr(sea, "wave_slope_rms") and hasattr(sea, "wave_field") and hasattr(sea, "tilted")
     shadows = "shadows, in which the glint of tilted parts is not known,"
-    return (Excluded("slant.shadows", scenario.slant.shadows, shadows, "false"),)
+    lit = light.light not in ("auto", "columns") or light.light_accuracy is not None
+    return (
+        Excluded(
+            "sea.model", not able, f"the sea model '{scenario.sea.model}', without waves as shapes,", "'rough-sea'"
+        ),
+        Excluded("slant.shadows", assembly.slant.shadows, shadows, "'off'"),
+        Excluded("image", assembly.directions is not None, "an image that is no grid on the ground", "a grid"),
+        Excluded("radiance.light", lit, "light between columns", "'columns'"),
+    )
 
 
 def choose_waves(
@@ -160,18 +169,10 @@ def choose_waves(
     Raises
     ------
     ScenarioError
-        If the scenario requests resolved waves that the sea model does not provide.
+        If the scenario requests resolved waves beside what excludes them.
     """
     sea, mode = assembly.sea, scenario.sea.waves
-    able = hasattr(sea, "wave_slope_rms") and hasattr(sea, "wave_field") and hasattr(sea, "tilted")
-    if mode == "resolved" and not able:
-        message = (
-            f"'resolved' with the sea model '{scenario.sea.model}', which has no waves as shapes; allowed: 'averaged', "
-            "or sea.model = 'rough-sea'"
-        )
-        raise ScenarioError([Problem("sea.waves", message)])
-    if mode == "resolved":
-        require_none("sea.waves = 'resolved'", excluded_beside_waves(scenario), "sea.waves = 'averaged'")
+    left_out = why_not("sea.waves", mode, excluded_beside_waves(scenario, assembly))
     if not hasattr(sea, "wave_slope_rms"):
         return Omission(WAVES, "the sea model does not know how long its waves are", None)
     points = _points(scenario, assembly)
@@ -179,7 +180,8 @@ def choose_waves(
         wind, size = assembly.sea_wind_speed_m_s, points.pixel_size_m
         short = f"a wind of {wind:.3g} m/s raises no waves longer than two points of {size:g} m; slopes are averaged"
         return Omission(WAVES, short if wind > 0.0 else "no wind raises waves", 0.0)
-    if mode == "resolved":
+    slopes = not {"sea_slope_x", "sea_slope_y"}.isdisjoint(scenario.output.variables)
+    if left_out is None and (mode == "on" or slopes):
         return None
     if not assembly.has_clear_sky:
         return Omission(WAVES, "cloud covers every pixel, and waves are resolved in clear sky only", 0.0)
@@ -190,21 +192,10 @@ def choose_waves(
         bound, estimate = (
             wave_bound(assembly, rms, scenario.sea.wind_from, suns, any_pixel) for any_pixel in (True, False)
         )
-    needs = [] if able else ["sea.model = 'rough-sea'"]
-    needs += ["slant.shadows = false"] if scenario.slant.shadows else []
-    omission = Omission(
-        WAVES,
-        'sea.waves = "averaged": every clear pixel is the mean sea',
-        bound,
-        estimate,
-        "" if estimate is None else MOST,
-        " and ".join(['sea.waves = "resolved"', *needs]),
-    )
-    if mode == "averaged":
-        return omission
-    if needs:
-        return replace(omission, why="the sea model has no waves as shapes, or shadows need the mean sea")
-    if bound is not None and bound <= OMISSION_SHARE * accuracy:
+    omission = Omission(WAVES, "", bound, estimate, "" if estimate is None else MOST)
+    if left_out is not None:
+        return omitted(omission, left_out, "every clear pixel is the mean sea")
+    if bound is not None and bound <= SKIP_SHARE * accuracy:
         return replace(omission, why="they would change less than their share of the accuracy asked for")
     return None
 
@@ -227,7 +218,7 @@ def resolve_waves(scenario: Scenario, assembly: Assembly) -> PlannedWaves:
 
 
 def _points(scenario: Scenario, assembly: Assembly) -> Grid:
-    grid, samples = assembly.grid, scenario.image.samples_per_pixel
+    grid, samples = assembly.grid, scenario.samples_per_pixel
     return Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
 
 

@@ -264,6 +264,10 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
     if beyond:
         yield note("Not within the requested accuracy because of omitted effects:")
         yield bullets(str(effect) for effect in beyond)
+    left_out = json_attribute(attributes, "hcss_left_out", [])
+    if left_out:
+        yield note("Left out, by choice or for the time it takes:")
+        yield bullets(str(effect) for effect in left_out)
     if words is not None:
         yield folded("The certificate in words", bullets(str(words).split("; ")))
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from functools import partial
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.plan.accuracy import SHARES
 from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.description import describe_particles
-from hcss_twin.plan.error_budget import error_budget
+from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
 from hcss_twin.plan.output import quantization_lines
 from hcss_twin.plan.packing import packing_lines
@@ -44,7 +43,7 @@ def _rows(plan: Plan) -> Rows:
     for item in plan.filled_in:
         yield "filled in", f"{item.field} = {item.value} ({item.why})"
     share = f"its share of the accuracy ({OMISSION_SHARE * plan.accuracy.relative:g})"
-    told = f"not within: * exceeds {share}" if any(map(partial(_exceeds, plan), plan.omissions)) else f"within {share}"
+    told = f"not within: * exceeds {share}" if beyond_accuracy(plan) else f"within {share}"
     yield "approximated", f"or omitted, with the share of a pixel's radiance (more: --json); {told}"
     for bound, text in approximations(plan):
         yield "", f"{bound:<{_BOUND}}{text}"
@@ -249,7 +248,7 @@ def _budget(plan: Plan) -> str:
         "faint_sunlight": plan.faint_sunlight is not None,
         "waves": plan.waves is not None,
         "views": plan.views is not None,
-        "shadows": plan.scenario.slant.shadows,
+        "shadows": plan.has_shadows,
         "time": over_time,
         "other_instants": over_time and any(cloudy),
     }
@@ -269,13 +268,16 @@ def approximations(plan: Plan) -> Rows:
     bounded = sorted((item for item in plan.omissions if item.bound), key=lambda item: -(item.size or 0.0))
     unknown = [item for item in plan.omissions if item.bound is None]
     for item in [*bounded, *(item for item in unknown if item.what not in of_generators)]:
-        exceeds = _exceeds(plan, item)
+        matters = _matters(plan, item)
+        exceeds = matters and not item.decision
         sense = f" ({item.sense})" if item.sense else ""
         why = f"needs {item.needs}" if exceeds else item.why.partition(";")[0]
+        if matters and item.decision:
+            why = f"{item.decision}; {item.needs} computes it"
         yield bound_text(item.size) + " *" * exceeds, f"{item.what}{sense}: {why}"
     if plan.needs_radiance:
         for text in error_budget(plan).beyond(plan.accuracy.relative):
-            yield "model *", text
+            yield "on request", text
     # the reason without the list that may follow it
     nothing = [f"{item.what} ({re.split('[;:]', item.why)[0]})" for item in plan.omissions if item.bound == 0.0]
     if nothing:
@@ -293,7 +295,7 @@ def _world(plan: Plan) -> Rows:
         yield from (("error", line) for line in others)
 
 
-def _exceeds(plan: Plan, omission: Omission) -> bool:
+def _matters(plan: Plan, omission: Omission) -> bool:
     return bool(omission.needs) and (omission.bound or 0.0) > OMISSION_SHARE * plan.accuracy.relative
 
 

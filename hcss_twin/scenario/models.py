@@ -12,7 +12,15 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from hcss_twin.scenario.atmosphere import Atmosphere
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.clouds import Clouds, OpticsSection
-from hcss_twin.scenario.section_types import ImageWindow, Instant, Platform, PlatformSpeed, ScenarioSection, filled
+from hcss_twin.scenario.section_types import (
+    ImageWindow,
+    Instant,
+    Platform,
+    PlatformSpeed,
+    ScenarioSection,
+    Switch,
+    filled,
+)
 from hcss_twin.scenario.sensor import SensorSection
 from hcss_twin.scenario.units import (
     Accuracy,
@@ -25,6 +33,7 @@ from hcss_twin.scenario.units import (
     Temperature,
     Whole,
     quantity_or_word,
+    whole_or_word,
 )
 
 
@@ -46,17 +55,21 @@ MAX_PIXELS = 100_000
 """Maximum number of rows and of columns of an image."""
 
 
+SamplesPerPixel = Annotated[
+    Annotated[int, Field(ge=1, le=64)] | Literal["auto"], BeforeValidator(whole_or_word(1, 64, "auto"))
+]
+
+
 class ImageSection(ScenarioSection):
     """Shape and sampling of one frame: x along columns (east), y along rows (north)."""
 
     rows: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of rows (y).")
     columns: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of columns (x).")
     pixel_size: Length = Field(20.0, ge=1e-3, le=100_000, description="Side of the square ground pixel, m.")
-    samples_per_pixel: Whole = Field(
-        1,
-        ge=1,
-        le=64,
-        description="n: a pixel is the mean of n x n points of its footprint; 1: the point at its centre.",
+    samples_per_pixel: SamplesPerPixel = Field(
+        "auto",
+        description="n, 1 to 64: a pixel is the mean of n x n points of its footprint; 1: the point at its centre; "
+        '"auto": as many as take at most twice the time of a frame with one.',
     )
     window: ImageWindow | None = Field(
         None,
@@ -107,13 +120,18 @@ class MotionSection(ScenarioSection):
 
 
 class Slant(ScenarioSection):
-    """Slant paths of sight and sunlight through clouds; by default each pixel is an independent column.
+    """Slant paths of sight and sunlight through clouds.
 
-    Both options need `coverage_mode = "field"` and a generator of windows, because slant paths leave the image.
+    They leave the image, so that they need a cloud generator that knows the clouds around it. "auto": where the scene
+    can have them and they matter at this accuracy.
     """
 
-    shadows: bool = Field(False, description="Clouds shade clear points of the sea from direct sunlight.")
-    parallax: bool = Field(False, description="Clouds appear where the slant line of sight meets them.")
+    shadows: Switch = Field(
+        "auto", description='Clouds shade clear points of the sea from direct sunlight: "auto", "on" or "off".'
+    )
+    parallax: Switch = Field(
+        "auto", description='Clouds appear where the slant line of sight meets them: "auto", "on" or "off".'
+    )
 
 
 class Sea(ScenarioSection):
@@ -127,10 +145,10 @@ class Sea(ScenarioSection):
         None, ge=0, le=60, description="Wind speed at 10 m, m/s; default: climatology for place and date."
     )
     wind_from: Angle = Field(270.0, ge=0, lt=360, description="Bearing the wind over the sea comes from, degrees.")
-    waves: Literal["averaged", "resolved", "auto"] = Field(
-        "averaged",
-        description='Waves longer than two pixels: "averaged": statistical, the plan bounds the error; "resolved": in '
-        'clear pixels; "auto": resolved if they matter at this accuracy and the model can.',
+    waves: Switch = Field(
+        "auto",
+        description='Waves longer than two pixels: "on": as shapes, in clear pixels; "off": statistical, the plan '
+        'bounds the error; "auto": as shapes if they matter at this accuracy and the model can.',
     )
     temperature_texture: Number | None = Field(
         None,

@@ -28,6 +28,10 @@ def filled(section: type[ScenarioSection], description: str) -> Any:
     return Field(default_factory=lambda: section.model_validate({}), description=description)
 
 
+Switch = Literal["auto", "on", "off"]
+"""An effect: "auto" computes it where it matters and the scene can have it; "on" refuses scenes that cannot."""
+
+
 def selected(section: ScenarioSection, key: str) -> str:
     """Provider name that a section selects.
 

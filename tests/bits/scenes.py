@@ -123,17 +123,17 @@ def imagery_single_clouds(folder: Path) -> Results:
 
 def shadows(folder: Path) -> Results:
     clouds = {"type": "cumulus", "base": 1000.0, "top": 1900.0, "coverage": 0.4, "coverage_mode": "field"}
-    values = {**IR, "slant.shadows": True, "image.pixel_size": 100.0, "output.certificate": 4}
+    values = {**IR, "slant.shadows": "on", "image.pixel_size": 100.0, "output.certificate": 4}
     return {"cube": cube(folder, SCENE | {"clouds": clouds}, **values)}
 
 
 def shadows_and_parallax(folder: Path) -> Results:
     values = {**CHEAP, **IR, "clouds": {"layers": LAYERS}, "image.pixel_size": 200.0, "view.zenith": 30.0}
-    return {"cube": cube(folder, SCENE, **values, **{"slant.shadows": True, "slant.parallax": True})}
+    return {"cube": cube(folder, SCENE, **values, **{"slant.shadows": "on", "slant.parallax": "on"})}
 
 
 def resolved_waves(folder: Path) -> Results:
-    sea = {"sea.model": "rough-sea", "sea.waves": "resolved"}
+    sea = {"sea.model": "rough-sea", "sea.waves": "on"}
     values = {**CHEAP, **IR, "image.pixel_size": 2.0, "view.zenith": 40.0, "accuracy": 3e-3}
     clouds = {"type": "cumulus", "coverage": 0.4}
     return {"cube": cube(folder, SCENE | {"clouds": clouds}, **{**values, **sea})}

@@ -26,6 +26,7 @@ from hcss_twin.providers.registry import Entry, Kind, Origin, ProviderSpec
 from hcss_twin.providers.registry.guard import guard
 
 NU, MU, PATHS = np.array([800.0, 1000.0, 2500.0]), np.array([1.0, 0.5]), [to_space(0.0, 0.0), to_space(0.0, 60.0)]
+VERTICAL = {"shadows": "off", "parallax": "off"}
 WINDOW = slice(0, 4), slice(0, 5)
 GRID = Grid(4, 5, 100.0)
 SPECTRAL = "wavenumber_cm1 of shape (3,)"
@@ -161,7 +162,7 @@ SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands
         (MieOptics, "single_scattering", {}),
         (CoxMunkSea, "emissivity", {}),
         (AsPrinted, "columns", {}),
-        (FractalClouds, "thickness_m", {"clouds.coverage_mode": "field"}),
+        (FractalClouds, "thickness_m", {"clouds.coverage_mode": "field", "slant": VERTICAL}),
     ],
 )
 def test_plan_with_a_provider_that_fails_names_no_key(monkeypatch, owner, member, overrides):
@@ -178,4 +179,4 @@ def test_accident_at_the_last_frame_or_with_a_low_sun_is_no_problem_of_frames_or
 
     monkeypatch.setattr(FractalClouds, "thickness_m", late)
     with pytest.raises(ProviderDefect, match=r"thickness_m\(\) raised ZeroDivisionError"):
-        make_plan(Scenario.load("stratus", {**SMALL, "clouds.coverage_mode": "field"}), keeps_results=False)
+        make_plan(Scenario.load("stratus", {**SMALL, "clouds.coverage_mode": "field", "slant": VERTICAL}), keeps_results=False)

@@ -233,7 +233,7 @@ def test_single_precision_is_no_error_at_the_finest_accuracy():
 def test_pixels_in_the_shadow_of_clouds_are_left_out_and_told():
     made = cube(
         "cumulus",
-        slant__shadows=True,
+        slant__shadows="on",
         clouds__coverage_mode="field",
         image__pixel_size=100.0,
         output__variables=["radiance", "shadow_mask", "cloud_mask"],
@@ -249,7 +249,7 @@ def test_pixels_in_the_shadow_of_clouds_are_left_out_and_told():
 
 
 def test_clear_pixels_with_drawn_waves_are_left_out_and_told():
-    waves = {"sea__model": "rough-sea", "sea__waves": "resolved", "image__pixel_size": 2.0, "accuracy": 1e-2}
+    waves = {"sea__model": "rough-sea", "sea__waves": "on", "image__pixel_size": 2.0, "accuracy": 1e-2}
     waves |= {"bands": ["lwir-10.8"]}
     made = cube("cumulus", **waves, frames__count=1, image__rows=20, image__columns=20)
     clear = int((made.cloud_mask == 0).sum())

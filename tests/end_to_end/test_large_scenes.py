@@ -42,11 +42,11 @@ SCENES = {
     "two layers, means over points": {"clouds": {"layers": LAYERS}, "image.samples_per_pixel": 2},
     "shadows and parallax": {
         "clouds": {"layers": LAYERS[:1]},
-        "slant": {"shadows": True, "parallax": True},
+        "slant": {"shadows": "on", "parallax": "on"},
         "image.pixel_size": 200.0,
         "view.zenith": 30.0,
     },
-    "waves": {"clouds.coverage_mode": "field", "sea.model": "rough-sea", "sea.waves": "resolved"},
+    "waves": {"clouds.coverage_mode": "field", "sea.model": "rough-sea", "sea.waves": "on"},
     "rounded numbers": {"clouds.coverage_mode": "frame", "output.quantization": 1e-4},
     "clear": {"clouds": {}},
 }

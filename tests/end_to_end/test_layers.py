@@ -178,10 +178,10 @@ ALTOCUMULUS = {"type": "altocumulus", "coverage": 0.5}
     [
         {},
         {"image.samples_per_pixel": 2},
-        {"slant.shadows": True, "slant.parallax": True},
+        {"slant.shadows": "on", "slant.parallax": "on"},
         {"sea.temperature_texture": 0.3, "atmosphere.water_vapour_texture": 0.05},
         {"platform.altitude": 8e5, "image.pixel_size": 8e3},
-        {"sea.waves": "resolved", "sea.model": "rough-sea", "image.pixel_size": 10.0},
+        {"sea.waves": "on", "sea.model": "rough-sea", "image.pixel_size": 10.0},
         {"frames.count": 3, "frames.interval": 5400.0},
     ],
     ids=["alone", "points", "shadows", "texture", "views", "waves", "moving sun"],

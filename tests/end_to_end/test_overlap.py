@@ -235,7 +235,7 @@ def test_our_providers_open_no_netcdf_file_while_frames_are_computed(
             "clouds.generator": generator,
             "clouds.parameters": parameters,
             "sea.model": "rough-sea",
-            "sea.waves": "resolved",
+            "sea.waves": "on",
             "frames.count": 2,
             "bands": ["lwir-10.8"],
             "output.variables": ["all"],

@@ -85,7 +85,7 @@ def test_the_window_of_an_image_whose_clouds_end_with_it_sees_the_rest_of_the_im
     [
         {},
         {"image__samples_per_pixel": 2},
-        {"slant__shadows": True, "slant__parallax": True, "view__zenith": 35.0, "sea__waves": "averaged"},
+        {"slant__shadows": "on", "slant__parallax": "on", "view__zenith": 35.0, "sea__waves": "off"},
     ],
     ids=["plain", "points", "slant"],
 )
@@ -170,7 +170,7 @@ def test_large_frames_are_surrounded_tile_by_tile(tmp_path):
 
 @pytest.mark.long
 def test_the_sea_with_its_waves_goes_on_beyond_the_edges(tmp_path):
-    changes = {"sea__model": "rough-sea", "sea__waves": "resolved", "image__pixel_size": 1.0}
+    changes = {"sea__model": "rough-sea", "sea__waves": "on", "image__pixel_size": 1.0}
     changes |= {"clouds__coverage": 0.2, "sea__wind_speed": 6.0, "motion__platform_speed": 10}
     whole, clean = measured(tmp_path / "whole.nc", BLURRED, **changes)
     window, _ = measured(tmp_path / "window.nc", BLURRED, **changes, **WINDOW)

@@ -189,7 +189,7 @@ def test_views_of_single_pixels_reach_every_surface(folder):
 
 def test_shadows_fall_on_every_class_and_waves_stay_on_the_sea(folder):
     low = {"time": "2024-04-20T07:30:00+10:00", "frames.count": 1, "image.pixel_size": 40.0}
-    shadows = {**low, "slant.shadows": True}
+    shadows = {**low, "slant.shadows": "on"}
     radiance, number, shadow = values(
         written(folder, "shadows.nc", **shadows), "radiance", "surface_class", "shadow_mask"
     )
@@ -200,7 +200,7 @@ def test_shadows_fall_on_every_class_and_waves_stay_on_the_sea(folder):
         assert np.all(loss[(number == own) & (shadow == 1)] >= 0.0)
         assert np.all(loss[(number == own) & (shadow == 0)] == 0.0)
     assert np.mean(loss[(number == 1) & (shadow == 1)]) > 10 * np.mean(loss[(number == 0) & (shadow == 1)]) > 0.0
-    waves = {"sea.model": "rough-sea", "sea.waves": "resolved", "clouds": {}, "frames.count": 1}
+    waves = {"sea.model": "rough-sea", "sea.waves": "on", "clouds": {}, "frames.count": 1}
     waves["output.variables"] = ["radiance", "surface_class"]
     rough, number = values(written(folder, "waves.nc", **waves), "radiance", "surface_class")
     assert np.unique(rough[:, 0][number == 1]).size == 1
@@ -224,7 +224,7 @@ def test_the_plan_prints_the_classes_and_their_shares(folder):
             "surfaces.provider",
             "'sand'",
         ),
-        ({"surfaces.parameters": FIELD, "sea.waves": "resolved", "sea.model": "rough-sea"}, "surfaces", "'averaged'"),
+        ({"surfaces.parameters": FIELD, "sea.waves": "on", "sea.model": "rough-sea"}, "surfaces", "'averaged'"),
         ({"bands": [[1.5, 1.7]]}, "bands[0]", "surface class 'sand'"),
     ],
 )

@@ -17,7 +17,7 @@ BASE = {
     "frames": {"count": 1},
     "view": {"zenith": 40.0, "azimuth": 20.0},
     "atmosphere": {"profile": "us-standard-1976", "parameters": {"aerosol": "none"}},
-    "sea": {"temperature": 291.4, "wind_speed": 8.0, "waves": "resolved"},
+    "sea": {"temperature": 291.4, "wind_speed": 8.0, "waves": "on"},
     "bands": ["mwir-3.7", "lwir-10.8"],
     "accuracy": 3e-3,
     "output": {"variables": ["all"], "certificate": 0},
@@ -118,7 +118,7 @@ def test_terms_sum_to_the_total(frame):
 
 def test_the_bound_of_the_plan_holds_for_every_pixel_and_the_estimate_for_its_share(planned, frame):
     _, tables = planned
-    omission = skipped(**{"sea.waves": "averaged"})["waves as shapes"]
+    omission = skipped(**{"sea.waves": "off"})["waves as shapes"]
     clear = tables.tables[0].clear[0]
     change = np.max(np.abs(frame["radiance"] / clear[:, None, None] - 1.0), axis=0)
     assert change.max() <= omission.bound
@@ -132,13 +132,13 @@ def test_the_bound_of_the_plan_holds_for_every_pixel_and_the_estimate_for_its_sh
 def test_waves_are_skipped_with_their_bound_and_the_bound_falls_with_the_pixel():
     bounds = []
     for size in (2.0, 20.0, 200.0):
-        item = skipped(**{"sea.waves": "averaged", "image.pixel_size": size})["waves as shapes"]
+        item = skipped(**{"sea.waves": "off", "image.pixel_size": size})["waves as shapes"]
         assert "averaged" in item.why
         assert item.estimate <= item.bound
         bounds.append(item.estimate)
     assert bounds[0] > 2.0 * bounds[1] > 0.0
     assert bounds[2] < 1e-3
-    night = skipped(**{"sea.waves": "averaged", "time": "2024-04-20T00:30:00+10:00"})["waves as shapes"]
+    night = skipped(**{"sea.waves": "off", "time": "2024-04-20T00:30:00+10:00"})["waves as shapes"]
     assert 0.0 < night.estimate < 0.5 * bounds[0]
     cox_munk = skipped(**{"sea.waves": "auto", "sea.model": "cox-munk"})["waves as shapes"]
     assert cox_munk.estimate == pytest.approx(bounds[0], rel=0.3)
@@ -202,7 +202,7 @@ def test_the_same_scene_twice_is_the_same_to_the_bit(planned, frame):
     [
         ({"sea.model": "cox-munk"}, "sea.waves", "sea.model = 'rough-sea'"),
         ({"sea.parameters": {"slopes": "gram-charlier"}}, "sea.parameters.slopes", "'upwind-crosswind'"),
-        ({"sea.waves": "averaged", "output.variables": ["sea_slope_x"]}, "output.variables", 'sea.waves = "resolved"'),
+        ({"sea.waves": "off", "output.variables": ["sea_slope_x"]}, "output.variables", 'sea.waves = "on"'),
         ({"sea.waves": "drawn"}, "sea.waves", "averaged"),
     ],
 )

@@ -17,7 +17,7 @@ SCENE = {
     "bands": ["lwir"],
     "accuracy": 1e-2,
     "radiance": {"model": "as-printed"},
-    "sea": {"waves": "resolved", "model": "rough-sea", "wind_speed": 10.0},
+    "sea": {"waves": "on", "model": "rough-sea", "wind_speed": 10.0},
     "output": {"variables": ["radiance"], "certificate": 0},
 }
 

@@ -24,6 +24,7 @@ BASE = {
     "time": "2024-04-20T22:30:00+10:00",
     "place": {"latitude": 35.0, "longitude": 150.0},
     "image": {"rows": 12, "columns": 16, "pixel_size": 20.0},
+    "slant": {"shadows": "off", "parallax": "off"},
     "frames": {"count": 1},
     "bands": ["mwir", "lwir"],
     "output": {"variables": ["radiance", "truth"], "certificate": 0},
@@ -183,7 +184,7 @@ def test_a_source_moves_with_its_velocity_over_the_moving_image():
 
 def test_parallax_moves_a_high_source_away_from_the_sensor():
     source = {"altitude": 60.0, "intensity": STRENGTH}
-    view = {"view.zenith": 45.0, "view.azimuth": 90.0, "slant.parallax": True}
+    view = {"view.zenith": 45.0, "view.azimuth": 90.0, "slant.parallax": "on"}
     _, _, high = gained(source, **view)
     # The sensor is in the east, so the line of sight through the source meets the sea 60 m west of it.
     assert np.argwhere(high["element"]).tolist() == [[6, 5]]

@@ -266,7 +266,7 @@ def test_under_a_sheet_the_path_is_as_high_as_the_sheet(azimuth):
 
 # --- whole scenes -------------------------------------------------------------------------
 
-ON = {"slant.shadows": True, "slant.parallax": True}
+ON = {"slant.shadows": "on", "slant.parallax": "on"}
 ALL = {"output.variables": ["all"]}
 
 
@@ -277,16 +277,16 @@ def cube(layers, **overrides):
 @pytest.mark.parametrize("what", ["night", "vertical view"])
 def test_what_can_change_nothing_changes_nothing_to_the_bit(what):
     if what == "night":
-        layers, common, option = [THICK], {"time": "2024-04-20T00:30:00+10:00"}, {"slant.shadows": True}
+        layers, common, option = [THICK], {"time": "2024-04-20T00:30:00+10:00"}, {"slant.shadows": "on"}
     else:
-        layers, common, option = [THICK, HIGH], {"view.zenith": 0.0}, {"slant.parallax": True}
+        layers, common, option = [THICK, HIGH], {"view.zenith": 0.0}, {"slant.parallax": "on"}
     off, on = (cube(layers, **ALL, **common, **more) for more in ({}, option))
     for name in off:
         np.testing.assert_array_equal(off[name], on[name])
 
 
 def test_shadows_leave_sky_and_terms_of_clouds_as_they_are():
-    off, on = (cube([THICK, HIGH], **ALL, **more) for more in ({}, {"slant.shadows": True}))
+    off, on = (cube([THICK, HIGH], **ALL, **more) for more in ({}, {"slant.shadows": "on"}))
     assert 0 < on.shadow_mask.mean() < 1
     untouched = set(off) - {"radiance", "radiance_sea_reflected_sun", "brightness_temperature"}
     for name in untouched:
@@ -323,7 +323,7 @@ def test_a_pixel_in_shadow_is_the_mean_of_its_points():
 
 def test_a_frame_alone_is_the_frame_of_a_sequence():
     """Within the accuracy: tables between time nodes are interpolated, the sun's paths are not."""
-    hours = {"accuracy": 1e-3, "frames.interval": 1800.0, "motion.platform_speed": 0.0, "slant.shadows": True}
+    hours = {"accuracy": 1e-3, "frames.interval": 1800.0, "motion.platform_speed": 0.0, "slant.shadows": "on"}
     sequence = cube([THICK], **hours, **ALL, **{"frames.count": 4})
     alone = cube([THICK], **hours, **ALL, **{"frames.count": 1, "frames.first": 2})
     np.testing.assert_array_equal(sequence.shadow_mask[2], alone.shadow_mask[0])

@@ -133,7 +133,7 @@ def test_sunlight_is_not_faint_where_it_is_asked_for_or_makes_shadows():
     faint = {"bands": [[9.0, 12.0]], "accuracy": 1e-2}
     assert plan_of(**faint).faint_sunlight is not None
     assert plan_of(**faint, **{"output.variables": ["terms", "radiance"]}).faint_sunlight is None
-    assert plan_of(**faint, **FIELD, **{"slant.shadows": True}).faint_sunlight is None
+    assert plan_of(**faint, **FIELD, **{"slant.shadows": "on"}).faint_sunlight is None
     assert plan_of(**faint | {"accuracy": 1e-5}).faint_sunlight is None
     assert plan_of(**faint | {"bands": [[9.0, 12.0], "mwir"]}).faint_sunlight is None
 
@@ -309,12 +309,12 @@ def test_clouds_within_the_footprint():
 def test_parallax(shadows):
     changes = {"accuracy": 1e-2, "bands": TWO, "slant.shadows": shadows, **FIELD}
     plan = plan_of("cumulus", **changes)
-    displaced = plan_of("cumulus", **changes, **{"slant.parallax": True})
+    displaced = plan_of("cumulus", **changes, **{"slant.parallax": "on"})
     bound = bound_of(plan, "parallax of clouds")
     assert 0.0 < largest_change(radiance_of(displaced), radiance_of(plan)) < bound
     if not shadows:
         return
-    vertical = plan_of("cumulus", **changes, **{"slant.parallax": True, "view.zenith": 0.0})
+    vertical = plan_of("cumulus", **changes, **{"slant.parallax": "on", "view.zenith": 0.0})
     assert bound_of(vertical, "parallax of clouds") == 0.0
     straight = plan_of("cumulus", **changes, **{"view.zenith": 0.0})
     assert np.array_equal(radiance_of(vertical), radiance_of(straight))
@@ -323,11 +323,11 @@ def test_parallax(shadows):
 def test_shadows():
     changes = {"accuracy": 1e-2, **FIELD}
     plan = plan_of("cumulus", **changes)
-    shaded = plan_of("cumulus", **changes, **{"slant.shadows": True})
+    shaded = plan_of("cumulus", **changes, **{"slant.shadows": "on"})
     bound = bound_of(plan, "shadows of clouds on the sea")
     assert 0.9 * bound < largest_change(radiance_of(shaded), radiance_of(plan)) < bound
     covered = {**changes, "clouds.coverage": 1.0}
-    plan, shaded = plan_of(**covered), plan_of(**covered, **{"slant.shadows": True})
+    plan, shaded = plan_of(**covered), plan_of(**covered, **{"slant.shadows": "on"})
     assert bound_of(plan, "shadows of clouds on the sea") == 0.0
     assert np.array_equal(radiance_of(shaded), radiance_of(plan))
 
@@ -336,13 +336,13 @@ def test_waves_under_a_closed_cloud(every_wavenumber):
     changes = {"bands": TWO[:1], "accuracy": 1e-2, "frames.count": 1}
     changes |= {"sea.model": "rough-sea", "image.pixel_size": 2.0, "clouds.coverage": 1.0}
     plan = plan_of(**changes, **{"sea.waves": "auto"})
-    drawn = plan_of(**changes, **{"sea.waves": "resolved"})
+    drawn = plan_of(**changes, **{"sea.waves": "on"})
     assert plan.waves is None
     assert drawn.waves is not None
     assert bound_of(plan, "waves as shapes") == 0.0
     assert np.array_equal(radiance_of(drawn), radiance_of(plan))
     gaps = changes | {"clouds.coverage": 0.9}
-    assert bound_of(plan_of(**gaps, **{"sea.waves": "averaged"}), "waves as shapes") > 0.0
+    assert bound_of(plan_of(**gaps, **{"sea.waves": "off"}), "waves as shapes") > 0.0
 
 
 def test_every_rule_is_in_the_documentation():

@@ -248,7 +248,7 @@ def seas(draw):
         "temperature": draw(numbers(263.15, 318.15)),
         "wind_speed": draw(st.one_of(numbers(0, 60), st.sampled_from([0.0, 60.0]))),
         "wind_from": draw(azimuths),
-        "waves": "averaged",
+        "waves": "off",
     }
     if sea["model"] == "rough-sea":
         sea["waves"] = draw(st.sampled_from(["averaged", "averaged", "auto", "resolved"]))

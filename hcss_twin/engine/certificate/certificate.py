@@ -119,6 +119,8 @@ class Certificate:
         What was interpolated between reference columns; empty if nothing was.
     beyond : tuple of str
         Omitted physics that exceeds its share of the accuracy, with its size and the keys that would compute it.
+    left_out : tuple of str
+        The same of what the user switched off, the plan leaves out for its time, and comes on request.
     budget : ErrorBudget or None
         The total error, models included, by class and band.
     sides : dict
@@ -138,6 +140,7 @@ class Certificate:
     reference: str = "solved in this run"
     interpolation: str = ""
     beyond: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     budget: ErrorBudget | None = None
     sides: dict[str, Any] = field(default_factory=dict)
 
@@ -166,7 +169,7 @@ class Certificate:
     def summary(self) -> tuple[str, ...]:
         """The certificate in a few lines: the verdict, the error, omitted physics, and the total error."""
         error = self._kelvin if self.requested.kelvin is not None else self._relative
-        return (self._verdict, f"{error}; reference {self.reference}", *self._left_out, *self._world)
+        return (self._verdict, f"{error}; reference {self.reference}", *self._omitted, *self._world)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -194,8 +197,9 @@ class Certificate:
             *((f"not checked, as the reference cannot compute them: {left_out}",) if left_out else ()),
             *((self.interpolation,) if self.interpolation else ()),
             *self._confidence,
-            *self._left_out,
+            *self._omitted,
             *(f"also omitted: {omission}" for omission in self.beyond[1:]),
+            *(f"also left out: {omission}" for omission in self.left_out[1:]),
             "these are the errors of tables, interpolation, streams and spectral grid relative to a reference "
             "that is one level finer, without those of the models",
             *(f"total error, models included: {line}" for line in (self.budget.lines if self.budget else ())),
@@ -214,6 +218,7 @@ class Certificate:
             "dark": list(self.dark),
             "within": self.passed and not self.beyond,
             "beyond": list(self.beyond),
+            "left_out": list(self.left_out),
             "error_budget": None if self.budget is None else self.budget.as_dict(),
             "reference": self.reference,
             "interpolation": self.interpolation,
@@ -241,6 +246,7 @@ class Certificate:
             "hcss_certificate_pixels": self.checked,
             "hcss_certificate_strata": json.dumps(plain["strata"]),
             "hcss_beyond_accuracy": json.dumps(plain["beyond"]),
+            "hcss_left_out": json.dumps(plain["left_out"]),
             **({"hcss_error_budget": json.dumps(plain["error_budget"])} if self.budget else {}),
             **({"hcss_monte_carlo": json.dumps(plain["sides"])} if self.sides else {}),
         }
@@ -263,8 +269,11 @@ class Certificate:
         )
 
     @property
-    def _left_out(self) -> tuple[str, ...]:
+    def _omitted(self) -> tuple[str, ...]:
         sides = (str(self.sides["text"]),) if self.sides else ()
+        if self.left_out:
+            more = f" (and {len(self.left_out) - 1} more)" if len(self.left_out) > 1 else ""
+            sides = (*sides, f"left out, by choice or for the time it takes: {self.left_out[0]}{more}")
         if not self.beyond:
             return sides
         effects = "one omitted effect" if len(self.beyond) == 1 else f"{len(self.beyond)} omitted effects, the largest"

@@ -25,7 +25,7 @@ from hcss_twin.engine.tables.point_axis import PointAxis
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
+from hcss_twin.plan.error_budget import beyond_accuracy, error_budget, left_out
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import View
 
@@ -128,7 +128,7 @@ def certify(
 def with_verdict(plan: Plan, certificate: Certificate) -> Certificate:
     """Return the certificate with what the plan leaves out, and the budget with the achieved error of the engine."""
     budget = error_budget(plan, certificate.achieved)
-    return replace(certificate, beyond=beyond_accuracy(plan, budget), budget=budget)
+    return replace(certificate, beyond=beyond_accuracy(plan), left_out=left_out(plan, budget), budget=budget)
 
 
 class SampledPoint(NamedTuple):

@@ -132,7 +132,7 @@ def _place(columns: _Columns, tolerance: float) -> tuple[tuple[int, int], float]
             if 2 * orders[axis] == _FINEST:
                 raise ProviderError(
                     f"clear radiance over tilted seas does not converge: {found:.1e} with {orders[axis] + 1} slopes, "
-                    f'allowed {tolerance:.1e}; allowed: sea.waves = "averaged", larger pixels or a lower accuracy'
+                    f'allowed {tolerance:.1e}; allowed: sea.waves = "off", larger pixels or a lower accuracy'
                 )
             orders[axis] *= 2
         error += found

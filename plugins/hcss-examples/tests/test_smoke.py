@@ -33,7 +33,7 @@ def test_smoke_attenuates_what_the_sea_emits_by_bouguers_law():
         {"image.samples_per_pixel": 2},
         {"platform.altitude": 8e5, "image.pixel_size": 10e3, "smoke": {"optical_depth": 0.3, "width": 60e3}},
         {"sea.temperature_texture": 0.3, "atmosphere.water_vapour_texture": 0.05},
-        {"slant.shadows": True, "slant.parallax": True},
+        {"slant.shadows": "on", "slant.parallax": "on"},
         {"clouds": {"layers": [{"type": kind, "coverage": 0.5} for kind in ("stratus", "altocumulus", "cirrus")]}},
     ],
     ids=["clouds", "points within a pixel", "views of pixels", "texture", "shadows", "three layers"],

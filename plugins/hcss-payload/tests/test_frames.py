@@ -49,7 +49,7 @@ def test_clouds_move_against_the_sea_as_with_parallax_of_the_engine():
     height = reference_height_m(hcss_twin.make_plan(plain).layers[0])
     # The engine displaces clouds by whole pixels: here by exactly 20.
     zenith = float(np.degrees(np.arctan(2000.0 / height)))
-    view = {"view": {"zenith": zenith, "azimuth": 0.0}, "slant": {"parallax": True}}
+    view = {"view": {"zenith": zenith, "azimuth": 0.0}, "slant": {"parallax": "on"}}
     displaced = scene(image=image, clouds={"type": "altostratus"}, output=output, **view)
     expected, without = (hcss_twin.simulate(scenario)["radiance"].values[0, -1] for scenario in (displaced, plain))
     position = LinesOfSight(30.0, 150.0, zenith, 0.0, 3e6).sensor_m

@@ -73,7 +73,7 @@ def require_one_shape(plan: Plan, number: int) -> None:
     LightError
         Names the key.
     """
-    shapes, slant = hasattr(plan.assembly.generators[number], "height_shares"), plan.scenario.slant
+    shapes, slant = hasattr(plan.assembly.generators[number], "height_shares"), plan.assembly.slant
     if shapes and (slant.parallax or plan.scenario.radiance.light_profile != "uniform"):
         key = "slant.parallax" if slant.parallax else "radiance.light_profile"
         raise LightError(f"{key}: clouds have a shape in height of their own; allowed: the default")

@@ -31,7 +31,7 @@ def excluded_beside_live_frames(plan: Plan) -> tuple[Excluded, ...]:
         Excluded("clouds.generator", not fractal, "clouds that are no fractal field", "'fractal'"),
         Excluded("clouds.coverage_mode", frames, "'frame', one coverage of every image,", "'field'"),
         Excluded("clouds.generator", assembly.tops_vary, "cloud tops that vary with the generator", "one without"),
-        Excluded("sea.waves", plan.waves is not None, "a sea of resolved waves", "'averaged'"),
+        Excluded("sea.waves", plan.waves is not None, "a sea of resolved waves", "'off'"),
         Excluded("surfaces", assembly.surfaces is not None, "a map of the ground", "sea everywhere"),
         Excluded("elements", bool(assembly.elements), "elements", "the target of the frames"),
         Excluded("sea.temperature_texture", texture, "texture of the sea", "0"),
@@ -39,7 +39,7 @@ def excluded_beside_live_frames(plan: Plan) -> tuple[Excluded, ...]:
         Excluded("radiance.light", plan.light is not None, "light between columns", "'columns'"),
         Excluded("image.window", scenario.image.window is not None, "a part of an image", "to leave it out"),
         Excluded("camera", not plan.is_grid, "another camera", "that of live_pass()"),
-        Excluded("slant.shadows", slant.shadows, "shadows", "false"),
-        Excluded("slant.parallax", slant.parallax, "parallax of flat layers", "false"),
+        Excluded("slant.shadows", slant.shadows == "on", "shadows", "'auto' or 'off'"),
+        Excluded("slant.parallax", slant.parallax == "on", "parallax of flat layers", "'auto' or 'off'"),
         Excluded("motion.platform_speed", speed, "motion of another platform", "0"),
     )
