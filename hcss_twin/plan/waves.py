@@ -18,7 +18,6 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
 from hcss_twin.plan.windows import whole_image
@@ -139,12 +138,6 @@ class PlannedWaves(Effect):
         return {"image": whole_image(scenario)}
 
 
-def excluded_beside_waves(scenario: Scenario) -> tuple[Excluded, ...]:
-    """Return what cannot be computed with resolved waves, beside maps of the ground without sea."""
-    shadows = "shadows, in which the glint of tilted parts is not known,"
-    return (Excluded("slant.shadows", scenario.slant.shadows, shadows, "false"),)
-
-
 def choose_waves(
     scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float
 ) -> Omission | None:
@@ -170,8 +163,6 @@ def choose_waves(
             "or sea.model = 'rough-sea'"
         )
         raise ScenarioError([Problem("sea.waves", message)])
-    if mode == "resolved":
-        require_none("sea.waves = 'resolved'", excluded_beside_waves(scenario), "sea.waves = 'averaged'")
     if not hasattr(sea, "wave_slope_rms"):
         return Omission(WAVES, "the sea model does not know how long its waves are", None)
     points = _points(scenario, assembly)
@@ -191,7 +182,6 @@ def choose_waves(
             wave_bound(assembly, rms, scenario.sea.wind_from, suns, any_pixel) for any_pixel in (True, False)
         )
     needs = [] if able else ["sea.model = 'rough-sea'"]
-    needs += ["slant.shadows = false"] if scenario.slant.shadows else []
     omission = Omission(
         WAVES,
         'sea.waves = "averaged": every clear pixel is the mean sea',
@@ -203,7 +193,7 @@ def choose_waves(
     if mode == "averaged":
         return omission
     if needs:
-        return replace(omission, why="the sea model has no waves as shapes, or shadows need the mean sea")
+        return replace(omission, why="the sea model has no waves as shapes")
     if bound is not None and bound <= OMISSION_SHARE * accuracy:
         return replace(omission, why="they would change less than their share of the accuracy asked for")
     return None
