@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.plan.point_shifts import PointShifts, gathered
 from hcss_twin.providers import CloudDeclaration, CloudGenerator
 
 
@@ -21,11 +22,13 @@ class DisplacedClouds:
         Made for the larger plane; can compute windows.
     margin : (int, int)
         Rows and columns of the plane before and after those of the image.
-    view_shift : (int, int)
+    view_shift : (int, int) or PointShifts
         Displacement of the cloud seen from each point, within the margin.
     """
 
-    def __init__(self, generator: CloudGenerator, margin: tuple[int, int], view_shift: tuple[int, int]) -> None:
+    def __init__(
+        self, generator: CloudGenerator, margin: tuple[int, int], view_shift: tuple[int, int] | PointShifts
+    ) -> None:
         self._generator = generator
         self._margin = margin
         self._view_shift = view_shift
@@ -45,11 +48,16 @@ class DisplacedClouds:
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the thickness (y, x) seen from a window of the image."""
-        return self.displaced_m(time_s, rows, columns, self._view_shift)
+        if isinstance(self._view_shift, tuple):
+            return self.displaced_m(time_s, rows, columns, self._view_shift)
+        shifts = self._view_shift.at(rows, columns)
+        (down, right), (far_down, far_right) = shifts.min(axis=(1, 2)).tolist(), shifts.max(axis=(1, 2)).tolist()
+        wide = slice(rows.start, rows.stop + far_down - down), slice(columns.start, columns.stop + far_right - right)
+        return gathered(self.displaced_m(time_s, *wide, (down, right)), shifts, (down, right))
 
     def _thickness_around_m(self, time_s: float, rows: slice, columns: slice, summary: Any) -> NDArray[np.float32]:
         """Return the thickness (y, x) seen from a window that may reach outside the image."""
-        return self.displaced_m(time_s, rows, columns, self._view_shift)
+        return self.thickness_m(time_s, rows, columns)
 
     def displaced_m(self, time_s: float, rows: slice, columns: slice, shift: tuple[int, int]) -> NDArray[np.float32]:
         """Return the thickness (y, x) displaced by ``shift`` rows north and columns east of a window of the image.

@@ -146,9 +146,10 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     assembly = assembly.with_finer_sunlight(analysis.numerics.sunlight_steps)
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
     if sensor is not None:
+        own_shifts = assembly.slant.differs(assembly.layers, image.pixel_size / image.samples_per_pixel)
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))
         sensor = (
-            with_margin(sensor, assembly, waves is not None, analysis.views is not None)
+            with_margin(sensor, assembly, waves is not None, analysis.views is not None or own_shifts)
             if given is None
             else alone(sensor)
         )

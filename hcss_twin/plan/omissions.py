@@ -24,7 +24,7 @@ from hcss_twin.plan.few_columns import (
 )
 from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.one_direction import one_direction
-from hcss_twin.plan.slant_paths import displacement_m, reference_height_m, sea_sun_terms
+from hcss_twin.plan.slant_paths import reference_height_m, sea_sun_terms
 from hcss_twin.plan.sunlight import SunFrames, low_sun
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
@@ -80,10 +80,8 @@ def slant_skipped(
     slant = assembly.slant
     if not assembly.has_cloud:
         return
-    zenith = slant.view.zenith_deg
-    height = max(reference_height_m(layer) for layer in assembly.layers)
-    farthest = float(np.max(displacement_m(height, zenith, 0.0)))
-    if zenith == 0.0:
+    farthest = slant.farthest_m(max(reference_height_m(layer) for layer in assembly.layers))
+    if farthest == 0.0:
         if slant.parallax:
             yield Omission("parallax of clouds", "the view is vertical: it displaces nothing", 0.0)
     elif not slant.parallax and assembly.directions is None:

@@ -295,15 +295,16 @@ def _require_one_view(scenario: Scenario, assembly: Assembly, tolerance: float) 
     why = f"the {_what_varies(assembly)} changes the radiance over the image by more than {tolerance:.1e}"
     require_none(
         f"a view of each pixel ({why})",
-        excluded_beside_views(scenario),
+        excluded_beside_views(scenario, assembly),
         f"a smaller image, a lower accuracy, or {without}",
     )
 
 
-def excluded_beside_views(scenario: Scenario) -> tuple[Excluded, ...]:
-    """Return what cannot be computed with views that differ between the pixels of a grid."""
+def excluded_beside_views(scenario: Scenario, assembly: Assembly) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with views that differ between pixels."""
+    displaced = scenario.slant.parallax and assembly.directions is not None
     return (
         Excluded("slant.shadows", scenario.slant.shadows, "shadows", "false"),
-        Excluded("slant.parallax", scenario.slant.parallax, "parallax", "false"),
+        Excluded("slant.parallax", displaced, "parallax", "false"),
         Excluded("sea.waves", scenario.sea.waves != "averaged", "resolved waves", "'averaged'"),
     )

@@ -1,6 +1,7 @@
 """Waves, shadows, parallax and views of a grid together, against formulas and geometry of each."""
 
-from functools import lru_cache
+from dataclasses import replace
+from functools import lru_cache, partial
 
 import numpy as np
 import pytest
@@ -8,9 +9,11 @@ from cheap import CHEAP
 from hand_made import with_clouds
 
 from hcss_twin import Scenario, make_plan
+from hcss_twin.engine import stream as stream_module
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
 from hcss_twin.plan.slant_paths import SlantPaths
+from hcss_twin.plan.windows import windows
 from hcss_twin.providers import Sun
 
 THIN = {"type": "cumulus", "base": 1000.0, "top": 1010.0, "thickness_min": 1.0, "anchor": "base"}
@@ -130,3 +133,117 @@ def test_a_pixel_of_waves_in_half_shadow_counts_its_points():
 
 
 HALF = {"image.rows": 12, "image.columns": 20, "image.pixel_size": 4.0}
+
+
+# --- lines of sight of their own ----------------------------------------------------------
+
+EARTH_M = 6_371_008.8
+HIGH = {"type": "cirrus", "base": 9000.0, "top": 10_000.0, "thickness_min": 1.0, "anchor": "top"}
+LOW_ORBIT = {
+    "view": {"zenith": 20.0, "azimuth": 250.0},
+    "platform.altitude": "100 km",
+    "image": {"rows": 60, "columns": 80, "pixel_size": 500.0},
+    "accuracy": 1e-2,
+    "sea.waves": "averaged",
+}
+
+
+def displaced_m(x, y, height, zenith=20.0, azimuth=250.0, altitude=100e3):
+    """East and north from a point of the plane to where its line of sight passes a height, above a sphere."""
+    zenith, azimuth = np.radians((zenith, azimuth))
+    along = np.sin(zenith) * np.sin(azimuth), np.sin(zenith) * np.cos(azimuth), np.cos(zenith)
+    down = EARTH_M * np.cos(zenith)
+    distance = -down + np.sqrt(down**2 + altitude * (2.0 * EARTH_M + altitude))
+    sensor = np.array([0.0, 0.0, EARTH_M]) + distance * np.array(along)
+    bearing, arc = np.arctan2(x, y), np.hypot(x, y) / EARTH_M
+    outward = np.array([np.sin(bearing), np.cos(bearing), 0.0])
+    up = np.sin(arc) * outward + np.cos(arc) * np.array([0.0, 0.0, 1.0])
+    ahead = np.cos(arc) * outward - np.sin(arc) * np.array([0.0, 0.0, 1.0])
+    aside = np.array([np.cos(bearing), -np.sin(bearing), 0.0])
+    ray = sensor - EARTH_M * up
+    ahead_m, aside_m = (height * (ray @ axis) / (ray @ up) for axis in (ahead, aside))
+    return ahead_m * outward[:2] + aside_m * aside[:2]
+
+
+def middle_of(row, column, image):
+    """Place of a pixel in the plane, east and north of its centre."""
+    size = image["pixel_size"]
+    return (column + 0.5 - 0.5 * image["columns"]) * size, (row + 0.5 - 0.5 * image["rows"]) * size
+
+
+def with_slant(plan, shapes, sun=SUN, **options):
+    """The plan with clouds that functions give, and slant paths of some kinds."""
+    angles = np.array([sun.zenith_deg]), np.array([sun.azimuth_deg])
+    slant = replace(plan.assembly.slant, **options, sun_zenith_deg=angles[0], sun_azimuth_deg=angles[1])
+    return with_clouds(plan, shapes, slant, sun, shadows=slant.shadows, waves=plan.waves is not None)
+
+
+CORNERS = [(2, 2), (2, 77), (57, 2), (57, 77), (30, 40)]
+
+
+@pytest.mark.parametrize(("row", "column"), CORNERS)
+def test_a_small_cloud_appears_where_trigonometry_by_hand_puts_it(row, column):
+    image = LOW_ORBIT["image"]
+    plan = plan_of(HIGH, **LOW_ORBIT)
+    assert plan.views is not None
+    away = displaced_m(*middle_of(row, column, image), 10_000.0)
+    right, down = np.rint(away / image["pixel_size"]).astype(int)
+    block = lambda y, x: np.where((abs(y - row - down) <= 1) & (abs(x - column - right) <= 1), 500.0, 0.0)  # noqa: E731
+    made = next(stream(*compiled(with_slant(plan, [block], parallax=True))))
+    seen = np.argwhere(made["cloud_mask"])
+    # Nearer to the sensor, it seems larger: neighbours may see a row or column of points twice.
+    np.testing.assert_allclose(seen.mean(axis=0), (row, column), atol=0.51)
+    assert made["cloud_mask"][row, column]
+    assert 9 <= len(seen) <= 16
+    # Beside the same cloud in the view of the middle, which is elsewhere by far, but for the middle.
+    middle = np.rint(displaced_m(0.0, 0.0, 10_000.0) / image["pixel_size"])
+    assert (row, column) == (30, 40) or np.hypot(*(middle - (right, down))) > 3.0
+
+
+def compiled(plan):
+    return plan, compile_tables(plan)
+
+
+def test_the_displacement_of_every_point_is_that_of_its_line_of_sight():
+    """To half a point by rounding, and 1e-3 of a point for the sphere in place of the ellipsoid."""
+    plan = plan_of(HIGH, **LOW_ORBIT, **{"slant.parallax": True, "image.samples_per_pixel": 2})
+    shifts = plan.assembly.slant.of_view(plan.layers[0], 250.0).at(slice(0, 120), slice(0, 160))
+    points = {"rows": 120, "columns": 160, "pixel_size": 250.0}
+    for row, column in [(0, 0), (0, 159), (119, 0), (119, 159), *np.random.default_rng(0).integers(0, 120, (20, 2))]:
+        east, north = displaced_m(*middle_of(row, column, points), 10_000.0) / 250.0
+        assert abs(shifts[0, row, column] - north) < 0.501
+        assert abs(shifts[1, row, column] - east) < 0.501
+
+
+def test_clouds_are_displaced_the_same_whether_or_not_radiance_needs_several_views():
+    mask = LOW_ORBIT | {"slant.parallax": True, "output.variables": ["cloud_mask"]}
+    alone, beside = plan_of(HIGH, **mask), plan_of(HIGH, **mask | {"output.variables": ["cloud_mask", "radiance"]})
+    assert alone.views is None
+    assert beside.views is not None
+    made = next(stream(alone, None))["cloud_mask"], next(stream(*compiled(beside)))["cloud_mask"]
+    np.testing.assert_array_equal(*made)
+    assert 0.1 < made[0].mean() < 0.9
+
+
+def test_windows_see_the_parts_of_the_whole(monkeypatch):
+    changes = {**LOW_ORBIT, "slant.parallax": True, "image.samples_per_pixel": 2}
+    plan, tables = compiled(plan_of(HIGH, **changes))
+    whole = next(stream(plan, tables))
+    part = plan_of(HIGH, **changes, **{"image.window": {"rows": [17, 55], "columns": [3, 36]}})
+    assert 0.0 < whole["cloud_mask"].mean() < 1.0
+    cut = next(stream(part, tables))
+    monkeypatch.setattr(stream_module, "windows", partial(windows, most_points=77))
+    strips = next(stream(plan, tables))
+    for name, values in whole.items():
+        np.testing.assert_array_equal(cut[name], values[..., 17:55, 3:36])
+        np.testing.assert_array_equal(strips[name], values)
+
+
+def test_an_element_appears_where_its_line_of_sight_meets_the_sea():
+    plan = plan_of(HIGH, **LOW_ORBIT, **{"slant.parallax": True})
+    x, y = np.array([-9e3, 12e3, 14e3]), np.array([8e3, -13e3, 11e3])
+    row, column = plan.rays.project(x, y, np.full(3, 8000.0), 0.0)
+    image = LOW_ORBIT["image"]
+    for at_row, at_column, east, north in zip(row, column, x, y, strict=True):
+        place = middle_of(at_row - 0.5, at_column - 0.5, image)
+        np.testing.assert_allclose(place + displaced_m(*place, 8000.0), (east, north), atol=1.0)

@@ -118,7 +118,6 @@ def test_a_wide_cube_says_what_its_views_err_and_can_be_verified(tmp_path):
     ("changes", "field"),
     [
         ({"slant.shadows": True, "clouds.coverage_mode": "field"}, "slant.shadows"),
-        ({"slant.parallax": True, "clouds.coverage_mode": "field"}, "slant.parallax"),
         ({"sea.model": "rough-sea", "sea.waves": "auto"}, "sea.waves"),
     ],
 )

@@ -20,9 +20,10 @@ from hcss_twin.core.kernels import kernel
 from hcss_twin.cube.variables import SHADOW_MASK
 from hcss_twin.engine.stages.stage import IN_SHADOW, FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.radiance_tables import ShadowTables
-from hcss_twin.engine.tables.view_states import view_states, weigh_row, weights_of_nodes
+from hcss_twin.engine.tables.view_states import view_states, weights_of_nodes
+from hcss_twin.physics.geometry import displacement_m
+from hcss_twin.physics.polynomial_rows import weigh_row
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.slant_paths import displacement_m
 from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import CloudGenerator, CloudLayer, Sun
 
@@ -110,6 +111,7 @@ class ShadowStage(Stage):
     def __init__(self, plan: Plan, of_surfaces: Sequence[Sequence[ShadowTables]]) -> None:
         self._plan, self._tables = plan, of_surfaces
         self._point_m = plan.grid.pixel_size_m / plan.samples_per_pixel
+        self._shifts = [plan.assembly.slant.of_view(layer, self._point_m) for layer in plan.layers]
         self._at = cached_method(self._shadows, 1)
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
@@ -136,10 +138,11 @@ class ShadowStage(Stage):
         if not sun.is_up:
             return None
         paths: list[SunPaths | None] = []
-        for layer in plan.layers:
+        for layer, shift in zip(plan.layers, self._shifts, strict=True):
             met = sun_paths(layer, sun, self._point_m)
-            # If line of sight and sun path intersect the layer at the same point, it is clear or cloudy for both.
-            paths.append(None if met.stay_at(plan.assembly.slant.of_view(layer, self._point_m)) else met)
+            # If line of sight and sun path intersect the layer at the same point, it is clear or cloudy for both: clear
+            # points meet no cloud there. If all points are such, nothing is computed.
+            paths.append(None if isinstance(shift, tuple) and met.stay_at(shift) else met)
         return InstantShadows(plan, self._tables, time_s, sun, paths) if any(paths) else None
 
 

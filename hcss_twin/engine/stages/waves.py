@@ -13,7 +13,8 @@ from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.engine.stages.stage import WITH_WAVES, FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.engine.tables.view_states import view_states, weigh_row, weights_of_nodes
+from hcss_twin.engine.tables.view_states import view_states, weights_of_nodes
+from hcss_twin.physics.polynomial_rows import weigh_row
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.waves import PlannedWaves
 from hcss_twin.plan.windows import pixel_sums, points_of

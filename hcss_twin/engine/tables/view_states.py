@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.kernels import inner
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length
 
@@ -81,17 +80,3 @@ def weights_of_nodes(plan: Plan, window: Window) -> tuple[Array, Array]:
         return rows, columns
     across, up = plan.views.weights(plan.grid)
     return up[window[0]], across[window[1]]
-
-
-@inner()
-def weigh_row(weights, row, columns, shares):  # type: ignore[no-untyped-def]
-    """Set the weights (x, R) of the states in the pixels of a row, from those of the nodes (Y,) and (x, X)."""
-    for r in range(shares.shape[2]):
-        for x in range(columns.shape[0]):
-            weights[x, r] = 0.0
-        for k in range(shares.shape[1]):
-            share = 0.0
-            for n in range(shares.shape[0]):
-                share += row[n] * shares[n, k, r]
-            for x in range(columns.shape[0]):
-                weights[x, r] += columns[x, k] * share
