@@ -151,7 +151,7 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     refinement = choose_refinement(assembly, extreme_suns, shares.spectral_grid)
     assembly = assembly.at_level(numerics.level).on_grid(refinement.refinement)
     left = LEFT_FOR_VIEWS * max(shares.spectral_grid - refinement.error, 0.0)
-    left += shares.shadows + shares.faint_sunlight  # neither is there beside several views
+    left += shares.faint_sunlight + (0.0 if assembly.slant.shadows else shares.shadows)  # neither is there
     views = choose_views(scenario, assembly, extreme_suns, shares.views, left)
     over_image = views_over_image(assembly)
     if views is not None and over_image is not None:

@@ -302,9 +302,9 @@ def _require_one_view(scenario: Scenario, assembly: Assembly, tolerance: float) 
 
 def excluded_beside_views(scenario: Scenario, assembly: Assembly) -> tuple[Excluded, ...]:
     """Return what cannot be computed with views that differ between pixels."""
-    displaced = scenario.slant.parallax and assembly.directions is not None
+    no_grid, slant = assembly.directions is not None, scenario.slant
     return (
-        Excluded("slant.shadows", scenario.slant.shadows, "shadows", "false"),
-        Excluded("slant.parallax", displaced, "parallax", "false"),
+        Excluded("slant.shadows", no_grid and slant.shadows, "shadows", "false"),
+        Excluded("slant.parallax", no_grid and slant.parallax, "parallax", "false"),
         Excluded("sea.waves", scenario.sea.waves != "averaged", "resolved waves", "'averaged'"),
     )

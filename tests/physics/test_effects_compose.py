@@ -12,9 +12,10 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.engine import stream as stream_module
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
+from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.windows import windows
-from hcss_twin.providers import Sun
+from hcss_twin.providers import Sun, View
 
 THIN = {"type": "cumulus", "base": 1000.0, "top": 1010.0, "thickness_min": 1.0, "anchor": "base"}
 THICK = THIN | {"top": 1900.0}
@@ -226,7 +227,7 @@ def test_clouds_are_displaced_the_same_whether_or_not_radiance_needs_several_vie
 
 
 def test_windows_see_the_parts_of_the_whole(monkeypatch):
-    changes = {**LOW_ORBIT, "slant.parallax": True, "image.samples_per_pixel": 2}
+    changes = {**LOW_ORBIT, "slant.parallax": True, "slant.shadows": True, "image.samples_per_pixel": 2}
     plan, tables = compiled(plan_of(HIGH, **changes))
     whole = next(stream(plan, tables))
     part = plan_of(HIGH, **changes, **{"image.window": {"rows": [17, 55], "columns": [3, 36]}})
@@ -247,3 +248,71 @@ def test_an_element_appears_where_its_line_of_sight_meets_the_sea():
     for at_row, at_column, east, north in zip(row, column, x, y, strict=True):
         place = middle_of(at_row - 0.5, at_column - 0.5, image)
         np.testing.assert_allclose(place + displaced_m(*place, 8000.0), (east, north), atol=1.0)
+
+
+# --- shadows in a wide field --------------------------------------------------------------
+
+WIDE = {
+    "view": {"zenith": 35.0, "azimuth": 30.0},
+    "platform.altitude": "800 km",
+    "image": {"rows": 30, "columns": 40, "pixel_size": 3000.0},
+    "accuracy": 1e-2,
+    "sea.waves": "averaged",
+}
+ICE = np.array([0.0, 20.0, 100.0, 900.0])
+
+
+def view_of(plan, row, column):
+    """The line of sight of one pixel."""
+    scenario = plan.scenario
+    place, view, altitude = scenario.place, scenario.view, scenario.platform.altitude
+    lines = LinesOfSight(place.latitude, place.longitude, view.zenith, view.azimuth, altitude)
+    x, y = middle_of(row, column, vars(scenario.image))
+    seen = lines.from_points(np.array(x), np.array(y))
+    return View(float(seen.zenith_deg), float(seen.plane_azimuth_deg))
+
+
+@pytest.mark.parametrize("parallax", [False, True])
+def test_a_shadow_in_a_wide_field_takes_the_glint_of_the_pixel_s_own_view(parallax):
+    """The dense spectrum of the glint toward each pixel, behind a cloud of Bouguer on the path of the sun."""
+    plan = plan_of(HIGH, **WIDE)
+    sun = plan.sun_track.at(0.0)
+    away = 9500.0 * np.tan(np.radians(sun.zenith_deg)) / 3000.0
+    down, right = (int(np.rint(away * part(np.radians(sun.azimuth_deg)))) for part in (np.cos, np.sin))
+    assert down == -1
+    shape = lambda y, x: np.where(y // 3 % 2 == 1, ICE[x % 4], 0.0)  # noqa: E731
+    planned = with_slant(plan, [shape], sun, shadows=True, parallax=parallax)
+    made = next(stream(*compiled(planned)))
+    y, x = np.mgrid[:30, :40]
+    through = np.where(made["cloud_mask"] > 0, 0.0, shape(y + down, x + right))
+    np.testing.assert_array_equal(made["shadow_mask"], through > 0)
+    assert len(compile_tables(planned).over) == len(plan.views.places) >= 9
+    weights, wavenumber = plan.spectral_grid.weights_cm1, plan.spectral_grid.wavenumber_cm1
+    extinction = plan.assembly.optics.single_scattering(plan.layers[0].microphysics, wavenumber).extinction_m1
+    worst, one_view = 0.0, 0.0
+    shaded = np.argwhere(through > 0)
+    for row, column in shaded[np.linspace(0, len(shaded) - 1, 24).astype(int)]:
+        behind = np.exp(-extinction * through[row, column] / np.cos(np.radians(sun.zenith_deg)))
+        expected = []
+        for view in (view_of(plan, row, column), plan.view):
+            terms = plan.assembly.toward(view).clear(wavenumber, sun)
+            kept = terms["sea_reflected_sun"] * (1.0 - behind)
+            expected.append(weights @ (np.sum(list(terms.values()), axis=0) - kept))
+        error, other = (np.max(np.abs(made["radiance"][:, row, column] / each - 1.0)) for each in expected)
+        worst, one_view = max(worst, error), max(one_view, other)
+    assert worst < 0.5 * plan.accuracy.relative
+    assert one_view > 5.0 * plan.accuracy.relative
+
+
+def test_behind_an_opaque_cloud_no_glint_is_left_in_a_wide_field():
+    plan = plan_of(THICK | {"base": 8000.0, "top": 8900.0}, **WIDE)
+    shape = lambda y, x: np.where(y // 3 % 2 == 1, 900.0, 0.0)  # noqa: E731
+    sun = plan.sun_track.at(0.0)
+    shaded, sunlit = (next(stream(*compiled(with_slant(plan, [shape], sun, shadows=on)))) for on in (True, False))
+    where = shaded["shadow_mask"] > 0
+    assert where.any()
+    glint, left = (made["radiance_sea_reflected_sun"][:, where].astype(float) for made in (sunlit, shaded))
+    # The states of the tables lose up to 1e-5.
+    assert np.max(left / glint) < 2e-5
+    assert np.min(shaded["radiance_sea_reflected_sun"]) >= 0.0
+    np.testing.assert_allclose(shaded["radiance"][:, where], sunlit["radiance"][:, where] - glint, rtol=2e-4)
