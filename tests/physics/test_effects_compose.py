@@ -11,7 +11,7 @@ from hand_made import with_clouds
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine import stream as stream_module
 from hcss_twin.engine.compile import compile_tables
-from hcss_twin.engine.stream import stream
+from hcss_twin.engine.stream import PartMaker, stream
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.windows import windows
@@ -316,3 +316,85 @@ def test_behind_an_opaque_cloud_no_glint_is_left_in_a_wide_field():
     assert np.max(left / glint) < 2e-5
     assert np.min(shaded["radiance_sea_reflected_sun"]) >= 0.0
     np.testing.assert_allclose(shaded["radiance"][:, where], sunlit["radiance"][:, where] - glint, rtol=2e-4)
+
+
+# --- waves in a wide field ----------------------------------------------------------------
+
+SEA = {
+    "view": {"zenith": 35.0, "azimuth": 30.0},
+    "platform.altitude": "100 km",
+    "image": {"rows": 1500, "columns": 2000, "pixel_size": 10.0},
+    "accuracy": 1e-2,
+    "sea.waves": "resolved",
+}
+PARTS = [(slice(y, y + 6), slice(x, x + 8)) for y in (0, 400, 1100, 1494) for x in (200, 770, 1600)]
+"""At an edge and between the nodes of the view."""
+
+
+@lru_cache
+def sea_in_parts():
+    """Parts of a wide sea with resolved waves."""
+    plan = plan_of(THIN | {"coverage": 0.0}, **SEA)
+    tables = compile_tables(plan)
+    return plan, tables, [PartMaker(plan, tables).part(0, part)[0] for part in PARTS]
+
+
+def over_tilted_sea(plan, view, sun, upwind, crosswind):
+    """Bands of the terms of clear sky over a sea that waves tilt, crosswind clockwise from upwind."""
+    clockwise = (sun.azimuth_deg - view.azimuth_deg) % 360.0 < 180.0
+    sea = plan.assembly.sea.tilted(upwind, crosswind if clockwise else -crosswind, plan.grid.pixel_size_m)
+    terms = plan.assembly.over_sea(sea).toward(view).clear(plan.spectral_grid.wavenumber_cm1, sun)
+    return {name: plan.spectral_grid.weights_cm1 @ spectrum for name, spectrum in terms.items()}
+
+
+def toward(plan, view, sun, upwind, crosswind):
+    """Radiance of a pixel with the level of the mean sea, term by term, as in a narrow field."""
+    here = over_tilted_sea(plan, view, sun, upwind, crosswind)
+    places, shares = np.polynomial.hermite_e.hermegauss(7)
+    mean = dict.fromkeys(here, 0.0)
+    for u, a in zip(places, shares, strict=True):
+        for c, b in zip(places, shares, strict=True):
+            tilted_here = over_tilted_sea(plan, view, sun, u * plan.waves.rms[0], c * plan.waves.rms[1])
+            mean = {name: mean[name] + a * b * bands / shares.sum() ** 2 for name, bands in tilted_here.items()}
+    spectra = plan.assembly.toward(view).clear(plan.spectral_grid.wavenumber_cm1, sun)
+    level = {name: plan.spectral_grid.weights_cm1 @ spectrum for name, spectrum in spectra.items()}
+    return sum(here[name] * level[name] / mean[name] for name in here if np.all(mean[name] > 0.0))
+
+
+def test_a_wave_in_a_wide_field_is_a_tilted_sea_in_the_pixel_s_own_view():
+    plan, tables, parts = sea_in_parts()
+    assert len(tables.over) == len(plan.views.places) >= 9
+    sun, wind = plan.sun_track.at(0.0), np.radians(plan.scenario.sea.wind_from)
+    errors, one_view = [], []
+    for (rows, columns), made in zip(PARTS, parts, strict=True):
+        y, x = np.unravel_index(np.argmax(np.abs(made["sea_slope_y"])), made["sea_slope_y"].shape)
+        slope = float(made["sea_slope_x"][y, x]), float(made["sea_slope_y"][y, x])
+        upwind = slope[0] * np.sin(wind) + slope[1] * np.cos(wind)
+        crosswind = slope[0] * np.cos(wind) - slope[1] * np.sin(wind)
+        view, found = view_of(plan, rows.start + y, columns.start + x), made["radiance"][:, y, x]
+        errors.append(np.max(np.abs(found / toward(plan, view, sun, upwind, crosswind) - 1.0)))
+        one_view.append(np.max(np.abs(found / toward(plan, plan.view, sun, upwind, crosswind) - 1.0)))
+    assert max(errors) < 0.5 * plan.accuracy.relative
+    assert max(one_view) > 5.0 * plan.accuracy.relative
+
+
+def test_terms_of_waves_in_a_wide_field_sum_to_the_total_and_none_is_negative():
+    for made in sea_in_parts()[2]:
+        terms = [values.astype(float) for name, values in made.items() if name.startswith("radiance_")]
+        assert min(values.min() for values in terms) >= 0.0
+        np.testing.assert_allclose(np.sum(terms, axis=0), made["radiance"], rtol=1e-4)
+
+
+def test_all_effects_of_a_wide_field_go_together_in_whatever_windows(monkeypatch):
+    on = {"slant.shadows": True, "slant.parallax": True, "image.rows": 60, "image.pixel_size": 20.0}
+    plan, tables = compiled(plan_of(THICK, **{**SEA, **on}))
+    area = slice(0, 60), slice(100, 200)
+    whole = PartMaker(plan, tables).part(0, area)[0]
+    assert 0.0 < whole["shadow_mask"].mean() < 1.0
+    assert whole["radiance"].min() > 0.0
+    monkeypatch.setattr(stream_module, "windows", partial(windows, most_points=310))
+    strips = PartMaker(plan, tables).part(0, area)[0]
+    part = PartMaker(plan, tables).part(0, (slice(10, 50), slice(120, 190)))[0]
+    for name, values in whole.items():
+        np.testing.assert_array_equal(strips[name], values)
+        np.testing.assert_array_equal(part[name], values[..., 10:50, 20:90])
