@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from hand_made import with_clouds
+from surface_files import write_half
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine import stream as stream_module
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample
+from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.stages.stage import IN_SHADOW
 from hcss_twin.engine.stream import PartMaker, stream
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.slant_paths import SlantPaths
@@ -398,3 +402,39 @@ def test_all_effects_of_a_wide_field_go_together_in_whatever_windows(monkeypatch
     for name, values in whole.items():
         np.testing.assert_array_equal(strips[name], values)
         np.testing.assert_array_equal(part[name], values[..., 10:50, 20:90])
+
+
+def test_the_sea_beside_land_has_the_waves_and_shadows_of_a_sea_without(tmp_path):
+    write_half(tmp_path / "half.nc")
+    on = {"slant.shadows": True, "slant.parallax": True, "accuracy": 1e-3}
+    image = {"image": {"rows": 60, "columns": 80, "pixel_size": 40.0}}
+    clouds = {"clouds": {"layers": [THICK | {"coverage": 0.3, "coverage_mode": "field"}]}}
+    changes = {**CHEAP, "sea.model": "rough-sea", **SEA, **on, **image}
+    surfaces = {
+        "provider": "raster",
+        "parameters": {"file": str(tmp_path / "half.nc"), "classes": {0: "sea", 1: "sand"}},
+    }
+    alone, beside = (
+        make_plan(Scenario.from_dict(SCENE | clouds | more, changes)) for more in ({}, {"surfaces": surfaces})
+    )
+    assert alone.views is not None
+    assert beside.views is not None
+    (sea, half) = (next(stream(*compiled(plan))) for plan in (alone, beside))
+    west = half["surface_class"] == 0
+    assert 0.3 < west.mean() < 0.7
+    assert 0.0 < half["shadow_mask"][west].mean() < 1.0
+    assert np.std(half["sea_slope_x"]) > 0.003
+    np.testing.assert_allclose(half["radiance"][:, west], sea["radiance"][:, west], rtol=1e-3)
+    for name in ("cloud_mask", "shadow_mask"):
+        np.testing.assert_array_equal(half[name][west], sea[name][west])
+
+
+def test_pixels_without_shadow_and_waves_pass_the_certificate_in_a_wide_field():
+    on = {"slant.shadows": True, "slant.parallax": True, "output.certificate": 12}
+    plan = plan_of(HIGH, **{**LOW_ORBIT, **on})
+    tables, sample = compile_tables(plan), PixelSample(plan)
+    list(stream(plan, tables, sample))
+    found = certify(plan, tables, sample.frames)
+    assert found.passed
+    assert found.checked >= 10
+    assert sum(stratum.left_out.get(IN_SHADOW, 0) for stratum in found.strata) > 0

@@ -39,6 +39,7 @@ class WaveStage(Stage):
         bearing = math.radians(plan.scenario.sea.wind_from)
         self._turn = np.array([[math.sin(bearing), math.cos(bearing)], [math.cos(bearing), -math.sin(bearing)]])
         self._samples = plan.samples_per_pixel
+        self._moves = any(len(of_view.time_s) > 1 for of_view in tables)
         self._at = cached_method(self._changes, 1)
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
@@ -57,7 +58,7 @@ class WaveStage(Stage):
             truth[name][inside] = sums / self._samples**2
         if not self._tables:
             return
-        tables, shares, to_nodes = self._at(part.time_s)
+        tables, shares, to_nodes = self._at(part.time_s if self._moves else 0.0)
         kept_back = window.kept_back
         if kept_back is None or tables.shape[1] == 1:
             kept_back = np.zeros((0, 0, 0), np.float32)
