@@ -1,10 +1,16 @@
 """The models of the HCSS paper, which compile in a tenth of a second: for tests of anything but radiance.
 
-The default models take seconds to minutes for the same scene. Tests that hold for any models name these.
+The default models take seconds to minutes for the same scene. Tests that hold for any models name these. Pixels are
+columns, each for itself: shadows and parallax are on in the tests of them.
 """
 
-CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
-"""Overrides of a scenario."""
+APART = {"slant.shadows": "off", "slant.parallax": "off", "sea.waves": "off"}
+"""Overrides of a scenario whose pixels are columns, each for itself over the mean sea."""
+
+CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"} | {
+    key: value for key, value in APART.items() if key != "sea.waves"
+}
+"""Overrides of a scenario; the sea has no waves as shapes."""
 
 NARROW = [{"name": "mwir", "limits": [3.6, 3.8]}, {"name": "lwir", "limits": [10.5, 11.0]}]
 """Bands under the names of wide ones, for laws that hold in any: the time of a scene grows with its wavenumbers."""

@@ -70,7 +70,9 @@ def random_raw(number: int, attempt: int, folder: Path, model: str | None = None
         "bands": list(_bands(random, number, folder)),
         "atmosphere": _atmosphere(random),
         "clouds": _clouds(random),
-        "sea": _sea(random, str(model)),
+        # Its reference knows columns alone.
+        "sea": _sea(random, str(model)) | {"waves": "off"},
+        "slant": {"shadows": "off", "parallax": "off"},
         "optics": {"provider": str(random.choice(["bulk", "mie"], p=[0.7, 0.3]))},
         "radiance": {"model": str(model)},
         "output": {"variables": ["radiance", "cloud_layer_thickness"], "certificate": CERTIFICATE[str(model)]},

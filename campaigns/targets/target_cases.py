@@ -50,7 +50,7 @@ def scene(number, seed=40):
         "sea": {"temperature_texture": 0.0},
         "atmosphere": {"water_vapour_texture": 0.0},
         "view": {"zenith": zenith, "azimuth": float(random.uniform(0.0, 360.0))},
-        "slant": {"parallax": bool(random.random() < 0.5)},
+        "slant": {"parallax": "on" if random.random() < 0.5 else "off", "shadows": "off"},
         "motion": {"platform_speed": float(random.choice([0.0, random.uniform(-100.0, 100.0)]))},
         "output": {"variables": ["radiance"], "certificate": 0},
         "sensor": {"parameters": parameters},

@@ -150,16 +150,15 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
         tables = columns.tables(exact, settings)
         for number, view in enumerate(some):
             at = slice(number, None, len(some))
-            texture = None
+            toward = plan.toward(view) if several else plan
+            texture, waves, shadows = None, None, None
             if plan.texture is not None:
-                texture = _texture(columns.of(plan.toward(view)), axes, exact[at], settings[at])
-            every.append((tables[at], texture))
-    waves = None
-    if plan.waves is not None:
-        waves = compile_waves(plan, plan.waves, columns.quantities, tuple(suns), allowed.waves)
-    shadows = None
-    if plan.has_shadows:
-        shadows = compile_shadows(plan, columns.quantities, times, columns.clear(columns.toward(views[:1], suns)))
+                texture = _texture(columns.of(toward), axes, exact[at], settings[at])
+            if plan.waves is not None:
+                waves = compile_waves(toward, plan.waves, columns.quantities, tuple(suns), allowed.waves)
+            if plan.has_shadows:
+                shadows = compile_shadows(toward, columns.quantities, times, columns.clear(settings[at]))
+            every.append((tables[at], shadows, waves, texture))
     alone_error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
     errors = Budget(
         numerics=plan.numerics.error,
@@ -167,16 +166,16 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
         wavenumbers=spectrum.estimated_error,
         thickness=alone_error + whole - share if alone_error else 0.0,
         layers=sum(axis.estimated_error for axis in axes if axis is not None) + cross if clouds > 1 else 0.0,
-        waves=0.0 if waves is None else waves.estimated_error,
+        waves=max((waves.estimated_error for *_, waves, _ in every if waves is not None), default=0.0),
         views=0.0 if plan.views is None else plan.views.estimated_error,
-        shadows=0.0 if shadows is None else allowed.shadows,
+        shadows=allowed.shadows if plan.has_shadows else 0.0,
         time=time_error,
         other_instants=drift,
         faint_sunlight=plan.faint_sunlight or 0.0,
     )
     of_views = tuple(
         RadianceTables(columns.quantities, times, axes, tables, spectrum, errors, shadows, waves, texture)
-        for tables, texture in every
+        for tables, shadows, waves, texture in every
     )
     return dataclasses.replace(of_views[0], over=of_views) if several else of_views[0]
 

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+
 
 def relative_azimuth_rad(view_azimuth_deg: float, sun_azimuth_deg: float) -> float:
     """Angle between the bearings toward sensor and sun, folded into [0, pi].
@@ -82,3 +86,16 @@ def scattering_cosine_literal(mu: float, mu0: float, relative_azimuth: float) ->
 def _cosine(value: float) -> float:
     """Clip a cosine that rounding carries beyond 1 in the hot spot."""
     return max(-1.0, min(1.0, value))
+
+
+def displacement_m(height_m: Array | float, zenith_deg: Array | float, azimuth_deg: Array | float) -> Array:
+    """Return how far north and east, (2, ...), a straight line toward a direction passes a height.
+
+    Parameters
+    ----------
+    height_m, zenith_deg, azimuth_deg : float or ndarray (...)
+        Height; direction to the sensor or sun from the sea point; zenith below 90.
+    """
+    distance = height_m * np.tan(np.radians(zenith_deg))
+    azimuth = np.radians(azimuth_deg)
+    return np.stack((distance * np.cos(azimuth), distance * np.sin(azimuth)))

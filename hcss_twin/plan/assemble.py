@@ -26,7 +26,7 @@ from hcss_twin.plan.builder import Builder, attribute_to_field, build_derived, b
 from hcss_twin.plan.clouds import assemble_layers, build_generators, wind_velocity_m_s
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.optics import default_optics, particle_optics
-from hcss_twin.plan.slant_paths import SlantPaths
+from hcss_twin.plan.slant_paths import GridSight, SlantPaths
 from hcss_twin.plan.surroundings import Surroundings
 from hcss_twin.providers import ColumnSetting, Grid, Motion, RadianceInputs, RadianceModel, SeaInputs, SeaModel, View
 from hcss_twin.providers.registry.registry import Registry
@@ -88,6 +88,8 @@ def assemble(
     optics = default_optics(builder, scenario, catalog)
     sea_of = partial(_sea_model, builder, scenario, catalog, around)
     grid = Grid(scenario.image.rows, scenario.image.columns, scenario.image.pixel_size)
+    if sight is not None:
+        slant = replace(slant, sight=GridSight(sight, grid))
     motion = _motion(scenario)
     clouds = assemble_layers(builder, scenario, catalog, around)
     particles = particle_optics(builder, scenario, catalog, clouds, optics)

@@ -201,7 +201,7 @@ class Assembly:
 
     def toward(self, view: View) -> Assembly:
         """Return the same scene in orthographic view from another direction, with the air of its place."""
-        toward = replace(self, slant=replace(self.slant, view=view))
+        toward = replace(self, slant=self.slant.toward(view))
         if self.air_over_field is None:
             return toward
         air = self.air_over_field.of(view)

@@ -14,8 +14,8 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder, numbered
-from hcss_twin.plan.combinations import Excluded
-from hcss_twin.plan.displaced_clouds import CloudsAroundFrame, DisplacedClouds
+from hcss_twin.plan.combinations import Excluded, NotComputed
+from hcss_twin.plan.displaced_clouds import DisplacedClouds
 from hcss_twin.plan.slant_paths import MAX_POINTS_WITHIN, SlantPaths, enlarged
 from hcss_twin.plan.surroundings import FilledIn, Surroundings, with_climatological_top
 from hcss_twin.providers import BrightnessInversion, CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
@@ -24,6 +24,15 @@ from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.section_types import own, selected
+
+
+def _without_slant_paths(paths: SlantPaths, layer: CloudLayer, error: ScenarioError) -> SlantPaths:
+    """Return paths that stay in the image, because the clouds of a layer cannot be made beyond it."""
+    problem = error.problems[0]
+    why = NotComputed(
+        f"clouds of '{layer.name}' cannot be made beyond the image", f"{problem.field}: {problem.message}"
+    )
+    return paths.without("shadows", why).without("parallax", why)
 
 
 def _excluded_beside_slant_paths(
@@ -51,7 +60,7 @@ def _excluded_beside_slant_paths(
     )
     return {
         "shadows": (*others, size) if paths.sun_zenith_deg.size else (),
-        "parallax": others if paths.view.zenith_deg > 0.0 else (),
+        "parallax": others if paths.farthest_m(layer.top_m) > 0.0 else (),
     }
 
 
@@ -181,7 +190,7 @@ def build_generators(
 
     Generators that have problems are left out.
     """
-    image, samples = scenario.image, scenario.samples_per_pixel
+    image, samples = scenario.image, scenario.image.samples_per_pixel
     points = Grid(image.rows * samples, image.columns * samples, image.pixel_size / samples)
     generators: list[CloudGenerator] = []
     allowed = slant
@@ -202,7 +211,13 @@ def build_generators(
         label = numbered(Kind.CLOUDS, index, len(layers))
         with builder.collect_problems(f"{field}.generator", section.parameters), _worded_for(field, samples, wide):
             name = selected(section, "generator")
-            generator = builder.build(Kind.CLOUDS, name, inputs, section.parameters, label)
+            try:
+                generator = builder.build(Kind.CLOUDS, name, inputs, section.parameters, label)
+            except ScenarioError as error:
+                if wide == (0, 0) or "on" in (slant.options.shadows, slant.options.parallax):
+                    raise
+                allowed = _without_slant_paths(allowed, layer, error)
+                continue
             if wide != (0, 0) and not generator.declares.tileable:
                 generator = builder.build(Kind.CLOUDS, name, replace(inputs, grid=points), section.parameters, label)
                 wide = (0, 0)
@@ -215,7 +230,7 @@ def build_generators(
             if wide != (0, 0):
                 generator = DisplacedClouds(generator, wide, shift)
             elif margin != (0, 0):
-                generator = CloudsAroundFrame(generator, shift)
+                generator = DisplacedClouds(generator, wide, shift, of_image=True)
             generators.append(generator)
     if allowed is slant:
         return tuple(generators), slant

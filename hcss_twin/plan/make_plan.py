@@ -149,16 +149,17 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         assembly = replace(assembly, slant=assembly.slant.without("shadows", analysis.faint_shadows))
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
     if sensor is not None:
+        own_shifts = assembly.slant.differs(assembly.layers, image.pixel_size / image.samples_per_pixel)
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))
         sensor = (
-            with_margin(sensor, assembly, waves is not None, analysis.views is not None)
+            with_margin(sensor, assembly, waves is not None, analysis.views is not None or own_shifts)
             if given is None
             else alone(sensor)
         )
     rays = given
     if rays is None:
         over_image = None if analysis.views is None else views_over_grid(assembly)
-        rays = GridRays(assembly, scenario.samples_per_pixel, over_image)
+        rays = GridRays(assembly, image.samples_per_pixel, over_image)
     variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
     variables = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
     computed = computed_variables(scenario, assembly, waves is not None, variables)

@@ -28,7 +28,7 @@ from hcss_twin.plan.few_columns import (
 )
 from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.one_direction import one_direction
-from hcss_twin.plan.slant_paths import displacement_m, reference_height_m, sea_sun_terms
+from hcss_twin.plan.slant_paths import reference_height_m, sea_sun_terms
 from hcss_twin.plan.sunlight import SunFrames, low_sun
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
@@ -84,11 +84,9 @@ def slant_skipped(
     slant = assembly.slant
     if not assembly.has_cloud:
         return
-    zenith = slant.view.zenith_deg
-    height = max(reference_height_m(layer) for layer in assembly.layers)
-    farthest = float(np.max(displacement_m(height, zenith, 0.0)))
+    farthest = slant.farthest_m(max(reference_height_m(layer) for layer in assembly.layers))
     without = slant.why_not.get("parallax")
-    if zenith == 0.0:
+    if farthest == 0.0:
         if slant.parallax:
             yield Omission("parallax of clouds", "the view is vertical: it displaces nothing", 0.0)
     elif without is not None and assembly.directions is None:
@@ -211,7 +209,7 @@ def list_omissions(
     # Waves make clear pixels brighter or darker than any of the columns.
     contrast = None if waves else largest_contrast(assembly, list(known.values()))
     typical = typical_contrast(list(known.values()))
-    if assembly.has_cloud and scenario.samples_per_pixel == 1:
+    if assembly.has_cloud and scenario.image.samples_per_pixel == 1:
         why = "image.samples_per_pixel is 1: a pixel is what its centre sees; the bound is for a pixel"
         # Where a share f of the footprint is cloudy, the centre errs by 2 f (1 - f) steps on average: 1/3 over all f.
         crossed = "mean over the pixels that the edge of a cloud crosses"

@@ -208,7 +208,7 @@ class Plan:
         """What lets pixels differ beyond their clouds, in the order in which it changes their radiance."""
         shadows = Shadows() if self.has_shadows else None
         of_columns = self.light, self.surfaces, *self.tops, *self.point_effects, self.views, self.texture
-        return tuple(effect for effect in (*of_columns, self.waves, shadows, self.sensor) if effect is not None)
+        return tuple(effect for effect in (*of_columns, shadows, self.waves, self.sensor) if effect is not None)
 
     @property
     def has_shadows(self) -> bool:
@@ -223,7 +223,7 @@ class Plan:
     @property
     def scene(self) -> ScenePlane:
         """The plane of the scene, in points."""
-        return ScenePlane(self.grid, self.scenario.samples_per_pixel)
+        return ScenePlane(self.grid, self.scenario.image.samples_per_pixel)
 
     @property
     def needs_radiance(self) -> bool:

@@ -26,7 +26,6 @@ from hcss_twin.plan.air_over_field import Climate
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.directions import Directions
-from hcss_twin.plan.slant_paths import displacement_m
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ImageViews
 from hcss_twin.plan.windows import Window, points_of
@@ -262,10 +261,8 @@ class GridRays(Rays):
         self, x_m: Array, y_m: Array, altitude_m: Array, time_s: float, later_s: float = 0.0
     ) -> tuple[Array, Array]:
         """Return where points appear: displaced by their parallax, if the scene has it."""
-        grid, slant, speed_m_s = self.image, self.assembly.slant, self.assembly.motion.platform_speed_m_s
-        north, east = 0.0 * altitude_m, 0.0 * altitude_m
-        if slant.parallax:
-            north, east = displacement_m(altitude_m, slant.view.zenith_deg, slant.view.azimuth_deg)
+        grid, speed_m_s = self.image, self.assembly.motion.platform_speed_m_s
+        north, east = self.assembly.slant.seen_m(x_m - speed_m_s * (time_s + later_s), y_m, altitude_m)
         row = (y_m - north) / grid.pixel_size_m + 0.5 * grid.rows
         column = (x_m - east - speed_m_s * time_s) / grid.pixel_size_m + 0.5 * grid.columns
         return row, column - speed_m_s * later_s / grid.pixel_size_m

@@ -165,20 +165,20 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     refinement = choose_refinement(assembly, extreme_suns, shares.spectral_grid)
     assembly = assembly.at_level(numerics.level).on_grid(refinement.refinement)
     left = LEFT_FOR_VIEWS * max(shares.spectral_grid - refinement.error, 0.0)
-    left += shares.shadows + shares.faint_sunlight  # neither is there beside several views
-    views = choose_views(scenario, assembly, extreme_suns, shares.views, left)
-    over_image = views_over_image(assembly)
-    if views is not None and over_image is not None:
-        numerics = refine_toward(assembly, numerics, over_image.at(EXTREMES + EDGES), extreme_suns, shares.numerics)
-        assembly = assembly.at_level(numerics.level).with_finer_sunlight(numerics.sunlight_steps)
     faint_shadows = negligible_shadows(scenario, assembly, sun, accuracy.relative) if radiance else None
     if faint_shadows is not None:
         assembly = replace(assembly, slant=assembly.slant.without("shadows", faint_shadows))
+    left += shares.faint_sunlight + (0.0 if assembly.slant.shadows else shares.shadows)  # neither is there
     suns: list[Sun | None] = [position for _, position in sun.evenly(SUNS)] if radiance else []
     omitted_waves: Omission | None = Omission(WAVES, "the surface is not the scenario's sea", 0.0)
     if assembly.surface is None:
         omitted_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
     waves = omitted_waves is None
+    views = choose_views(scenario, assembly, extreme_suns, shares.views, left, waves)
+    over_image = views_over_image(assembly)
+    if views is not None and over_image is not None:
+        numerics = refine_toward(assembly, numerics, over_image.at(EXTREMES + EDGES), extreme_suns, shares.numerics)
+        assembly = assembly.at_level(numerics.level).with_finer_sunlight(numerics.sunlight_steps)
     drawn = waves or assembly.surface is not None  # beside such a surface there may be sea with waves
     variables = quantized(cube_variables(scenario, assembly, drawn), scenario, accuracy)
     variables = computed_variables(scenario, assembly, drawn, variables)

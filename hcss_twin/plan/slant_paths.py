@@ -3,7 +3,8 @@
 A pixel is a point of the sea. The straight line from it at zenith angle theta and azimuth phi passes the height h
 above the point h tan(theta) away, toward phi; x points east and y north. For the line of sight each layer has one
 height, that of its flat side: the base of layers anchored at the base and the top of others. The sun's path is traced
-through the layer (:mod:`hcss_twin.engine.stages.shadows`). Displacements are rounded to whole points.
+through the layer (:mod:`hcss_twin.engine.stages.shadows`). Displacements are rounded to whole points. Toward a sensor
+at a known altitude each point has a line of sight of its own, whether or not radiance needs several views.
 """
 
 from __future__ import annotations
@@ -15,7 +16,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.physics.geometry import displacement_m
+from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.combinations import Excluded, NotComputed, why_not
+from hcss_twin.plan.point_shifts import PointShifts
 from hcss_twin.providers import CloudLayer, Grid, RadianceModel, View
 from hcss_twin.providers.declarations import Note
 from hcss_twin.scenario.models import Slant
@@ -40,6 +44,8 @@ LARGEST_SUN_DEG = 85.0
 MAX_POINTS_WITHIN = 4096
 """Maximum displacement of the sun's path within a layer, in points along either axis; windows are widened by it."""
 
+_CLOSE_M, _ITERATIONS = 1e-3, 100
+
 _ROUNDING = 1e-9
 """Relative tolerance for positions of the sun computed individually or together."""
 
@@ -49,23 +55,52 @@ def reference_height_m(layer: CloudLayer) -> float:
     return layer.base_m if layer.anchor == "base" else layer.top_m
 
 
-def displacement_m(height_m: Array | float, zenith_deg: Array | float, azimuth_deg: Array | float) -> Array:
-    """Return how far north and east, (2, ...), a straight line toward a direction passes a height.
-
-    Parameters
-    ----------
-    height_m, zenith_deg, azimuth_deg : float or ndarray (...)
-        Height; direction to the sensor or sun from the sea point; zenith below 90.
-    """
-    distance = height_m * np.tan(np.radians(zenith_deg))
-    azimuth = np.radians(azimuth_deg)
-    return np.stack((distance * np.cos(azimuth), distance * np.sin(azimuth)))
-
-
 def whole_points(displacement: Array, point_m: float) -> tuple[int, int]:
     """Round a displacement (2,) in metres to whole points: rows and columns."""
     rows, columns = np.rint(displacement / point_m)
     return int(rows), int(columns)
+
+
+@dataclass(frozen=True)
+class GridSight:
+    """Lines of sight of the points of an image.
+
+    Attributes
+    ----------
+    image : Grid
+        In pixels.
+    """
+
+    lines: LinesOfSight
+    image: Grid
+
+    def shifts(self, height_m: float, point_m: float) -> PointShifts:
+        """Return the displacement of a layer that is met at a height, in points of some size."""
+        samples = round(self.image.pixel_size_m / point_m)
+        points = Grid(self.image.rows * samples, self.image.columns * samples, point_m)
+        return PointShifts(self.lines, points, height_m)
+
+    @property
+    def corners_deg(self) -> Array:
+        """Zenith angles (4,) of the sensor at the corners of the image."""
+        x_m, y_m = (0.5 * self.image.pixel_size_m * count for count in (self.image.columns, self.image.rows))
+        return self.lines.from_points(np.array([x_m, x_m, -x_m, -x_m]), np.array([y_m, -y_m, y_m, -y_m])).zenith_deg
+
+    def seen_m(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
+        """Return how far north and east of the sea behind them points are seen, by their own lines of sight.
+
+        Where the line of sight from the sea passes a point follows by iteration: each step leaves the share of the
+        error that the altitude is of the sensor's.
+        """
+        north, east = np.zeros_like(x_m), np.zeros_like(x_m)
+        for _ in range(_ITERATIONS):
+            seen = self.lines.from_points(x_m - east, y_m - north)
+            away = displacement_m(altitude_m, seen.zenith_deg, seen.plane_azimuth_deg)
+            error = np.max(np.abs(away - (north, east)), initial=0.0)
+            north, east = away
+            if error < _CLOSE_M:
+                break
+        return north, east
 
 
 @dataclass(frozen=True)
@@ -80,6 +115,8 @@ class SlantPaths:
         Angles at the frames with the sun above the horizon.
     why_not : mapping of str to NotComputed
         Why ``shadows`` or ``parallax`` are not computed, whichever are not.
+    sight : GridSight or None
+        Lines of sight of the points of the image; None if all are parallel to the view.
     """
 
     options: Slant
@@ -87,6 +124,7 @@ class SlantPaths:
     sun_zenith_deg: Array
     sun_azimuth_deg: Array
     why_not: Mapping[str, NotComputed] = field(default_factory=dict)
+    sight: GridSight | None = None
 
     @property
     def shadows(self) -> bool:
@@ -114,19 +152,54 @@ class SlantPaths:
             return self
         return replace(self, why_not={**self.why_not, effect: why})
 
-    def of_view(self, layer: CloudLayer, point_m: float) -> tuple[int, int]:
-        """Return the displacement (rows, columns) of a layer's cloud seen from a pixel; zero without parallax."""
+    def of_view(self, layer: CloudLayer, point_m: float) -> tuple[int, int] | PointShifts:
+        """Return the displacement (rows, columns) of a layer's cloud seen from a point; zero without parallax.
+
+        Returns
+        -------
+        (int, int) or PointShifts
+            The latter if points of the image differ.
+        """
         if not self.parallax:
             return 0, 0
-        away = displacement_m(reference_height_m(layer), self.view.zenith_deg, self.view.azimuth_deg)
-        return whole_points(away, point_m)
+        height_m = reference_height_m(layer)
+        if self.sight is None:
+            return whole_points(displacement_m(height_m, self.view.zenith_deg, self.view.azimuth_deg), point_m)
+        shifts = self.sight.shifts(height_m, point_m)
+        lowest, highest = shifts.range
+        return lowest if lowest == highest else shifts
+
+    def farthest_m(self, height_m: float) -> float:
+        """Return how far from the sea seen behind it a height is met, at most: at a corner of the image."""
+        zenith_deg = np.array(self.view.zenith_deg) if self.sight is None else self.sight.corners_deg
+        return float(np.max(displacement_m(height_m, zenith_deg, 0.0)))
+
+    def differs(self, layers: Iterable[CloudLayer], point_m: float) -> bool:
+        """Whether points of the image see a layer displaced differently."""
+        return any(isinstance(self.of_view(layer, point_m), PointShifts) for layer in layers)
+
+    def toward(self, view: View) -> SlantPaths:
+        """Return the slant paths of the same scene in orthographic view from another direction."""
+        return replace(self, view=view, sight=None)
+
+    def seen_m(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
+        """Return how far north and east (...) of the sea seen behind them points (...) of the image's plane are."""
+        if not self.parallax:
+            return 0.0 * altitude_m, 0.0 * altitude_m
+        if self.sight is None:
+            north, east = displacement_m(altitude_m, self.view.zenith_deg, self.view.azimuth_deg)
+        else:
+            north, east = self.sight.seen_m(x_m, y_m, altitude_m)
+        return north, east
 
     def margin(self, layer: CloudLayer, point_m: float) -> tuple[int, int]:
         """Return how many rows and columns beyond the image the paths of all frames intersect a layer.
 
         The margin is equal on opposite sides, because cloud fields are centred on the image.
         """
-        rows, columns = (abs(points) for points in self.of_view(layer, point_m))
+        shift = self.of_view(layer, point_m)
+        ends = shift.range if isinstance(shift, PointShifts) else (shift, shift)
+        rows, columns = (max(abs(low), abs(high)) for low, high in zip(*ends, strict=True))
         if self.shadows and self.sun_zenith_deg.size:
             away = displacement_m(layer.top_m, self.sun_zenith_deg, self.sun_azimuth_deg)
             farthest = np.max(np.abs(away), axis=1) * (1.0 + _ROUNDING)
@@ -146,8 +219,9 @@ class SlantPaths:
         """Notes on the selected options."""
         notes = []
         if self.parallax:
+            how = "as a whole" if self.sight is None else "along the line of sight of each point"
             notes.append(
-                "parallax: each layer is displaced as a whole, at the height of its flat side and by whole points; "
+                f"parallax: each layer is displaced {how}, at the height of its flat side and by whole points; "
                 "sides of clouds and the relief of their other side are not displaced"
             )
         if self.shadows:

@@ -94,7 +94,7 @@ def build_surfaces(
     CatalogError, ProviderError
         If the provider or a boundary cannot be built.
     """
-    section, samples = scenario.surfaces, scenario.samples_per_pixel
+    section, samples = scenario.surfaces, scenario.image.samples_per_pixel
     assert section is not None
     points = Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
     air_K = float(around.profile.temperature_at(0.0))

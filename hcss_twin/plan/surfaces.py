@@ -161,7 +161,7 @@ def _placed(assembly: Assembly, class_: SceneClass, tolerance: float) -> PlacedA
 
 def _shares(scenario: Scenario, assembly: Assembly) -> tuple[float, ...]:
     """Share of each class in the image at the start, from all points or evenly spaced rows of them."""
-    surfaces, grid, samples = assembly.surfaces, assembly.grid, scenario.samples_per_pixel
+    surfaces, grid, samples = assembly.surfaces, assembly.grid, scenario.image.samples_per_pixel
     assert surfaces is not None
     rows, columns = grid.rows * samples, grid.columns * samples
     some = np.unique(np.linspace(0, rows - 1, min(rows, max(1, _POINTS // columns))).round().astype(int)).tolist()
@@ -205,7 +205,7 @@ def merged(
         bound = None if unknown else max(item.bound or 0.0, before.bound or 0.0)
         estimates = [omission.estimate for omission in (item, before) if omission.estimate is not None]
         omissions[item.what] = replace(before, bound=bound, estimate=max(estimates, default=None))
-    if len(surfaces.classes) > 1 and scenario.samples_per_pixel == 1:
+    if len(surfaces.classes) > 1 and scenario.image.samples_per_pixel == 1:
         why = "image.samples_per_pixel is 1: a pixel has the surface at its centre"
         omissions["surfaces within the footprint of a pixel"] = Omission(
             "surfaces within the footprint of a pixel", why, None

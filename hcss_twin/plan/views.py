@@ -25,6 +25,7 @@ from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.directions import Views
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
+from hcss_twin.plan.waves import TiltedSea, tilted_seas
 from hcss_twin.providers import Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
 
@@ -168,7 +169,12 @@ falls only as the inverse of the number of nodes."""
 
 
 def choose_views(
-    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], tolerance: float, left: float
+    scenario: Scenario,
+    assembly: Assembly,
+    suns: Sequence[Sun | None],
+    tolerance: float,
+    left: float,
+    waves: bool = False,
 ) -> ViewAxis | None:
     """Choose the views with tables; None if the view of the image centre suffices.
 
@@ -183,6 +189,8 @@ def choose_views(
         Relative to the total radiance of the band.
     left : float
         What others leave of theirs, for views of one air from a grid on the ground.
+    waves : bool
+        Whether clear pixels show resolved waves, whose tilted facets mirror the sun toward other views.
 
     Raises
     ------
@@ -209,7 +217,8 @@ def choose_views(
     # Safety factor, because few columns underestimate the error of all.
     axis_tolerance = 0.5 * tolerance / SAFETY_FACTOR
     try:
-        (x, x_error), (y, y_error) = _placed(_columns(assembly, views, suns), axis_tolerance, most)
+        tilts = tilted_seas(scenario, assembly) if waves else None
+        (x, x_error), (y, y_error) = _placed(_columns(assembly, views, suns, tilts), axis_tolerance, most)
     except (ProviderError, ScenarioError):
         if has_directions:
             raise
@@ -242,15 +251,24 @@ Values = Callable[[Sequence[tuple[float, float]]], Sequence[Array]]
 """Terms (C, K, B) of columns for positions (x, y) in the image."""
 
 
-def _columns(assembly: Assembly, views: Views, suns: Sequence[Sun | None]) -> Values:
-    """Return a cached function of position for the terms of clear sky and few clouds under the suns."""
+def _columns(
+    assembly: Assembly, views: Views, suns: Sequence[Sun | None], tilts: Sequence[TiltedSea] | None = None
+) -> Values:
+    """Return a cached function of position for the terms of clear sky and few clouds under the suns.
+
+    With ``tilts``, clear sky over each of these seas, too.
+    """
     columns = _few(assembly)
+    clear = replace(columns, thickness_m=columns.thickness_m[:0])
     known: dict[tuple[float, float], Array] = {}
 
     def values(places: Sequence[tuple[float, float]]) -> list[Array]:
         new = [position for position in dict.fromkeys(places) if position not in known]
-        for position, found in zip(new, columns.toward(assembly, views.at(new) if new else [], suns), strict=True):
-            known[position] = np.concatenate([np.stack(list(under.values()), axis=1) for under in found])
+        of_new = views.at(new) if new else []
+        for position, view, found in zip(new, of_new, columns.toward(assembly, of_new, suns), strict=True):
+            tilted = [tilt(view, sun).setting(sun, view) for tilt in tilts or () for sun in suns]
+            every = [*found, *clear.terms_in(assembly.model, tilted)] if tilted else found
+            known[position] = np.concatenate([np.stack(list(under.values()), axis=1) for under in every])
         return [known[position] for position in places]
 
     return values
@@ -295,15 +313,16 @@ def _require_one_view(scenario: Scenario, assembly: Assembly, tolerance: float) 
     why = f"the {_what_varies(assembly)} changes the radiance over the image by more than {tolerance:.1e}"
     require_none(
         f"a view of each pixel ({why})",
-        excluded_beside_views(scenario),
+        excluded_beside_views(scenario, assembly),
         f"a smaller image, a lower accuracy, or {without}",
     )
 
 
-def excluded_beside_views(scenario: Scenario) -> tuple[Excluded, ...]:
-    """Return what cannot be computed with views that differ between the pixels of a grid."""
+def excluded_beside_views(scenario: Scenario, assembly: Assembly) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with views that differ between pixels."""
+    no_grid, slant = assembly.directions is not None, scenario.slant
     return (
-        Excluded("slant.shadows", scenario.slant.shadows == "on", "shadows", "'off'"),
-        Excluded("slant.parallax", scenario.slant.parallax == "on", "parallax", "'off'"),
-        Excluded("sea.waves", scenario.sea.waves == "on", "resolved waves", "'off'"),
+        Excluded("slant.shadows", no_grid and slant.shadows == "on", "shadows", "'off'"),
+        Excluded("slant.parallax", no_grid and slant.parallax == "on", "parallax", "'off'"),
+        Excluded("sea.waves", no_grid and scenario.sea.waves == "on", "resolved waves", "'off'"),
     )

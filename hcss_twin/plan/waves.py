@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.sea.wave_field import MOST, MOST_SIGMAS, SIGMAS, thermal_contrast_bound, tilted_glint_bound
-from hcss_twin.physics.geometry import relative_azimuth_rad
+from hcss_twin.physics.geometry import relative_azimuth_rad, wind_sense
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
@@ -21,7 +22,7 @@ from hcss_twin.plan.combinations import Excluded, why_not
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SKIP_SHARE, Omission, omitted
 from hcss_twin.plan.windows import whole_image
-from hcss_twin.providers import Grid, Sun, WaveShapes
+from hcss_twin.providers import Grid, Sun, View, WaveShapes
 from hcss_twin.scenario.scenario import Scenario
 
 WAVENUMBERS = 24
@@ -142,13 +143,11 @@ def excluded_beside_waves(scenario: Scenario, assembly: Assembly) -> tuple[Exclu
     """Return what cannot be computed with resolved waves, beside maps of the ground without sea."""
     sea, light = assembly.sea, scenario.radiance
     able = hasattr(sea, "wave_slope_rms") and hasattr(sea, "wave_field") and hasattr(sea, "tilted")
-    shadows = "shadows, in which the glint of tilted parts is not known,"
     lit = light.light not in ("auto", "columns") or light.light_accuracy is not None
     return (
         Excluded(
             "sea.model", not able, f"the sea model '{scenario.sea.model}', without waves as shapes,", "'rough-sea'"
         ),
-        Excluded("slant.shadows", assembly.slant.shadows, shadows, "'off'"),
         Excluded("image", assembly.directions is not None, "an image that is no grid on the ground", "a grid"),
         Excluded("radiance.light", lit, "light between columns", "'columns'"),
     )
@@ -200,6 +199,31 @@ def choose_waves(
     return None
 
 
+TiltedSea = Callable[[View, Sun | None], Assembly]
+"""Returns a scene over a sea that waves tilt by one slope, for a view and a sun."""
+
+TILT_SIGMAS = 2.0
+"""Standard deviations of the slopes at which the nodes of the view are tested."""
+
+
+def tilted_seas(scenario: Scenario, assembly: Assembly) -> list[TiltedSea]:
+    """Return the seas over which the nodes of the view are tested: tilted either way upwind and crosswind."""
+    sea: Any = assembly.sea
+    size_m = _points(scenario, assembly).pixel_size_m
+    upwind, crosswind = (TILT_SIGMAS * rms for rms in sea.wave_slope_rms(size_m))
+
+    @cache
+    def scene(along: float, across: float) -> Assembly:
+        return assembly.over_sea(sea.tilted(along, across, size_m))
+
+    def tilted(along: float, across: float, view: View, sun: Sun | None) -> Assembly:
+        sense = 1.0 if sun is None else wind_sense(view.azimuth_deg, sun.azimuth_deg)
+        return scene(along, sense * across)
+
+    slopes = ((upwind, 0.0), (-upwind, 0.0), (0.0, crosswind), (0.0, -crosswind))
+    return [partial(tilted, *slope) for slope in slopes]
+
+
 def resolve_waves(scenario: Scenario, assembly: Assembly) -> PlannedWaves:
     """Return the waves at the points of the image.
 
@@ -218,7 +242,7 @@ def resolve_waves(scenario: Scenario, assembly: Assembly) -> PlannedWaves:
 
 
 def _points(scenario: Scenario, assembly: Assembly) -> Grid:
-    grid, samples = assembly.grid, scenario.samples_per_pixel
+    grid, samples = assembly.grid, scenario.image.samples_per_pixel
     return Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
 
 

@@ -33,7 +33,6 @@ from hcss_twin.scenario.units import (
     Temperature,
     Whole,
     quantity_or_word,
-    whole_or_word,
 )
 
 
@@ -55,21 +54,17 @@ MAX_PIXELS = 100_000
 """Maximum number of rows and of columns of an image."""
 
 
-SamplesPerPixel = Annotated[
-    Annotated[int, Field(ge=1, le=64)] | Literal["auto"], BeforeValidator(whole_or_word(1, 64, "auto"))
-]
-
-
 class ImageSection(ScenarioSection):
     """Shape and sampling of one frame: x along columns (east), y along rows (north)."""
 
     rows: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of rows (y).")
     columns: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of columns (x).")
     pixel_size: Length = Field(20.0, ge=1e-3, le=100_000, description="Side of the square ground pixel, m.")
-    samples_per_pixel: SamplesPerPixel = Field(
-        "auto",
-        description="n, 1 to 64: a pixel is the mean of n x n points of its footprint; 1: the point at its centre; "
-        '"auto": as many as take at most twice the time of a frame with one.',
+    samples_per_pixel: Whole = Field(
+        1,
+        ge=1,
+        le=64,
+        description="n: a pixel is the mean of n x n points of its footprint; 1: the point at its centre.",
     )
     window: ImageWindow | None = Field(
         None,

@@ -273,7 +273,7 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
     try:
         terms = registry.provider_class(registry.resolve(Kind.RADIANCE, model)).terms
         # Also true if the value is not a boolean, which is reported separately.
-        shadows = isinstance(slant, Mapping) and slant.get("shadows", False) is not False
+        shadows = isinstance(slant, Mapping) and slant.get("shadows", "auto") != "off"
         platform = data.get("platform", {})
         known = ("altitude", "longitude")  # of a geostationary sensor
         altitude = isinstance(platform, Mapping) and any(platform.get(name) is not None for name in known)

@@ -25,7 +25,6 @@ from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.names import misplaced_parameters, name_problems, normalise
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
-from hcss_twin.scenario.sampling import points_along_pixel
 from hcss_twin.scenario.section_types import selected
 from hcss_twin.scenario.sensor import fill_bands
 from hcss_twin.scenario.viewing import as_given, viewing_problems, with_viewing
@@ -100,13 +99,6 @@ class Scenario(ScenarioModel):
         if air.provider not in BAND_MODEL or "file" in air.parameters:
             return None
         return air.coefficients or DEFAULT_COEFFICIENTS
-
-    @property
-    def samples_per_pixel(self) -> int:
-        """Points along each side of a pixel; what "auto" stands for is chosen when a scenario is read."""
-        count = self.image.samples_per_pixel
-        assert isinstance(count, int)
-        return count
 
     def field_as_typed(self, field: str) -> str:
         """Convert a field path to the user's notation: ``clouds.KEY`` for a single layer in short form."""
@@ -190,7 +182,7 @@ class Scenario(ScenarioModel):
                 [Problem(typed(problem.field), better.get(problem.field, problem.message)) for problem in problems],
                 origin,
             )
-        scenario = _with_samples(_with_coverage_modes(with_viewing(scenario), registry), bool(sections))
+        scenario = _with_coverage_modes(with_viewing(scenario), registry)
         scenario._base = base
         scenario._short = short
         scenario._origin = origin
@@ -275,19 +267,6 @@ def _with_coverage_modes(scenario: _Scenario, registry: Registry) -> _Scenario:
     layers = [layer if layer.coverage_mode else layer.model_copy(update={"coverage_mode": mode(layer)})
               for layer in scenario.clouds.layers]  # fmt: skip
     return scenario.model_copy(update={"clouds": scenario.clouds.model_copy(update={"layers": tuple(layers)})})
-
-
-def _with_samples(scenario: _Scenario, has_sections: bool) -> _Scenario:
-    """Return a valid scenario with a number of points within a pixel.
-
-    Sections of plugins may bring another image, whose pixels are not those of the scene.
-    """
-    image = scenario.image
-    if image.samples_per_pixel != "auto":
-        return scenario
-    sensor = scenario.sensor is not None
-    count = 1 if has_sections else points_along_pixel(image.rows, image.columns, len(scenario.bands), sensor)
-    return scenario.model_copy(update={"image": image.model_copy(update={"samples_per_pixel": count})})
 
 
 _PROVIDER_KEYS = {"atmosphere": ("provider",), "sea": ("model",), "optics": ("provider",), "radiance": ("model",)}

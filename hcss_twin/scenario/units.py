@@ -84,25 +84,6 @@ def quantity_or_word(dimension: str, low: float, high: float, *words: str, above
     return parse
 
 
-def whole_or_word(low: int, high: int, word: str) -> Callable[[object], object]:
-    """Return a validator for a whole number from ``low`` to ``high`` or a word."""
-    allowed = f'allowed: {low} to {high}, or "{word}"'
-
-    def parse(value: object) -> object:
-        if value == word:
-            return value
-        if isinstance(value, bool) or not isinstance(value, int | float) or value != math.floor(value):
-            raise PydanticCustomError("whole_or_word", f"{shown(value)} is not a whole number; {allowed}")
-        if not low <= value <= high:
-            nearest = low if value < low else high
-            raise PydanticCustomError(
-                "whole_or_word", f"{shown(value)} is out of range; {allowed}; closest valid choice is {nearest}"
-            )
-        return int(value)
-
-    return parse
-
-
 _OFTEN_MEANT = {
     "temperature": ("degC",),
     "fraction": ("%",),

@@ -179,4 +179,6 @@ def test_accident_at_the_last_frame_or_with_a_low_sun_is_no_problem_of_frames_or
 
     monkeypatch.setattr(FractalClouds, "thickness_m", late)
     with pytest.raises(ProviderDefect, match=r"thickness_m\(\) raised ZeroDivisionError"):
-        make_plan(Scenario.load("stratus", {**SMALL, "clouds.coverage_mode": "field", "slant": VERTICAL}), keeps_results=False)
+        make_plan(
+            Scenario.load("stratus", {**SMALL, "clouds.coverage_mode": "field", "slant": VERTICAL}), keeps_results=False
+        )

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import APART, CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.core.errors import CertificateWarning
@@ -14,7 +14,7 @@ from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperatu
 from hcss_twin.plan.accuracy import SHARES, share_out
 from hcss_twin.plan.description import describe
 
-SMALL = {
+SMALL = APART | {
     **CHEAP,
     "image.rows": 32,
     "image.columns": 32,

@@ -1,11 +1,16 @@
 """A scene with several profiles, against scenes that use the profile of one place everywhere."""
 
+from dataclasses import replace
+
 import netCDF4
 import numpy as np
 import pytest
+from hand_made import with_clouds
 
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.errors import ScenarioError
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.over_views import plans_over_views
 from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.physics.geodesy import to_geographic
@@ -81,3 +86,41 @@ def test_the_plan_states_the_interpolation_and_keeps_the_tables_apart(file):
 def test_profiles_that_do_not_cover_the_image_are_refused(file):
     with pytest.raises(ScenarioError, match=r"atmosphere\.profile.*latitude .* lies outside the profiles"):
         make_plan(scenario(file, SCENE.replace("rows = 7", "rows = 19")))
+
+
+def test_a_shadow_is_that_of_the_glint_in_the_air_of_its_place(file):
+    """Against the dense spectrum of the glint in each place's air, behind a cloud of Bouguer."""
+    cloud = {"type": "cirrus", "base": 9000.0, "top": 10_000.0, "thickness_min": 1.0, "anchor": "top"}
+    day = {
+        "time": "2024-04-20T12:30:00+10:00",
+        "view": {"zenith": 25.0, "azimuth": 25.0},
+        "image": {"rows": 200, "columns": 6, "pixel_size": 3000.0},
+        "clouds": {"layers": [cloud | {"coverage": 0.4, "coverage_mode": "field"}]},
+        "atmosphere.profile": str(file),
+        "bands": ["mwir-3.7", "lwir-10.8"],
+    }
+    plan = make_plan(Scenario.from_toml(SCENE, day))
+    sun = plan.sun_track.at(0.0)
+    away = 9500.0 * np.tan(np.radians(sun.zenith_deg)) / 3000.0
+    down, right = (int(np.rint(away * part(np.radians(sun.azimuth_deg)))) for part in (np.cos, np.sin))
+    shape = lambda y, x: np.where(y // 3 % 2 == 1, np.where(x < 3, 30.0, 300.0), 0.0)  # noqa: E731
+    angles = np.array([sun.zenith_deg]), np.array([sun.azimuth_deg])
+    slant = replace(plan.assembly.slant, shadows=True, sun_zenith_deg=angles[0], sun_azimuth_deg=angles[1])
+    planned = with_clouds(plan, [shape], slant, sun, shadows=True, waves=False)
+    made = next(stream(planned, compile_tables(planned)))
+    y, x = np.mgrid[:200, :6]
+    through = np.where(made["cloud_mask"] > 0, 0.0, shape(y + down, x + right))
+    np.testing.assert_array_equal(made["shadow_mask"], through > 0)
+    grid = plan.spectral_grid
+    extinction = plan.assembly.optics.single_scattering(plan.layers[0].microphysics, grid.wavenumber_cm1).extinction_m1
+    shaded = np.argwhere(through > 0)
+    errors, one_air = [], []
+    for row, column in shaded[np.linspace(0, len(shaded) - 1, 12).astype(int)]:
+        behind = np.exp(-extinction * through[row, column] / np.cos(np.radians(sun.zenith_deg)))
+        (view,) = plan.rays.views_of_pixels([row], [column], 0.0)
+        for assembly, found in ((plan.assembly.toward(view), errors), (plan.assembly, one_air)):
+            terms = assembly.clear(grid.wavenumber_cm1, sun)
+            total = np.sum(list(terms.values()), axis=0) - terms["sea_reflected_sun"] * (1.0 - behind)
+            found.append(np.max(np.abs(made["radiance"][:, row, column] / (grid.weights_cm1 @ total) - 1.0)))
+    assert max(errors) < 0.1 * plan.accuracy.relative
+    assert max(one_air) > plan.accuracy.relative

@@ -111,7 +111,7 @@ def test_plan_answers_without_computing(tmp_path):
     assert "24.389" in text.stdout
     assert "198.721" in text.stdout
     plan = json.loads(hcss("plan", "baseline", "--json", cwd=tmp_path).stdout)
-    assert {"what", "why", "bound", "estimate", "sense", "needs"} == set(plan["skipped"][0])
+    assert {"what", "why", "bound", "estimate", "sense", "needs", "decision"} == set(plan["skipped"][0])
     # The paper's own scene names the paper's models; others have the defaults.
     assert plan["providers"]["radiance"]["name"] == "as-printed"
     plan = json.loads(hcss("plan", "stratus", "--json", cwd=tmp_path).stdout)

@@ -43,4 +43,8 @@ def test_a_generator_that_fails_at_every_time_is_no_problem_of_the_frames(monkey
 
     monkeypatch.setattr(FractalClouds, "thickness_m", broken)
     with pytest.raises(ProviderError, match=r"thickness_m\(\) raised ZeroDivisionError: by a plugin"):
-        make_plan(Scenario.load("stratus", {**SMALL, "clouds.coverage_mode": "field", "slant.shadows": "off", "slant.parallax": "off"}))
+        make_plan(
+            Scenario.load(
+                "stratus", {**SMALL, "clouds.coverage_mode": "field", "slant.shadows": "off", "slant.parallax": "off"}
+            )
+        )

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import APART, CHEAP
 from reference_agreement import assert_tables_agree_with_the_reference_path
 
 from hcss_twin import Scenario, make_plan, simulate
@@ -126,7 +126,7 @@ def test_tables_agree_with_the_reference_path(name, accuracy):
 )
 def test_tables_of_the_default_models_agree_with_the_reference_path(name, accuracy):
     few = {"frames.count": 2, "bands": ["mwir-3.7", "lwir-10.8"]}
-    plan = make_plan(Scenario.load(name, {**DEFAULT, **few, "accuracy": accuracy}))
+    plan = make_plan(Scenario.load(name, {**DEFAULT, **APART, **few, "accuracy": accuracy}))
     assert_tables_agree_with_the_reference_path(plan, anywhere, 1.25)
 
 

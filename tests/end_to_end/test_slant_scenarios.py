@@ -24,6 +24,11 @@ BASE = {
 }
 
 
+ON = {"slant.shadows": "on", "slant.parallax": "on"}
+AUTO = {"slant.shadows": "auto", "slant.parallax": "auto"}
+MASKS_OFF = {"slant.shadows": "off", "slant.parallax": "off", "output.variables": ["cloud_mask"]}
+
+
 def scenario(**overrides):
     return Scenario.from_dict(BASE, {**CHEAP, **overrides})
 
@@ -50,12 +55,33 @@ def image(tmp_path):
     return make
 
 
-@pytest.mark.parametrize("option", ["shadows", "parallax"])
-def test_a_coverage_of_the_frame_is_refused_where_paths_leave_it(option):
-    found = problem(**{f"slant.{option}": True, "clouds.coverage_mode": "frame"})
-    assert found.field == "clouds.coverage_mode"
-    assert 'allowed: "field"' in found.message
-    assert "slant.shadows = 'off'" in found.message
+def test_a_frame_has_the_coverage_that_was_asked_for_and_shadows_where_the_sun_puts_them():
+    """The clouds are those that the sensor sees; paths of sunlight, and those from outside, are displaced from them."""
+    thin = {"clouds.base": 1000.0, "clouds.top": 1002.0, "clouds.thickness_min": 1.0, "clouds.coverage_mode": "frame"}
+    wanted = {**thin, "output.variables": ["cloud_mask", "shadow_mask"]}
+    plain, slant = (simulate(scenario(**{**wanted, **more})) for more in (MASKS_OFF, ON))
+    cloud = slant.cloud_mask.values[0]
+    assert cloud.mean() == pytest.approx(0.4, abs=1.0 / cloud.size)
+    assert np.array_equal(cloud, plain.cloud_mask.values[0])
+    sun = np.radians((float(slant.solar_zenith_angle[0]), float(slant.solar_azimuth_angle[0])))
+    away = [1001.0 * np.tan(sun[0]) * turn(sun[1]) / 50.0 for turn in (np.cos, np.sin)]
+    seen = [1000.0 * np.tan(np.radians(20.0)) * turn(np.radians(18.72)) / 50.0 for turn in (np.cos, np.sin)]
+    down, right = (int(np.rint(one) - np.rint(other)) for one, other in zip(away, seen, strict=True))
+    rows, columns = np.mgrid[: cloud.shape[0], : cloud.shape[1]]
+    inside = (rows + down >= 0) & (rows + down < cloud.shape[0]) & (columns + right >= 0)
+    inside &= (columns + right < cloud.shape[1]) & (cloud == 0)
+    shaded = cloud[(rows + down)[inside], (columns + right)[inside]]
+    assert 0.1 < shaded.mean() < 0.9
+    assert np.array_equal(slant.shadow_mask.values[0][inside], shaded)
+    outside = ~inside & (cloud == 0)
+    assert 0 < slant.shadow_mask.values[0][outside].sum() < outside.sum()
+
+
+def test_an_image_of_clouds_without_room_has_no_slant_paths_unless_they_are_asked_for(image):
+    paths = make_plan(scenario(**image(44, 80), **AUTO)).assembly.slant
+    assert not paths.shadows
+    assert not paths.parallax
+    assert "cannot be made beyond the image" in paths.why_not["shadows"].why
 
 
 def test_a_coverage_of_the_frame_is_allowed_where_no_path_leaves_it():
@@ -83,7 +109,8 @@ def test_an_image_with_room_casts_its_shadow_away_from_the_sun(image):
 
 def test_shadows_of_a_sun_near_the_horizon_are_refused():
     found = problem(**{"slant.shadows": "on", "time": "2024-04-20T18:10:00+10:00"})
-    assert found.field == "slant.shadows"
+    assert found.field == "time"
+    assert "cannot be computed with slant.shadows = 'on'" in found.message
     assert "allowed: frames with the sun up to 85 deg or below the horizon" in found.message
 
 
@@ -98,7 +125,7 @@ def test_pixels_too_small_for_the_sun_s_paths_are_refused_with_the_size_that_is_
 def test_a_radiance_model_that_does_not_name_its_sunlight_is_refused(monkeypatch):
     monkeypatch.setattr(AsPrinted, "sea_sun_terms", frozenset())
     found = problem(**{"slant.shadows": "on"})
-    assert found.field == "slant.shadows"
+    assert found.field == "radiance.model"
     assert "sea_sun_terms" in found.message
 
 

@@ -224,7 +224,7 @@ def test_the_plan_prints_the_classes_and_their_shares(folder):
             "surfaces.provider",
             "'sand'",
         ),
-        ({"surfaces.parameters": FIELD, "sea.waves": "on", "sea.model": "rough-sea"}, "surfaces", "'averaged'"),
+        ({"surfaces.parameters": FIELD, "sea.waves": "on", "sea.model": "rough-sea"}, "surfaces", "'off'"),
         ({"bands": [[1.5, 1.7]]}, "bands[0]", "surface class 'sand'"),
     ],
 )

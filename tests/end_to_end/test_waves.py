@@ -99,7 +99,7 @@ def test_the_mean_over_waves_is_the_radiance_of_the_mean_sea(planned, frame):
         clear = tables.tables[0].clear.ravel()
         np.testing.assert_allclose(mean, 0.0, atol=1e-6 * clear.max())
         assert np.all(np.abs(mean) <= 1e-6 * np.maximum(clear, clear.max() * 1e-3))
-    level = next(stream(*_with(plan, "averaged")))["radiance"][:, 0, 0]
+    level = next(stream(*_with(plan, "off")))["radiance"][:, 0, 0]
     spread = frame["radiance"].std(axis=(1, 2))
     # Pixels of long waves are alike: some 100 of 6144 are independent.
     assert np.all(np.abs(frame["radiance"].mean(axis=(1, 2)) - level) < 0.3 * spread)
@@ -133,7 +133,7 @@ def test_waves_are_skipped_with_their_bound_and_the_bound_falls_with_the_pixel()
     bounds = []
     for size in (2.0, 20.0, 200.0):
         item = skipped(**{"sea.waves": "off", "image.pixel_size": size})["waves as shapes"]
-        assert "averaged" in item.why
+        assert "sea.waves is off" in item.why
         assert item.estimate <= item.bound
         bounds.append(item.estimate)
     assert bounds[0] > 2.0 * bounds[1] > 0.0
@@ -142,7 +142,7 @@ def test_waves_are_skipped_with_their_bound_and_the_bound_falls_with_the_pixel()
     assert 0.0 < night.estimate < 0.5 * bounds[0]
     cox_munk = skipped(**{"sea.waves": "auto", "sea.model": "cox-munk"})["waves as shapes"]
     assert cox_munk.estimate == pytest.approx(bounds[0], rel=0.3)
-    assert "no waves as shapes" in cox_munk.why
+    assert "without waves as shapes" in cox_munk.why
 
 
 def test_auto_draws_what_exceeds_the_accuracy():
@@ -178,7 +178,7 @@ def test_clouds_hide_waves_and_leave_the_rest_as_it_was():
     for frames, tolerance, band in ((1, 0.0, "lwir-10.8"), (2, 0.1 * BASE["accuracy"], "mwir-3.7")):
         drawn, averaged = (
             simulate(scenario(**changes, **{"sea.waves": waves, "frames.count": frames, "bands": [band]}))
-            for waves in ("resolved", "averaged")
+            for waves in ("on", "off")
         )
         covered = (averaged.cloud_fraction == 1.0).values
         assert covered.any()
@@ -200,10 +200,10 @@ def test_the_same_scene_twice_is_the_same_to_the_bit(planned, frame):
 @pytest.mark.parametrize(
     ("overrides", "field", "message"),
     [
-        ({"sea.model": "cox-munk"}, "sea.waves", "sea.model = 'rough-sea'"),
+        ({"sea.model": "cox-munk"}, "sea.model", "'rough-sea'"),
         ({"sea.parameters": {"slopes": "gram-charlier"}}, "sea.parameters.slopes", "'upwind-crosswind'"),
         ({"sea.waves": "off", "output.variables": ["sea_slope_x"]}, "output.variables", 'sea.waves = "on"'),
-        ({"sea.waves": "drawn"}, "sea.waves", "averaged"),
+        ({"sea.waves": "drawn"}, "sea.waves", "allowed: auto, off, on"),
     ],
 )
 def test_waves_that_cannot_be_drawn_are_refused(overrides, field, message):

@@ -1,24 +1,23 @@
 """Laws of cloud shadows on the sea and of the parallax of clouds."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache, partial
 
 import numpy as np
 import pytest
 from cheap import CHEAP
+from hand_made import HandMade, paths_of, with_clouds
 from scipy.integrate import trapezoid
 
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.cube.requested_variables import expand
 from hcss_twin.engine import stream as stream_module
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stages.shadows import sun_paths
 from hcss_twin.engine.stream import stream
 from hcss_twin.laws.samples import PlainOptics
 from hcss_twin.plan.displaced_clouds import DisplacedClouds
-from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.windows import windows
-from hcss_twin.providers import CloudDeclaration, Sun, View
+from hcss_twin.providers import Sun, View
 
 SIZE, PIXEL_M = 60, 50.0
 BANDS = ["mwir-3.7", "lwir-10.8"]
@@ -43,30 +42,6 @@ def raw(layers, **overrides):
     return Scenario.from_dict(base, {**CHEAP, **overrides})
 
 
-@dataclass
-class FixedSun:
-    sun: Sun
-
-    def at(self, time_s):
-        return self.sun
-
-    def positions(self, time_s):
-        return tuple(np.full(time_s.size, x) for x in (self.sun.zenith_deg, self.sun.azimuth_deg, self.sun.distance_au))
-
-
-@dataclass
-class HandMade:
-    """A plane of cloud given by a function of the image's rows and columns, in any range."""
-
-    thickness: object
-    margin: tuple
-    declares = CloudDeclaration()
-
-    def thickness_m(self, time_s, rows, columns):
-        y, x = np.mgrid[rows, columns]
-        return self.thickness(y - self.margin[0], x - self.margin[1]).astype(np.float32)
-
-
 @lru_cache
 def plain_plan(layers, zenith, azimuth):
     layers = [dict(layer) for layer in layers]
@@ -76,23 +51,9 @@ def plain_plan(layers, zenith, azimuth):
 def staged(layers, shapes, sun=(30.0, 0.0), view=(0.0, 0.0), shadows=True, parallax=False, optics=None):
     """A plan with hand-made clouds and a sun where it is wanted."""
     plan = plain_plan(tuple(tuple(each.items()) for each in layers), *view)
-    slant = SlantPaths(shadows, parallax, View(*view), np.array([sun[0]]), np.array([sun[1]]))
-    generators = []
-    for layer, shape in zip(plan.layers, shapes, strict=True):
-        margin = slant.margin(layer, PIXEL_M)
-        generators.append(DisplacedClouds(HandMade(shape, margin), margin, slant.of_view(layer, PIXEL_M)))
-    variables = tuple(expand(["all"], plan.assembly.model.terms, len(layers), shadows=True))
-    return replace(
-        plan,
-        assembly=replace(
-            plan.assembly, slant=slant, generators=tuple(generators), optics=optics or plan.assembly.optics
-        ),
-        sun_track=FixedSun(Sun(*sun, 1.0)),
-        sun_zenith_deg=np.array([sun[0]]),
-        sun_azimuth_deg=np.array([sun[1]]),
-        variables=variables,
-        computed=variables,
-    )
+    slant = paths_of(shadows, parallax, View(*view), np.array([sun[0]]), np.array([sun[1]]))
+    made = with_clouds(plan, shapes, slant, Sun(*sun, 1.0), shadows=True)
+    return replace(made, assembly=replace(made.assembly, optics=optics or plan.assembly.optics))
 
 
 def frame(plan):

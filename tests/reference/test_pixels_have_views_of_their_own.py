@@ -114,21 +114,10 @@ def test_a_wide_cube_says_what_its_views_err_and_can_be_verified(tmp_path):
     assert verify_cube(tmp_path / "a.nc").verdict == "identical"
 
 
-@pytest.mark.parametrize(
-    ("changes", "field"),
-    [
-        ({"slant.shadows": "on", "clouds.coverage_mode": "field"}, "slant.shadows"),
-        ({"slant.parallax": "on", "clouds.coverage_mode": "field"}, "slant.parallax"),
-        ({"sea.model": "rough-sea", "sea.waves": "auto"}, "sea.waves"),
-    ],
-)
-def test_what_is_made_for_one_view_is_refused_in_a_wide_field_and_kept_in_a_narrow_one(changes, field):
-    changes = {**changes, "frames.count": 1, "bands": ["mwir-3.7"]}
-    with pytest.raises(ScenarioError) as caught:
-        plan_of(changes)
-    assert [problem.field for problem in caught.value.problems] == [field]
-    assert "a view of each pixel" in str(caught.value)
-    assert plan_of({**changes, "image.pixel_size": 5.0, "accuracy": 0.05}).views is None
+def test_waves_that_no_pixel_of_a_wide_field_resolves_are_left_out():
+    plan = plan_of({"sea.waves": "auto", "frames.count": 1}, {**CHEAP, "sea.model": "rough-sea"})
+    assert plan.views is not None
+    assert plan.waves is None
 
 
 def test_kelvin_are_kept_where_the_hottest_pixel_is_in_a_corner():

@@ -130,7 +130,7 @@ def sections(draw, models):
         },
         "bands": draw(st.lists(bands(), min_size=1, max_size=2, unique_by=str)),
         "clouds": draw(st.one_of(layers(), layers(), pairs(), st.just({}))),
-        "slant": {"shadows": draw(st.booleans()), "parallax": draw(st.booleans())},
+        "slant": {name: draw(st.sampled_from(["auto", "on", "off"])) for name in ("shadows", "parallax")},
         "sea": {
             "model": draw(st.sampled_from(["cox-munk", "rough-sea"])),
             "temperature": draw(numbers(260, 330)),
@@ -251,7 +251,7 @@ def seas(draw):
         "waves": "off",
     }
     if sea["model"] == "rough-sea":
-        sea["waves"] = draw(st.sampled_from(["averaged", "averaged", "auto", "resolved"]))
+        sea["waves"] = draw(st.sampled_from(["off", "off", "auto", "on"]))
         sea["parameters"] = {
             "salinity_psu": draw(numbers(0, 45)),
             "slopes": draw(st.sampled_from(["isotropic", "upwind-crosswind"])),
@@ -315,7 +315,7 @@ def wide_scenarios(draw, models=PAPER, particles=False):
         raw["image"] = {"rows": rows, "columns": columns, "pixel_size": draw(log_numbers(0.1, 1e4))}
     if raw["clouds"].get("coverage_mode") != "field":
         raw["slant"] = {}
-    if raw["sea"]["waves"] == "averaged" and "output" in raw:
+    if raw["sea"]["waves"] == "off" and "output" in raw:
         kept = [name for name in raw["output"]["variables"] if not name.startswith("sea_slope")]
         raw["output"]["variables"] = kept or ["all"]
     return raw

@@ -19,7 +19,7 @@ from hcss_twin.core.errors import ProviderDefect
 from hcss_twin.cube.requested_variables import expand
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.plan.accuracy import RequestedAccuracy
-from hcss_twin.plan.error_budget import ENGINE, NUMERICS, ErrorBudget, beyond_accuracy, error_budget
+from hcss_twin.plan.error_budget import ENGINE, NUMERICS, ErrorBudget, beyond_accuracy, error_budget, left_out
 from hcss_twin.plan.error_contributions import Contribution
 from hcss_twin.providers import ModelError
 
@@ -185,11 +185,16 @@ def test_the_budget_of_a_scene_names_every_cause_and_the_model_that_avoids_it(pl
 
 def test_a_scene_is_within_if_nothing_left_out_exceeds_its_share(plan):
     budget = error_budget(plan)
-    left = beyond_accuracy(plan, budget)
-    for what in ("waves as shapes", "clouds within the footprint of a pixel", "shadows of clouds on the sea"):
-        assert any(each.startswith(what) and ", needs " in each for each in left)
+    left = {
+        "waves as shapes": beyond_accuracy(plan),
+        "shadows of clouds on the sea": left_out(plan, budget),
+        "clouds within the footprint of a pixel": left_out(plan, budget),
+    }
+    for what, texts in left.items():
+        assert any(text.startswith(what) and ", needs " in text for text in texts)
     loose = replace(plan, accuracy=RequestedAccuracy(1e3))
-    assert not beyond_accuracy(loose, error_budget(loose))
+    assert not beyond_accuracy(loose)
+    assert not left_out(loose, error_budget(loose))
 
 
 def test_every_figure_has_a_source_and_a_command_or_is_one_of_notes():

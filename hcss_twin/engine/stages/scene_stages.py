@@ -35,11 +35,17 @@ class SceneTables:
         return [axis for axis in self.axes if axis.name == name]
 
     @property
-    def of_surfaces(self) -> list[RadianceTables | None]:
-        """Tables of each class of surface, at its lowest temperature."""
+    def of_surfaces(self) -> list[tuple[RadianceTables, ...]]:
+        """Tables toward all views of each class of surface, at its lowest temperature."""
         if self.plan.surfaces is None or self.tables is None:
-            return [self.tables]
-        return [self.tables.over[nodes.start] for nodes in self.axes[0].of_classes]
+            return [self.of_views(self.tables)]
+        return [self.of_views(self.tables.over[nodes.start]) for nodes in self.axes[0].of_classes]
+
+    def of_views(self, tables: RadianceTables | None) -> tuple[RadianceTables, ...]:
+        """Return the tables toward all views, the last axis, at the first nodes of the others; none without tables."""
+        if tables is None:
+            return ()
+        return (tables,) if self.plan.views is None else tables.leaves[: len(self.plan.views.places)]
 
 
 class LookUpStage(Stage):
@@ -100,27 +106,29 @@ def _surfaces(_: Any, scene: SceneTables) -> Iterator[Stage]:
     yield from (SurfaceStage(axis.ground) for axis in scene.named("surfaces"))
 
 
+def _shadows(_: Any, scene: SceneTables) -> Iterator[Stage]:
+    from hcss_twin.engine.stages.shadows import ShadowStage
+
+    of_surfaces = ([tables.shadows for tables in of_views if tables.shadows] for of_views in scene.of_surfaces)
+    yield ShadowStage(scene.plan, list(of_surfaces))
+
+
 def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.waves import WaveStage
 
     # the scenario's own sea alone has waves
     sea = next((axis.ground.sea for axis in scene.named("surfaces")), 0)
-    leaves = () if scene.tables is None else scene.tables.leaves
-    yield WaveStage(scene.plan, waves, next((tables for tables in leaves if tables.waves), None), sea)
-
-
-def _shadows(_: Any, scene: SceneTables) -> Iterator[Stage]:
-    from hcss_twin.engine.stages.shadows import ShadowStage
-
-    yield ShadowStage(scene.plan, [tables.shadows if tables else None for tables in scene.of_surfaces])
+    leaves = [] if scene.tables is None else [tables for tables in scene.tables.leaves if tables.waves is not None]
+    views = 1 if scene.plan.views is None else len(scene.plan.views.places)
+    yield WaveStage(scene.plan, waves, leaves[:views], sea)
 
 
 OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {
     "light": _light,
     "texture": _texture,
     "surfaces": _surfaces,
-    "waves": _waves,
     "shadows": _shadows,
+    "waves": _waves,
 }
 """Stages of the effects of a plan, by :attr:`~hcss_twin.plan.effects.Effect.kind`; others have none."""
 

@@ -20,8 +20,10 @@ from hcss_twin.core.kernels import kernel
 from hcss_twin.cube.variables import SHADOW_MASK
 from hcss_twin.engine.stages.stage import IN_SHADOW, FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.radiance_tables import ShadowTables
+from hcss_twin.engine.tables.view_states import view_states, weights_of_nodes
+from hcss_twin.physics.geometry import displacement_m
+from hcss_twin.physics.polynomial_rows import weigh_row
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.slant_paths import displacement_m
 from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import CloudGenerator, CloudLayer, Sun
 
@@ -101,13 +103,15 @@ class ShadowStage(Stage):
 
     Parameters
     ----------
-    of_surfaces : sequence of (ShadowTables or None)
-        Of each class of surface; None if no requested variable requires radiance: the mask needs no tables.
+    of_surfaces : sequence of sequence of ShadowTables
+        Of each class of surface, toward each view; none if no requested variable requires radiance: the mask needs no
+        tables.
     """
 
-    def __init__(self, plan: Plan, of_surfaces: Sequence[ShadowTables | None]) -> None:
+    def __init__(self, plan: Plan, of_surfaces: Sequence[Sequence[ShadowTables]]) -> None:
         self._plan, self._tables = plan, of_surfaces
         self._point_m = plan.grid.pixel_size_m / plan.samples_per_pixel
+        self._shifts = [plan.assembly.slant.of_view(layer, self._point_m) for layer in plan.layers]
         self._at = cached_method(self._shadows, 1)
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
@@ -119,9 +123,13 @@ class ShadowStage(Stage):
         if mask is None:
             mask = np.zeros(part.radiance.shape[1:], dtype=np.uint8)
         (rows, columns), samples, in_cloud = window.inside, window.samples, shadows.in_cloud(window.window)
-        for surface, (share, depth, loss) in enumerate(shadows.of_surfaces):
-            clear = window.clear_points(surface)
-            _cast(part.radiance, mask, rows.start, columns.start, samples, clear, in_cloud, share, depth, loss)
+        kept_back = np.zeros((0, 0, 0), dtype=np.float32)
+        if self._plan.waves is not None and part.radiance.size:
+            window.kept_back = kept_back = np.zeros((len(self._plan.bands), *in_cloud.shape[1:]), dtype=np.float32)
+        weights = weights_of_nodes(self._plan, window.window)
+        for surface, of_surface in enumerate(shadows.of_surfaces):
+            clear, corner = window.clear_points(surface), (rows.start, columns.start)
+            _cast(part.radiance, mask, kept_back, *corner, samples, clear, in_cloud, of_surface, *weights)
         window.left_out[IN_SHADOW] = mask[window.inside] > 0
 
     def _shadows(self, time_s: float) -> InstantShadows | None:
@@ -130,11 +138,17 @@ class ShadowStage(Stage):
         if not sun.is_up:
             return None
         paths: list[SunPaths | None] = []
-        for layer in plan.layers:
+        for layer, shift in zip(plan.layers, self._shifts, strict=True):
             met = sun_paths(layer, sun, self._point_m)
-            # If line of sight and sun path intersect the layer at the same point, it is clear or cloudy for both.
-            paths.append(None if met.stay_at(plan.assembly.slant.of_view(layer, self._point_m)) else met)
+            # If line of sight and sun path intersect the layer at the same point, it is clear or cloudy for both: clear
+            # points meet no cloud there. If all points are such, nothing is computed.
+            paths.append(None if isinstance(shift, tuple) and met.stay_at(shift) else met)
         return InstantShadows(plan, self._tables, time_s, sun, paths) if any(paths) else None
+
+
+OfSurface = tuple[Array, Array, Array, Array]
+"""Fraction (L,) of the longest path per metre of height in cloud; ``depth`` (R, L, N, B) and ``loss`` (R, Q, B) of R
+states, as in :class:`ShadowTables`; and ``shares`` (Y, X, R) of the states, as in :class:`ViewStates`."""
 
 
 class InstantShadows:
@@ -142,36 +156,27 @@ class InstantShadows:
 
     Parameters
     ----------
-    tables : sequence of (ShadowTables or None)
-        Of each class of surface.
+    tables : sequence of sequence of ShadowTables
+        Of each class of surface, toward each view.
     paths : sequence of SunPaths or None
         Paths through each layer; None if the layer cannot shade points that it leaves clear.
 
     Attributes
     ----------
-    of_surfaces : list of (share, depth, loss)
-        Of each class of surface: fraction (L,) of the longest path per metre of height in cloud, and ``depth``
-        (L, N, B) and ``loss`` (Q, B) as in :class:`ShadowTables`.
+    of_surfaces : list of OfSurface
+        Of each class of surface.
     """
 
     def __init__(
         self,
         plan: Plan,
-        tables: Sequence[ShadowTables | None],
+        tables: Sequence[Sequence[ShadowTables]],
         time_s: float,
         sun: Sun,
         paths: Sequence[SunPaths | None],
     ) -> None:
         self._plan, self._time_s, self._paths = plan, time_s, paths
-        self.of_surfaces: list[tuple[Array, Array, Array]] = []
-        for of_surface in tables:
-            if of_surface is None:
-                layers = len(plan.layers)
-                self.of_surfaces.append((np.zeros(layers), np.zeros((layers, 2, 0)), np.zeros((0, 0))))
-            else:
-                loss, depth = of_surface.at(time_s)
-                share = 1.0 / (math.cos(math.radians(sun.zenith_deg)) * of_surface.longest_m)
-                self.of_surfaces.append((share, depth, loss))
+        self.of_surfaces = [_toward_views(plan, of_views, time_s, sun) for of_views in tables]
 
     def in_cloud(self, window: Window) -> Thickness:
         """Vertical path length in each layer's cloud of the sun's paths to the points of a window (L, y, x)."""
@@ -184,18 +189,41 @@ class InstantShadows:
         return heights
 
 
+def _toward_views(plan: Plan, tables: Sequence[ShadowTables], time_s: float, sun: Sun) -> OfSurface:
+    """Return what shadows take from one class of surface."""
+    if not tables:
+        layers = len(plan.layers)
+        return np.zeros(layers), np.zeros((1, layers, 2, 0)), np.zeros((1, 0, 0)), np.ones((1, 1, 1))
+    intervals = max(of_view.depth.shape[2] for of_view in tables) - 1
+    loss, depth = (
+        np.stack(of_views) for of_views in zip(*(each.at(time_s, intervals) for each in tables), strict=True)
+    )
+    both = np.concatenate([values.reshape(len(tables), -1) for values in (loss, depth)], axis=1)
+    states = view_states(plan, both)
+    losses, depths = np.split(states.values, [loss[0].size], axis=1)
+    share = 1.0 / (math.cos(math.radians(sun.zenith_deg)) * tables[0].longest_m)
+    return share, depths.reshape(-1, *depth.shape[1:]), losses.reshape(-1, *loss.shape[1:]), states.shares
+
+
 @kernel()
 def _cast(  # type: ignore[no-untyped-def]
-    radiance, mask, row, column, samples, clear, in_cloud, part, depth, loss
+    radiance, mask, kept_back, row, column, samples, clear, in_cloud, of_surface, over_rows, over_columns
 ):
-    """Shade clear points; ``part`` (L,): fraction of the longest path per metre of height in cloud."""
-    layers, intervals, bands = depth.shape[0], depth.shape[1] - 1, depth.shape[2]
+    """Shade clear points of a class of surface.
+
+    ``kept_back`` (B, y, x) of each point, or empty; ``of_surface``: :data:`OfSurface`; ``over_rows`` (y, Y) and
+    ``over_columns`` (x, X): weights of the nodes of the view.
+    """
+    part, depth, loss, shares = of_surface
+    layers, intervals, bands, states = depth.shape[1], depth.shape[2] - 1, depth.shape[3], depth.shape[0]
     share = 1.0 / (samples * samples)
-    kept_back, path = np.empty(bands), np.empty(bands)
+    sums, path = np.empty(bands), np.empty(bands)
+    weights = np.empty((over_columns.shape[0], states))
     for y in range(clear.shape[0] // samples):
+        weighed = False
         for x in range(clear.shape[1] // samples):
             shaded = False
-            kept_back[:] = 0.0
+            sums[:] = 0.0
             for i in range(y * samples, (y + 1) * samples):
                 for j in range(x * samples, (x + 1) * samples):
                     if not clear[i, j]:
@@ -205,6 +233,9 @@ def _cast(  # type: ignore[no-untyped-def]
                         height = np.float64(in_cloud[n, i, j])
                         if height <= 0.0:
                             continue
+                        if not weighed:
+                            weighed = True
+                            weigh_row(weights, over_rows[y], over_columns, shares)
                         if not met:
                             met = True
                             path[:] = 0.0
@@ -214,19 +245,28 @@ def _cast(  # type: ignore[no-untyped-def]
                         k = min(int(root), intervals - 1)
                         inside = (root * root - k * k) / (2.0 * k + 1.0)
                         for b in range(bands):
-                            low = depth[n, k, b]
-                            path[b] += low + inside * (depth[n, k + 1, b] - low)
+                            found = 0.0
+                            for r in range(states):
+                                low = depth[r, n, k, b]
+                                found += weights[x, r] * (low + inside * (depth[r, n, k + 1, b] - low))
+                            path[b] += found
                     if met:
                         shaded = True
                         for b in range(bands):
-                            kept_back[b] -= math.expm1(-path[b])
+                            kept = -math.expm1(-path[b])
+                            sums[b] += kept
+                            if kept_back.shape[0] > 0:
+                                kept_back[b, i, j] = kept
             if not shaded:
                 continue
             mask[row + y, column + x] = 1
-            for q in range(loss.shape[0]):
+            for q in range(loss.shape[1]):
                 for b in range(bands):
-                    if loss[q, b] != 0.0:
+                    lost = 0.0
+                    for r in range(states):
+                        lost += weights[x, r] * loss[r, q, b]
+                    if lost != 0.0:
                         left = np.float64(radiance[q * bands + b, row + y, column + x])
-                        left -= loss[q, b] * kept_back[b] * share
+                        left -= lost * sums[b] * share
                         # Rounding to single precision can make a zero remainder negative.
                         radiance[q * bands + b, row + y, column + x] = np.float32(max(left, 0.0))

@@ -1,7 +1,7 @@
 """Stages: what makes the pixels of a frame, one after another.
 
 A part of a frame is computed window by window. Each stage finds what the stages before it have made of a window, and
-changes it: clouds are looked up in tables, light between columns and texture follow, then surfaces, waves, shadows and
+changes it: clouds are looked up in tables, light between columns and texture follow, then surfaces, shadows, waves and
 elements; variables that need whole parts come last. A scene has only the stages that it needs (:mod:`.stages`).
 """
 
@@ -115,12 +115,15 @@ class PartWindow(SeenWindow):
         Whether ``left_out`` and ``surface`` are wanted.
     ground : SurfaceMap or None
         Surface at its points; None where all are the scenario's sea.
+    kept_back : ndarray of float32 (B, window rows x samples, window columns x samples) or None
+        Share of the direct sunlight in each band that clouds keep from clear points, if a later stage needs it.
     """
 
     window: Window = (slice(0), slice(0))
     samples: int = 1
     observed: bool = False
     ground: SurfaceMap | None = None
+    kept_back: NDArray[np.float32] | None = None
 
     def clear_points(self, surface: int) -> NDArray[np.bool_]:
         """Return the points (window rows x samples, window columns x samples) of a surface without cloud."""

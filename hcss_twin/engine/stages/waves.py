@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.kernels import kernel
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_method
+from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.engine.stages.stage import WITH_WAVES, FramePart, PartWindow, Stage
-from hcss_twin.engine.tables.radiance_tables import RadianceTables, WaveTables, interval
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.engine.tables.view_states import view_states, weights_of_nodes
+from hcss_twin.physics.polynomial_rows import weigh_row
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.waves import PlannedWaves
 from hcss_twin.plan.windows import pixel_sums, points_of
@@ -22,25 +27,20 @@ class WaveStage(Stage):
 
     Parameters
     ----------
-    tables : RadianceTables or None
-        Tables with ``waves``; None if no radiance is needed.
+    tables : sequence of RadianceTables
+        Toward each view, with ``waves``; none if no radiance is needed.
     sea : int
         Number of the class of surface that has the waves.
     """
 
-    def __init__(self, plan: Plan, waves: PlannedWaves, tables: RadianceTables | None, sea: int) -> None:
-        self._shapes, self._sea = waves.shapes, sea
-        self._tables: WaveTables | None = None if tables is None else tables.waves
-        self._nodes: tuple[NDArray[np.float32], ...] = ()
-        self._time_s = () if tables is None else tables.time_s
-        if self._tables is not None:
-            self._nodes = tuple(np.ascontiguousarray(np.moveaxis(change, 2, 0)) for change in self._tables.change)
-            # Upwind points toward the origin of the wind; crosswind is clockwise from it. x points east, y north.
-            bearing = math.radians(plan.scenario.sea.wind_from)
-            turn = np.array([[math.sin(bearing), math.cos(bearing)], [math.cos(bearing), -math.sin(bearing)]])
-            last = np.array(self._nodes[0].shape[1:]) - 1
-            self._to_nodes = (turn * (0.5 * last / self._tables.reach)[:, None]).astype(np.float32)
+    def __init__(self, plan: Plan, waves: PlannedWaves, tables: Sequence[RadianceTables], sea: int) -> None:
+        self._plan, self._shapes, self._sea, self._tables = plan, waves.shapes, sea, tables
+        # Upwind points toward the origin of the wind; crosswind is clockwise from it. x points east, y north.
+        bearing = math.radians(plan.scenario.sea.wind_from)
+        self._turn = np.array([[math.sin(bearing), math.cos(bearing)], [math.cos(bearing), -math.sin(bearing)]])
         self._samples = plan.samples_per_pixel
+        self._moves = any(len(of_view.time_s) > 1 for of_view in tables)
+        self._at = cached_method(self._changes, 1)
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
         """Add waves to the radiance of the sea's clear points, and fill the slopes of the truth if requested."""
@@ -49,26 +49,34 @@ class WaveStage(Stage):
         if window.observed:
             window.left_out[WITH_WAVES] = pixel_sums(clear, self._samples) > 0
         wanted = [name for name in SLOPES if name in truth]
-        if self._tables is None and not wanted:
+        if not self._tables and not wanted:
             return
         rows, columns = (points_of(pixels, self._samples) for pixels in window.window)
         slopes = self._shapes.slopes(part.time_s, rows, columns)
         for name in wanted:
             sums = pixel_sums(slopes[SLOPES.index(name)], self._samples)
             truth[name][inside] = sums / self._samples**2
-        if self._tables is None:
+        if not self._tables:
             return
-        change = self._change(part.time_s)
-        _add(part.radiance[:, *inside], change, self._to_nodes, slopes, clear, self._samples)
+        tables, shares, to_nodes = self._at(part.time_s if self._moves else 0.0)
+        kept_back = window.kept_back
+        if kept_back is None or tables.shape[1] == 1:
+            kept_back = np.zeros((0, 0, 0), np.float32)
+        weights = weights_of_nodes(self._plan, window.window)
+        radiance, samples = part.radiance[:, *inside], self._samples
+        _add(radiance, tables, shares, *weights, kept_back, to_nodes, slopes, clear, samples)
 
-    def _change(self, time_s: float) -> NDArray[np.float32]:
-        """Table (C, N, M) at a time, linear between time nodes."""
-        change, nodes = self._nodes, self._time_s
-        if len(nodes) == 1:
-            return change[0]
-        index, weight = interval(nodes, time_s)
-        # Not as a difference: small night values would be lost in the rounding of day values.
-        return np.float32(1 - weight) * change[index] + np.float32(weight) * change[index + 1]
+    def _changes(self, time_s: float) -> tuple[NDArray[np.float32], Array, NDArray[np.float32]]:
+        """Return the tables (R, 1 or 2, C, N, M) of R states at a time, and their shares.
+
+        The last (2, 2) turns slopes along x and y to places in the tables, counted from their middle.
+        """
+        waves = [(tables.waves, tables.time_s) for tables in self._tables if tables.waves is not None]
+        sizes = np.max([of_view.change[0].shape[:2] for of_view, _ in waves], axis=0)
+        toward_all = np.stack([of_view.at(time_s, times, tuple(sizes.tolist())) for of_view, times in waves])
+        states = view_states(self._plan, toward_all)
+        to_nodes = self._turn * (0.5 * (sizes - 1) / waves[0][0].reach)[:, None]
+        return np.ascontiguousarray(states.values, np.float32), states.shares, to_nodes.astype(np.float32)
 
 
 @kernel()
@@ -86,37 +94,58 @@ def _cubic(weights, first, position, last):  # type: ignore[no-untyped-def]
         weights[3, x] = t * a * b * six
 
 
-@kernel()
-def _add(radiance, change, to_nodes, slopes, clear, samples):  # type: ignore[no-untyped-def]
-    """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the table.
+@inner()
+def _between(table, up, cross, j, k, n):  # type: ignore[no-untyped-def]
+    """Return a table (N, M) at point j, between four nodes along either slope."""
+    found = np.float32(0)
+    for a in range(4):
+        line = table[k + a]
+        found += up[a, j] * (
+            (cross[0, j] * line[n] + cross[1, j] * line[n + 1])
+            + (cross[2, j] * line[n + 2] + cross[3, j] * line[n + 3])
+        )
+    return found
 
+
+@kernel()
+def _add(  # type: ignore[no-untyped-def]
+    radiance, tables, shares, over_rows, over_columns, kept_back, to_nodes, slopes, clear, samples
+):
+    """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the tables.
+
+    ``shares``, ``over_rows`` and ``over_columns`` as in shadows; ``kept_back`` (B, y, x) at points, or empty.
     ``to_nodes`` (2, 2) turns slopes along x and y into places in the table, counted from its middle.
     """
     channels, rows, columns = radiance.shape
-    last_up, last_cross = change.shape[1] - 1, change.shape[2] - 1
+    last_up, last_cross = tables.shape[3] - 1, tables.shape[4] - 1
     middle_up, middle_cross = np.float32(0.5 * last_up), np.float32(0.5 * last_cross)
-    points = slopes.shape[2]
+    points, bands = slopes.shape[2], max(kept_back.shape[0], 1)
     up, cross = np.empty((4, points), np.float32), np.empty((4, points), np.float32)
     k, m = np.empty(points, np.int32), np.empty(points, np.int32)
     sums = np.empty((channels, columns), np.float32)
+    states, kinds = tables.shape[:2]
+    of_row, weights = np.empty((columns, states)), np.empty((states, columns), np.float32)
     share = np.float32(1 / (samples * samples))
+    shaded, nothing = kept_back.shape[0] > 0, np.empty(0, np.float32)
     for y in range(rows):
         sums[:] = 0
+        weigh_row(of_row, over_rows[y], over_columns, shares)
+        weights[:] = of_row.T
         for i in range(y * samples, (y + 1) * samples):
             _cubic(up, k, to_nodes[0, 0] * slopes[0, i] + to_nodes[0, 1] * slopes[1, i] + middle_up, last_up)
             _cubic(cross, m, to_nodes[1, 0] * slopes[0, i] + to_nodes[1, 1] * slopes[1, i] + middle_cross, last_cross)
             for c in range(channels):
-                for x in range(columns):
-                    for j in range(x * samples, (x + 1) * samples):
-                        if clear[i, j]:
-                            n, found = m[j], np.float32(0)
-                            for a in range(4):
-                                line = change[c, k[j] + a]
-                                found += up[a, j] * (
-                                    (cross[0, j] * line[n] + cross[1, j] * line[n + 1])
-                                    + (cross[2, j] * line[n + 2] + cross[3, j] * line[n + 3])
-                                )
-                            sums[c, x] += found
+                for r in range(states):
+                    whole, sunlit = tables[r, 0, c], tables[r, kinds - 1, c]
+                    kept = kept_back[c % bands, i] if shaded else nothing
+                    for x in range(columns):
+                        weight = weights[r, x]
+                        for j in range(x * samples, (x + 1) * samples):
+                            if clear[i, j]:
+                                found = _between(whole, up, cross, j, k[j], m[j])
+                                if shaded and kept[j] > 0:
+                                    found -= kept[j] * _between(sunlit, up, cross, j, k[j], m[j])
+                                sums[c, x] += weight * found
         for c in range(channels):
             for x in range(columns):
                 if sums[c, x] != 0:

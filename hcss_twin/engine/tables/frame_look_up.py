@@ -14,17 +14,12 @@ from hcss_twin.engine.tables.look_up import LookUp, Thickness
 from hcss_twin.engine.tables.over_views import views_of_frame
 from hcss_twin.engine.tables.point_axis import FrameAxis, Group, PointAxis
 from hcss_twin.engine.tables.radiance_tables import DenseTable, RadianceTables, TableReader, stacked_tables
+from hcss_twin.engine.tables.view_states import LOST, MANY_STATES
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 
 VALUES_AT_ONCE = 2**21
 """Maximum pixels, or points, times states that are looked up together; 16 MB of weights."""
-
-MANY_STATES = 4
-"""States from which on it pays to look for fewer."""
-
-LOST = 1e-5
-"""Largest relative error of fewer states."""
 
 
 class FrameLookUps:

@@ -13,6 +13,8 @@ from hcss_twin.core.cached_method import cached_method
 from hcss_twin.engine.tables.spectrum import Spectrum
 from hcss_twin.engine.tables.tensor_train import TensorTrain, beside, stacked, total
 from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
+from hcss_twin.engine.tables.view_states import fewest_states
+from hcss_twin.physics.quadrature import lagrange
 from hcss_twin.plan.accuracy import Budget
 
 TOTAL = "radiance"
@@ -113,22 +115,15 @@ class DenseTable:
     def fewest(self, lost: float) -> tuple[DenseTable, Array | None]:
         """Return the fewest states whose combinations, with weights (R, M), equal all within a relative error.
 
-        Radiance is nearly a sum of few products of a function of the cloud and one of the direction: of the 16 tables
-        toward a frame of a camera 4 or 5 combinations tell all of them within 1e-5. They are the singular vectors of
-        the table of all tables. Those of several layers are not combined (None).
+        Those of several layers are not combined (None).
         """
         if len(self.columns.cores) != 1:
             return self, None
         (core,), states = self.columns.cores, self.clear.shape[0]
         every = np.concatenate((self.clear, core[..., 0].swapaxes(0, 1).reshape(states, -1)), axis=1)
-        largest = np.max(np.abs(every), axis=0)
-        scale = np.where(largest > 0.0, largest, 1.0)
-        size = np.maximum(np.abs(every), 1e-6 * largest.max() + 1e-300)
-        of_table, strength, of_column = np.linalg.svd(every / scale, full_matrices=False)
-        for count in range(1, strength.size + 1):
-            weights, components = of_table[:, :count], strength[:count, None] * of_column[:count] * scale
-            if np.max(np.abs(weights @ components - every) / size) <= lost:
-                break
+        size = np.maximum(np.abs(every), 1e-6 * np.abs(every).max() + 1e-300)
+        weights, components = fewest_states(every, size, lost)
+        count = len(components)
         clear, columns = np.split(components, [self.channels], axis=1)
         mixed = columns.reshape(count, self.channels, -1).swapaxes(0, 1)[..., None]
         return replace(self, clear=clear, columns=TensorTrain((mixed,))), weights
@@ -202,13 +197,31 @@ class ShadowTables:
     loss: Array
     depth: Array
 
-    def at(self, time_s: float) -> tuple[Array, Array]:
-        """Return ``loss`` (Q, B) and ``depth`` (L, N, B) at a time within the nodes, as in :class:`TableReader`."""
+    def at(self, time_s: float, intervals: int) -> tuple[Array, Array]:
+        """Return ``loss`` (Q, B) and ``depth`` (L, N, B) at a time within the nodes, as in :class:`TableReader`.
+
+        Parameters
+        ----------
+        intervals : int
+            N - 1, at least those of the table, by a power of 2.
+        """
         index, weight = interval(self.time_s, time_s)
         after = min(index + 1, len(self.time_s) - 1)
         loss: Array = (1 - weight) * self.loss[index] + weight * self.loss[after]
         depth: Array = (1 - weight) * self.depth[index] + weight * self.depth[after]
+        while depth.shape[1] <= intervals:
+            depth = _halved(depth)
         return loss, depth
+
+
+def _halved(depth: Array) -> Array:
+    """Return a table (L, N, B) with half the intervals; it is linear in the square of their number."""
+    first = np.arange(depth.shape[1] - 1)
+    share = ((first + 0.5) ** 2 - first**2) / (2.0 * first + 1.0)
+    finer = np.empty((depth.shape[0], 2 * first.size + 1, depth.shape[2]))
+    finer[:, ::2] = depth
+    finer[:, 1::2] = depth[:, :-1] + share[:, None] * (depth[:, 1:] - depth[:, :-1])
+    return finer
 
 
 @dataclass(frozen=True)
@@ -226,12 +239,48 @@ class WaveTables:
         At each time node: factor that scales the mean of each term to the radiance of the mean sea.
     estimated_error : float
         Relative to the total, measured between the nodes during their placement.
+    sunlit : tuple of ndarray of float32 (N, M, C)
+        The part of ``change`` that is direct sunlight, which shadows weaken; empty without shadows.
     """
 
     reach: tuple[float, float]
     change: tuple[NDArray[np.float32], ...]
     level: tuple[Array, ...]
     estimated_error: float
+    sunlit: tuple[NDArray[np.float32], ...] = ()
+
+    def at(self, time_s: float, times_s: tuple[float, ...], sizes: tuple[int, int]) -> NDArray[np.float32]:
+        """Return the change and, if there is one, its sunlit part, (1 or 2, C, N, M), linear between time nodes.
+
+        Parameters
+        ----------
+        times_s : tuple of float
+            The time nodes.
+        sizes : (int, int)
+            N and M, at least those of the table.
+        """
+        index, weight = interval(times_s, time_s)
+        both = []
+        for nodes in (self.change, self.sunlit) if self.sunlit else (self.change,):
+            table = nodes[index]
+            if len(nodes) > 1:
+                # Not as a difference: small night values would be lost in the rounding of day values.
+                table = np.float32(1 - weight) * table + np.float32(weight) * nodes[index + 1]
+            both.append(np.moveaxis(_resampled(table, sizes), 2, 0))
+        return np.stack(both)
+
+
+def _resampled(table: NDArray[np.float32], sizes: tuple[int, int]) -> NDArray[np.float32]:
+    """Return a table (N, M, C) at more nodes, by the cubics between which frames look it up."""
+    for axis, (size, before) in enumerate(zip(sizes, table.shape, strict=False)):
+        if size == before:
+            continue
+        places = np.linspace(0.0, before - 1.0, size)
+        first = np.clip(places.astype(np.intp) - 1, 0, before - 4)
+        weights = np.zeros((size, before))
+        np.put_along_axis(weights, first[:, None] + np.arange(4), lagrange(np.arange(4.0), places - first), axis=1)
+        table = np.moveaxis(np.tensordot(weights, table, (1, axis)), 0, axis).astype(np.float32)
+    return table
 
 
 @dataclass(frozen=True)

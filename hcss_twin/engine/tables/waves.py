@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.error_norm import largest_error
@@ -15,6 +16,7 @@ from hcss_twin.physics import quadrature
 from hcss_twin.physics.geometry import wind_sense
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.plan.waves import PlannedWaves
 from hcss_twin.providers import Sun
 from hcss_twin.providers.column_states import spectra_of
@@ -59,12 +61,16 @@ def compile_waves(
     nodes = quadrature.nodes(orders[0]), quadrature.nodes(orders[1])
     sizes, rest = _dense(columns[middle](*nodes), 0.25 * tolerance)
     changes, levels = zip(*(_change(column(*nodes), column.level(), sizes) for column in columns), strict=True)
-    return WaveTables(
-        (MOST_SIGMAS * waves.rms[0], MOST_SIGMAS * waves.rms[1]),
-        tuple(np.ascontiguousarray(quantities.of(change).reshape(*sizes, -1), np.float32) for change in changes),
-        levels,
-        error + rest,
-    )
+
+    def tables(of_terms: Array) -> tuple[NDArray[np.float32], ...]:
+        """Tables of the changes of all terms, or of some."""
+        wanted = (quantities.of(change * of_terms) for change in changes)
+        return tuple(np.ascontiguousarray(table.reshape(*sizes, -1), np.float32) for table in wanted)
+
+    every, of_sun = np.ones((len(quantities.terms), 1)), sea_sun_terms(plan.assembly.model)
+    direct = np.array([[float(name in of_sun)] for name in quantities.terms])
+    reach = MOST_SIGMAS * waves.rms[0], MOST_SIGMAS * waves.rms[1]
+    return WaveTables(reach, tables(every), levels, error + rest, tables(direct) if plan.has_shadows else ())
 
 
 def probe_waves(plan: Plan, waves: PlannedWaves, sun: Sun | None) -> Array:

@@ -1,7 +1,7 @@
 """Points that share tables: one first, the others after it, none forgotten and none twice."""
 
 import pytest
-from cheap import CHEAP
+from cheap import APART, CHEAP
 from hcss_sweep.points import Schedule, shared_tables
 from hypothesis import given
 from hypothesis import strategies as st
@@ -38,7 +38,7 @@ def test_everything_is_done_once_and_no_group_is_begun_twice_before_one_of_it_su
     assert sorted(done) == list(range(len(groups)))
 
 
-SMALL = CHEAP | {"image.rows": 8, "image.columns": 8, "frames.count": 1, "bands": ["lwir-10.8"]}
+SMALL = APART | CHEAP | {"image.rows": 8, "image.columns": 8, "frames.count": 1, "bands": ["lwir-10.8"]}
 
 
 def keys_of(scenario):

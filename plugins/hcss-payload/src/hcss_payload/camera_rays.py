@@ -157,7 +157,7 @@ class CameraRays(Rays):
         self.view = view_of(middle[len(middle) // 2]) if len(middle) else view_of(seen.toward[len(seen.toward) // 2])
         self._extent = (*_range(seen.place_deg[:, 0]), *_range(seen.place_deg[:, 1]))
         self.image = Grid(self.camera.rows, self.camera.columns, float(np.median(footprints)))
-        point_m = scenario.image.pixel_size / scenario.samples_per_pixel
+        point_m = scenario.image.pixel_size / scenario.image.samples_per_pixel
         points_wanted = min(max(FEWEST_POINTS, int(np.ceil(np.max(footprints) / point_m - 0.5))), MOST_POINTS)
         self.integration_s, self.instants = self._shutter.integration_s, self._shutter.instants
         instants = self.instants
@@ -221,7 +221,7 @@ class CameraRays(Rays):
     def prepare(self, scenario: Scenario, assembly: Assembly, radiance: bool) -> None:
         """Raise a :class:`ScenarioError` that names what a camera cannot show yet."""
         super().prepare(scenario, assembly, radiance)
-        scene = ScenePlane(assembly.grid, scenario.samples_per_pixel)
+        scene = ScenePlane(assembly.grid, scenario.image.samples_per_pixel)
         for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
             for layer, generator in zip(assembly.layers, assembly.generators, strict=True):
                 points = self._points_at(float(time_s), reference_height_m(layer))

@@ -137,6 +137,7 @@ def shared_tables(scenario: Scenario) -> str:
     It depends on the scenario only and affects only the order of points, because each table has its own cache key.
     """
     plain = json.loads(scenario.to_json())
+    # What is left to the plan may depend on the image: then points with other images are computed apart.
     drawn = scenario.sea.waves != "off" or scenario.slant.shadows != "off"
     for name in ("title", "seed", "output", *(() if drawn else ("image",))):
         del plain[name]

@@ -1,0 +1,77 @@
+"""Tables toward all views as combinations of few states, and tables of different sizes brought to one."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hcss_twin.engine.tables.radiance_tables import ShadowTables, WaveTables
+from hcss_twin.engine.tables.view_states import LOST, view_states, weights_of_nodes
+from hcss_twin.plan.views import ViewAxis
+from hcss_twin.providers import Grid
+
+PLAN = SimpleNamespace(views=ViewAxis(3, 2, 0.0), grid=Grid(30, 41, 5000.0))
+
+
+def tables_toward(plan, rank):
+    """Tables (K, 5, 7) that are sums of so many products of a function of the view and one of the rest."""
+    random = np.random.default_rng(rank)
+    x, y = np.array(plan.views.places).T
+    of_view = np.stack([np.ones_like(x), x, y, x * y, x**2][:rank], axis=1)
+    return np.einsum("kr,rab->kab", of_view, random.normal(size=(rank, 5, 7)))
+
+
+@pytest.mark.parametrize("rank", [1, 3, 5])
+def test_as_few_states_as_there_are_products_tell_all_tables(rank):
+    tables = tables_toward(PLAN, rank)
+    states = view_states(PLAN, tables)
+    assert len(states.values) == rank
+    again = np.tensordot(states.shares.reshape(12, -1), states.values, 1)
+    assert np.max(np.abs(again - tables) / np.abs(tables).max(axis=0)) <= LOST
+
+
+def test_states_of_pixels_are_the_polynomials_through_the_nodes():
+    window = slice(4, 9), slice(30, 41)
+    states, (rows, columns) = view_states(PLAN, tables_toward(PLAN, 4)), weights_of_nodes(PLAN, window)
+    found = np.einsum("yn,xk,nkr,rab->yxab", rows, columns, states.shares, states.values)
+    x, y = (2.0 * np.arange(30, 41) - 40.0) / 41.0, (2.0 * np.arange(4, 9) - 29.0) / 30.0
+    x, y = np.meshgrid(x, y)
+    parts = np.random.default_rng(4).normal(size=(4, 5, 7))
+    expected = np.einsum("ryx,rab->yxab", np.stack([np.ones_like(x), x, y, x * y]), parts)
+    np.testing.assert_allclose(found, expected, atol=10.0 * LOST)
+
+
+def test_one_view_is_one_state_with_weight_one_anywhere():
+    one = SimpleNamespace(views=None, grid=PLAN.grid)
+    states, weights = view_states(one, np.ones((1, 3))), weights_of_nodes(one, (slice(-4, 2), slice(39, 45)))
+    assert states.values.shape == (1, 3)
+    assert states.shares == 1.0
+    assert [each.tolist() for each in weights] == [[[1.0]] * 6] * 2
+
+
+def test_waves_have_the_same_cubics_at_more_nodes():
+    def cubic(upwind, crosswind):
+        return 1.0 + upwind**3 - 2.0 * upwind * crosswind**2 + crosswind**3
+
+    change, finer = (
+        cubic(np.linspace(-1, 1, n)[:, None], np.linspace(-1, 1, m)).astype(np.float32)[:, :, None]
+        for n, m in ((9, 17), (33, 17))
+    )
+    waves = WaveTables((0.1, 0.1), (change,), (np.ones((1, 1)),), 0.0, (0.5 * change,))
+    whole, sunlit = waves.at(0.0, (0.0,), (33, 17))
+    np.testing.assert_allclose(whole[0], finer[:, :, 0], atol=1e-6)
+    np.testing.assert_allclose(sunlit[0], 0.5 * finer[:, :, 0], atol=1e-6)
+
+
+def test_shadows_are_the_same_lines_at_more_nodes():
+    """Nodes are uniform in the root of the path, between which the depth is linear in the path."""
+    depth = np.cumsum(np.random.default_rng(0).random((1, 2, 17, 3)), axis=2)
+    tables = ShadowTables((0.0,), np.ones(2), np.ones((1, 1, 3)), depth)
+    _, finer = tables.at(0.0, 64)
+    assert finer.shape == (2, 65, 3)
+    path = np.linspace(0.0, 1.0, 65) ** 2
+    for layer in range(2):
+        for band in range(3):
+            expected = np.interp(path, np.linspace(0.0, 1.0, 17) ** 2, depth[0, layer, :, band])
+            np.testing.assert_allclose(finer[layer, :, band], expected, rtol=1e-12)
+    np.testing.assert_array_equal(tables.at(0.0, 16)[1], depth[0])
