@@ -151,14 +151,15 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
         for number, view in enumerate(some):
             at = slice(number, None, len(some))
             toward = plan.toward(view) if several else plan
-            texture, waves, shadows = None, None, None
+            texture, shadows = None, None
             if plan.texture is not None:
                 texture = _texture(columns.of(toward), axes, exact[at], settings[at])
-            if plan.waves is not None:
-                waves = compile_waves(toward, plan.waves, columns.quantities, tuple(suns), allowed.waves)
             if plan.has_shadows:
                 shadows = compile_shadows(toward, columns.quantities, times, columns.clear(settings[at]))
-            every.append((tables[at], shadows, waves, texture))
+            every.append((tables[at], shadows, texture))
+    waves: Sequence[WaveTables | None] = [None] * len(views)
+    if plan.waves is not None:
+        waves = compile_waves(plan, plan.waves, columns.quantities, tuple(suns), views, extreme, allowed.waves)
     alone_error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
     errors = Budget(
         numerics=plan.numerics.error,
@@ -166,7 +167,7 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
         wavenumbers=spectrum.estimated_error,
         thickness=alone_error + whole - share if alone_error else 0.0,
         layers=sum(axis.estimated_error for axis in axes if axis is not None) + cross if clouds > 1 else 0.0,
-        waves=max((waves.estimated_error for *_, waves, _ in every if waves is not None), default=0.0),
+        waves=max((of_view.estimated_error for of_view in waves if of_view is not None), default=0.0),
         views=0.0 if plan.views is None else plan.views.estimated_error,
         shadows=allowed.shadows if plan.has_shadows else 0.0,
         time=time_error,
@@ -174,8 +175,8 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
         faint_sunlight=plan.faint_sunlight or 0.0,
     )
     of_views = tuple(
-        RadianceTables(columns.quantities, times, axes, tables, spectrum, errors, shadows, waves, texture)
-        for tables, shadows, waves, texture in every
+        RadianceTables(columns.quantities, times, axes, tables, spectrum, errors, shadows, of_waves, texture)
+        for (tables, shadows, texture), of_waves in zip(every, waves, strict=True)
     )
     return dataclasses.replace(of_views[0], over=of_views) if several else of_views[0]
 

@@ -18,7 +18,7 @@ from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.plan.waves import PlannedWaves
-from hcss_twin.providers import Sun
+from hcss_twin.providers import Sun, View
 from hcss_twin.providers.column_states import spectra_of
 
 FLOOR = 1e-6
@@ -32,9 +32,15 @@ _DENSEST = 513
 
 
 def compile_waves(
-    plan: Plan, waves: PlannedWaves, quantities: Quantities, suns: tuple[Sun | None, ...], tolerance: float
-) -> WaveTables:
-    """Compute clear columns over tilted seas until interpolation meets the tolerance.
+    plan: Plan,
+    waves: PlannedWaves,
+    quantities: Quantities,
+    suns: tuple[Sun | None, ...],
+    views: Sequence[View],
+    extreme: Sequence[View],
+    tolerance: float,
+) -> list[WaveTables]:
+    """Compute clear columns over tilted seas toward some views until interpolation meets the tolerance.
 
     Exact columns are computed at Chebyshev nodes of both slopes, and a polynomial interpolates the logarithm of each
     term; its order is doubled until columns between the nodes agree. Each term is then scaled so that its mean over
@@ -47,6 +53,8 @@ def compile_waves(
         What is looked up.
     suns : tuple of Sun or None
         Sun at each time node; the nodes are placed for the middle one.
+    extreme : sequence of View
+        Views for which the nodes are placed.
     tolerance : float
         Relative to the total of the band.
 
@@ -55,11 +63,35 @@ def compile_waves(
     ProviderError
         If the radiance does not converge with the number of nodes.
     """
-    columns = [_Columns(plan, waves, sun) for sun in suns]
+
+    def toward(view: View, sun: Sun | None) -> _Columns:
+        return _Columns(plan if plan.views is None else plan.toward(view), waves, sun)
+
     middle = len(suns) // 2
-    orders, error = _place(columns[middle], 0.25 * tolerance)
+    near = {view: toward(view, suns[middle]) for view in extreme}
+    placed = [_place(columns, 0.25 * tolerance) for columns in near.values()]
+    orders = max(up for (up, _), _ in placed), max(across for (_, across), _ in placed)
+    error = max(found for _, found in placed)
+    every = []
+    for view in views:
+        columns = [toward(view, sun) for sun in suns]
+        columns[middle] = near.get(view, columns[middle])
+        every.append(_tables(plan, waves, quantities, columns, orders, error, 0.25 * tolerance))
+    return every
+
+
+def _tables(
+    plan: Plan,
+    waves: PlannedWaves,
+    quantities: Quantities,
+    columns: Sequence[_Columns],
+    orders: tuple[int, int],
+    error: float,
+    tolerance: float,
+) -> WaveTables:
+    """Return the tables toward one view, with nodes of some orders, from the columns under each sun."""
     nodes = quadrature.nodes(orders[0]), quadrature.nodes(orders[1])
-    sizes, rest = _dense(columns[middle](*nodes), 0.25 * tolerance)
+    sizes, rest = _dense(columns[len(columns) // 2](*nodes), tolerance)
     changes, levels = zip(*(_change(column(*nodes), column.level(), sizes) for column in columns), strict=True)
 
     def tables(of_terms: Array) -> tuple[NDArray[np.float32], ...]:
