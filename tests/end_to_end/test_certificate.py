@@ -72,9 +72,10 @@ def test_a_correct_cube_passes_and_says_what_was_requested_estimated_and_achieve
     assert set(found_strata(made)) == {"clear", "thin", "edge", "thick"}
     assert all(each["checked"] >= 1 for each in found_strata(made).values())
     # PASSED stands for the engine; omitted physics and the errors of the models stand beside it
-    beyond = json.loads(made.attrs["hcss_beyond_accuracy"])
-    assert any("image.samples_per_pixel = 2 or more" in each for each in beyond)
-    assert any("radiance.model = 'physical'" in each for each in beyond)
+    left, beyond = (json.loads(made.attrs[f"hcss_{name}"]) for name in ("left_out", "beyond_accuracy"))
+    assert any("image.samples_per_pixel = 2 or more" in text for text in left)
+    assert any("radiance.model = 'physical'" in text for text in left)
+    assert any("sea.model: 'rough-sea'" in text for text in beyond)
     assert (
         f"NOT WITHIN the requested accuracy because of {len(beyond)} omitted effects" in made.attrs["hcss_certificate"]
     )

@@ -366,6 +366,7 @@ def test_wrong_stages_name_field_and_what_is_allowed(sensor, field, message):
 def test_shadows_are_refused_with_other_instants():
     slant = {"slant.shadows": "on", "time": "2024-04-20T12:30:00+10:00", **CLOUDS}
     with pytest.raises(
-        ScenarioError, match=r"sensor: instants between frames, as 'integrating' needs, cannot be .*slant.shadows = 'on'"
+        ScenarioError,
+        match=r"sensor: instants between frames, as 'integrating' needs, cannot be .*slant.shadows = 'on'",
     ):
         planned([("smearing", {}), ("integrating", {})], **slant)
