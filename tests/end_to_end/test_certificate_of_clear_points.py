@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cheap import CHEAP
+from surface_files import write_half
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import CertificateWarning
@@ -67,6 +68,22 @@ def test_waves_in_and_out_of_shadow_pass_and_nothing_is_left_out(changes):
     # the waves matter: a mean sea would fail
     calm = certify(replace(plan, waves=None), tables, frames)
     assert "clear" in {stratum.name for stratum in calm.strata if stratum.exceeding}
+
+
+def test_land_beside_the_sea_has_shadows_and_no_waves(tmp_path):
+    write_half(tmp_path / "half.nc")
+    classes = {0: "sea", 1: "sand"}
+    ground = {"provider": "raster", "parameters": {"file": str(tmp_path / "half.nc"), "classes": classes}}
+    plan = plan_of(
+        surfaces=ground, place={"latitude": 35.0, "longitude": 150.0}, output__certificate=60, frames__count=1
+    )
+    found = certify(plan, *checked(plan))
+    strata = strata_of(found)
+    for surface in ("sea", "sand"):
+        for name in CLEAR:
+            assert strata[f"{name} over {surface}"].checked >= 3
+    assert found.passed
+    assert max(strata["clear over sand"].error) < 1e-4
 
 
 def wrong(kind, factor):

@@ -122,8 +122,9 @@ def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
     fine = plan.assembly.at_level(reference_level(plan.assembly))
     grid = plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
     mean = [fine.setting(point.sun, point.view) for point in points]
-    seen = mean
+    seen, level = mean, [np.ones_like(point.level) for point in points]
     if plan.waves is not None:
+        level = [point.level for point in points]
         tilted = [plan.waves.tilted(fine, point.slope, point.view, point.sun) for point in points]
         seen = [scene.setting(point.sun, point.view) for scene, point in zip(tilted, points, strict=True)]
     kept_back = _kept_back(plan, points, grid.wavenumber_cm1)
@@ -140,8 +141,8 @@ def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
                     lost[number, direct] = (spectrum[direct] * share) @ grid.weights_cm1.T
     return np.array(
         [
-            point.level * (whole[at] - of_point) - whole[without]
-            for point, at, without, of_point in zip(points, seen, mean, lost, strict=True)
+            scale * (whole[at] - of_point) - whole[without]
+            for scale, at, without, of_point in zip(level, seen, mean, lost, strict=True)
         ]
     )
 
