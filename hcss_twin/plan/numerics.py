@@ -141,7 +141,11 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
         return against((level + 1, sunlight + 1), (level, sunlight), (level - 1, sunlight - 1))
 
     def error_but_of_sunlight(level: int, sunlight: int) -> float:
-        return against((level + 1, sunlight), (level, sunlight), (level - 1, sunlight))
+        # By columns that are needed for the next error, too: this one hardly depends on the level of sunlight.
+        next_change = change((level, sunlight + 1), (level + 1, sunlight + 1))
+        if next_change > tolerance or level == 0:
+            return next_change
+        return max(next_change, change((level - 1, sunlight), (level, sunlight)) / FASTEST_CONVERGENCE)
 
     sunlight = min(next(level for limit, level in FIRST_LEVELS if tolerance > limit), last)
     level = min(FEW_STREAMS, sunlight) if any(suns) else sunlight
