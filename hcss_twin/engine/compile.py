@@ -44,7 +44,7 @@ PLACED_SHARE = 0.5
 """Share of the tolerance in thickness for columns toward extreme views; the rest is for those derived from them."""
 
 VIEWS_AT_ONCE = 32
-"""Views whose columns are computed in one call; the memory grows with their number."""
+"""Views whose columns are computed in one call, about; the memory grows with their number."""
 
 
 CROSS_SHARE = 0.2
@@ -140,8 +140,8 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
     near = (*extreme, *edges)
     under = _under_suns(columns, placed, axes, near, suns, cross, drift)
     every = []
-    for start in range(0, len(views), VIEWS_AT_ONCE):
-        some = views[start : start + VIEWS_AT_ONCE]
+    for batch in np.array_split(np.arange(len(views)), max(round(len(views) / VIEWS_AT_ONCE), 1)):
+        some = [views[number] for number in batch]
         settings = columns.toward(some, suns)
         exact = [under[sun][0] for sun in suns]
         if several:
@@ -152,7 +152,10 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
             at = slice(number, None, len(some))
             texture = None
             if plan.texture is not None:
+                before, middle = len(columns.known.bands), len(suns) // 2 * len(some)
                 texture = _texture(columns.of(plan.toward(view)), axes, exact[at], settings[at])
+                if number > 0:  # the first texture has no other one as a guess, and may need more columns than others
+                    columns.also_in(settings[middle + number + 1 : middle + len(some)], before)
             every.append((tables[at], texture))
     waves = None
     if plan.waves is not None:
