@@ -150,6 +150,7 @@ class SettingColumns:
         sun: Sun | None,
         suns: Sequence[Sun | None],
         views: Sequence[View],
+        shares_air: bool = False,
     ) -> dict[str, Array]:
         """Return each term (N, V) of columns with layer thicknesses (N, L); 0 in all layers: clear sky.
 
@@ -157,9 +158,11 @@ class SettingColumns:
         ----------
         suns, views : sequence
             Those for which columns of these thicknesses are asked for together, this one's among them.
+        shares_air : bool
+            Whether other settings, toward other views or over other seas, are asked for together.
         """
         sun, cloudy = _above_horizon(sun), np.any(thickness_m > 0.0, axis=1)
-        if len(views) > 1:
+        if shares_air:
             self._share_air()
         result = {name: np.empty((thickness_m.shape[0], wavenumber_cm1.size)) for name in TERMS}
         if not np.all(cloudy):
@@ -267,7 +270,7 @@ class SettingColumns:
         return self._directions(self._setting.view, None)
 
     def _share_air(self) -> None:
-        """Let columns toward several views share the air of one scene; scenes of a sweep share its arrays instead."""
+        """Let columns toward several views, or over several seas, share the air of one scene; scenes of a sweep share its arrays instead."""
         memory = self._setting.air_memory
         if memory is not None and memory.memory is None and self._gas is self._setting.transmittance:
             shared = cached_by_spectrum(self._shared_air, maxsize=2)
