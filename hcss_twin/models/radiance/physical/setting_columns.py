@@ -270,7 +270,7 @@ class SettingColumns:
         return self._directions(self._setting.view, None)
 
     def _share_air(self) -> None:
-        """Let columns toward several views, or over several seas, share the air of one scene; scenes of a sweep share its arrays instead."""
+        """Let columns of several views or seas share the air of one scene; scenes of a sweep share its arrays."""
         memory = self._setting.air_memory
         if memory is not None and memory.memory is None and self._gas is self._setting.transmittance:
             shared = cached_by_spectrum(self._shared_air, maxsize=2)
