@@ -41,7 +41,8 @@ COMMON: dict[str, Any] = {
     "clouds": STRATUS,
     "accuracy": 1e-3,
     "output": {"certificate": 0},
-    "sea": {"wind_from": 200.0, "temperature": 291.4, "wind_speed": 10.0},
+    "sea": {"wind_from": 200.0, "temperature": 291.4, "wind_speed": 10.0, "waves": "off"},
+    "slant": {"shadows": "off", "parallax": "off"},
     "atmosphere": {"profile": "us-standard-1976", "parameters": {"aerosol": "none"}},
 }
 SEED = 43
@@ -66,11 +67,15 @@ def serve() -> None:
     from hcss_twin import Scenario, make_plan
     from hcss_twin.core.errors import HcssError
     from hcss_twin.engine.compile import compile_tables
+    from hcss_twin.scenario import section_types
 
     for line in sys.stdin:
+        keys = json.loads(line)
+        if not hasattr(section_types, "Switch"):  # versions before have these effects off
+            del keys["slant"], keys["sea"]["waves"]
         start = time.process_time()
         try:
-            compile_tables(make_plan(Scenario.from_dict(json.loads(line)), keeps_results=False))
+            compile_tables(make_plan(Scenario.from_dict(keys), keeps_results=False))
         except HcssError as error:
             print(error, file=sys.stderr)
             start = np.nan

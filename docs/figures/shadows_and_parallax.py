@@ -21,9 +21,9 @@ from hcss_twin import Scenario, simulate
 
 IMAGE = Path(__file__).parents[1] / "images" / "shadows-and-parallax.png"
 OPTIONS = {
-    "shadows = false, parallax = false": {},
-    "shadows = true": {"slant.shadows": "on"},
-    "shadows = true, parallax = true": {"slant.shadows": "on", "slant.parallax": "on"},
+    "no shadows, no parallax": {"slant.shadows": "off", "slant.parallax": "off"},
+    "shadows": {"slant.shadows": "on", "slant.parallax": "off"},
+    "shadows and parallax": {"slant.shadows": "on", "slant.parallax": "on"},
 }
 # In the afternoon, looking toward the glint.
 SCENE = {
@@ -34,6 +34,7 @@ SCENE = {
     "image.columns": 400,
     "frames.count": 1,
     "bands": ["mwir"],
+    "sea.waves": "off",
     "clouds.coverage": 0.15,
     "clouds.coverage_mode": "field",
     "clouds.base": 700.0,
@@ -46,7 +47,7 @@ SCENE = {
 def cube(options: dict[str, object]) -> xr.Dataset:
     """The scene with some options."""
     scene = dict(SCENE)
-    if "slant.shadows" not in options:
+    if options["slant.shadows"] == "off":
         scene["output.variables"] = SCENE["output.variables"][:-1]
     return simulate(Scenario.load("cumulus", scene | options))
 
@@ -54,7 +55,7 @@ def cube(options: dict[str, object]) -> xr.Dataset:
 def main() -> int:
     target = Path(sys.argv[1]) if len(sys.argv) > 1 else IMAGE
     cubes = {title: cube(options) for title, options in OPTIONS.items()}
-    plain = cubes["shadows = false, parallax = false"]
+    plain = cubes["no shadows, no parallax"]
     values = [each.radiance.values[0, 0] for each in cubes.values()]
     low, high = min(map(np.min, values)), max(map(np.max, values))
     figure, axes = plt.subplots(1, 3, figsize=(13.5, 4.9), layout="constrained", sharey=True)
@@ -73,7 +74,7 @@ def main() -> int:
     figure.savefig(target, dpi=110)
     clear = plain.cloud_mask[0] == 0
     share = float((plain.radiance_sea_reflected_sun / plain.radiance)[0, 0].where(clear).max())
-    shaded = cubes["shadows = true"]
+    shaded = cubes["shadows"]
     print(f"glint in the clear radiance: {share:.1%}")
     print(f"clear pixels in shadow: {float(shaded.shadow_mask[0].where(clear).mean()):.1%}")
     change = (plain.radiance / shaded.radiance)[0, 0]

@@ -27,7 +27,7 @@ from hcss_twin.engine.tables.shadows import compile_shadows
 from hcss_twin.engine.tables.spectrum import Spectrum, choose_spectrum
 from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.engine.tables.tensor_train import TensorTrain
-from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, place_thickness
+from hcss_twin.engine.tables.thickness_axis import Source, ThicknessAxis, first_nodes, place_thickness
 from hcss_twin.engine.tables.time_nodes import time_nodes
 from hcss_twin.engine.tables.waves import compile_waves
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
@@ -44,7 +44,7 @@ PLACED_SHARE = 0.5
 """Share of the tolerance in thickness for columns toward extreme views; the rest is for those derived from them."""
 
 VIEWS_AT_ONCE = 32
-"""Views whose columns are computed in one call; the memory grows with their number."""
+"""Views whose columns are computed in one call, about; the memory grows with their number."""
 
 
 CROSS_SHARE = 0.2
@@ -121,14 +121,14 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
     # Where nodes must lie hardly depends on the numerical level, either: those of many columns are placed with few
     # streams, whose columns differ little and smoothly from those of the tables.
     many = plan.assembly.numerical_level + plan.assembly.sunlight_steps >= MANY_STREAMS
-    clouds = sum(plan.assembly.cloudy_layers)
+    clouds, levels = sum(plan.assembly.cloudy_layers), plan.assembly.profile.altitude_m
     if clouds and not several and len(suns) > 1:  # a model may then solve clouds for all suns at once
-        thinnest = [layer.thickness_min_m for layer in plan.layers]
-        columns.cloudy(np.diag(thinnest)[np.flatnonzero(plan.assembly.cloudy_layers)], columns.toward(views, suns))
+        first = [first_nodes(layer, levels)[:, None] for layer in plan.layers]
+        alone = np.concatenate([np.kron(row, of) for row, of in zip(np.eye(len(first)), first, strict=True)])
+        columns.cloudy(alone[np.any(alone[:, plan.assembly.cloudy_layers], axis=1)], columns.toward(views, suns))
     placed = columns.of(few_streams) if many and clouds > 1 else columns
     whole = allowed.thickness if clouds <= 1 else min(allowed.thickness, (1.0 - CROSS_SHARE) * allowed.layers / clouds)
     share = (PLACED_SHARE if several else 1.0) * whole
-    levels = plan.assembly.profile.altitude_m
     axes: tuple[ThicknessAxis | None, ...] = tuple(
         place_thickness(placed.along(index, placing), layer, levels, share, source, several or clouds > 1)
         if cloudy
@@ -140,8 +140,8 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
     near = (*extreme, *edges)
     under = _under_suns(columns, placed, axes, near, suns, cross, drift)
     every = []
-    for start in range(0, len(views), VIEWS_AT_ONCE):
-        some = views[start : start + VIEWS_AT_ONCE]
+    for batch in np.array_split(np.arange(len(views)), max(round(len(views) / VIEWS_AT_ONCE), 1)):
+        some = [views[number] for number in batch]
         settings = columns.toward(some, suns)
         exact = [under[sun][0] for sun in suns]
         if several:
@@ -153,7 +153,10 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
             toward = plan.toward(view) if several else plan
             texture, shadows = None, None
             if plan.texture is not None:
+                before, middle = len(columns.known.bands), len(suns) // 2 * len(some)
                 texture = _texture(columns.of(toward), axes, exact[at], settings[at])
+                if number > 0:  # the first texture has no other one as a guess, and may need more columns than others
+                    columns.also_in(settings[middle + number + 1 : middle + len(some)], before)
             if plan.has_shadows:
                 shadows = compile_shadows(toward, columns.quantities, times, columns.clear(settings[at]))
             every.append((tables[at], shadows, texture))

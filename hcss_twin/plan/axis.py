@@ -28,6 +28,9 @@ NARROWEST = 1e-5
 SMALLEST_REDUCED = 4
 """Orders from which on fewer nodes than those of a tried order are looked for."""
 
+ORDERS = (4, 8, 16, 32)
+"""Orders that are tried, one after another."""
+
 EVERYWHERE = 129
 """Number of positions at which polynomials are compared."""
 
@@ -142,7 +145,7 @@ def place(
     columns: Columns,
     tolerance: float,
     *,
-    orders: Sequence[int] = (4, 8, 16, 32),
+    orders: Sequence[int] = ORDERS,
     most: int = 1025,
     cut: Literal["never", "needed", "kinks"] = "kinks",
     fewest: bool = False,

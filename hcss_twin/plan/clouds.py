@@ -36,7 +36,7 @@ def _without_slant_paths(paths: SlantPaths, layer: CloudLayer, error: ScenarioEr
 
 
 def _excluded_beside_slant_paths(
-    generator: CloudGenerator, layer: CloudLayer, field: str, paths: SlantPaths, points: Grid, samples: int
+    generator: CloudGenerator, layer: CloudLayer, field: str, paths: SlantPaths, points: Grid, scenario: Scenario
 ) -> dict[str, tuple[Excluded, ...]]:
     """Return what of a layer slant paths cannot be computed with, by ``shadows`` and ``parallax``."""
     knows = hasattr(generator, "thickness_around_m") or (generator.declares.tileable and layer.coverage_mode == "field")
@@ -56,11 +56,14 @@ def _excluded_beside_slant_paths(
         longest_m > MAX_POINTS_WITHIN * point_m,
         f"points of {point_m:g} m, {longest_m / point_m:.0f} of which the sun's path crosses within '{layer.name}',",
         f"{MAX_POINTS_WITHIN} points; closest valid choice is "
-        f"{math.ceil(longest_m / MAX_POINTS_WITHIN * samples * 100.0) / 100.0:g}",
+        f"{math.ceil(longest_m / MAX_POINTS_WITHIN * scenario.image.samples_per_pixel * 100.0) / 100.0:g}",
     )
+    lit = scenario.radiance.light not in ("auto", "columns") or scenario.radiance.light_accuracy is not None
+    shaped = lit and hasattr(generator, "height_shares")
+    sides = Excluded("radiance.light", shaped, "light between clouds with a shape in height of their own", "'columns'")
     return {
         "shadows": (*others, size) if paths.sun_zenith_deg.size else (),
-        "parallax": others if paths.farthest_m(layer.top_m) > 0.0 else (),
+        "parallax": (*others, sides) if paths.farthest_m(layer.top_m) > 0.0 else (),
     }
 
 
@@ -223,7 +226,7 @@ def build_generators(
                 wide = (0, 0)
             if not (generator.declares.tileable or sums_up(generator)):
                 _require_few_points(points, samples, layer, field)
-            excluded = _excluded_beside_slant_paths(generator, layer, field, slant, points, samples)
+            excluded = _excluded_beside_slant_paths(generator, layer, field, slant, points, scenario)
             for effect, table in excluded.items():
                 allowed = allowed.beside(effect, table)
             shift = slant.of_view(layer, points.pixel_size_m)

@@ -141,7 +141,11 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
         return against((level + 1, sunlight + 1), (level, sunlight), (level - 1, sunlight - 1))
 
     def error_but_of_sunlight(level: int, sunlight: int) -> float:
-        return against((level + 1, sunlight), (level, sunlight), (level - 1, sunlight))
+        # By columns that are needed for the next error, too: this one hardly depends on the level of sunlight.
+        next_change = change((level, sunlight + 1), (level + 1, sunlight + 1))
+        if next_change > tolerance or level == 0:
+            return next_change
+        return max(next_change, change((level - 1, sunlight), (level, sunlight)) / FASTEST_CONVERGENCE)
 
     sunlight = min(next(level for limit, level in FIRST_LEVELS if tolerance > limit), last)
     level = min(FEW_STREAMS, sunlight) if any(suns) else sunlight
@@ -230,24 +234,20 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
     """
     if not suns:
         return GridRefinement(0, 0.0)
-    scene = assembly.at_level(0)
-    narrow = [band for band, node in enumerate(assembly.spectral_grid.nodes) if len(node) < NARROW_BAND]
-    medium, none = _medium_clouds(assembly), np.zeros(0)
+    none, narrow = np.zeros(0), np.array([len(node) < NARROW_BAND for node in assembly.spectral_grid.nodes])
     columns = FewColumns(none, none, assembly.extreme_thicknesses_m, assembly.has_clear_sky)
-    bounding = _spectra(columns.only(columns.ends), scene, suns[0])
-    clouds = _spectra(FewColumns(none, none, medium, False), scene, suns[0])
+    columns = columns.only(columns.ends)
+    bounding = int(columns.clear) + len(columns.thickness_m)
+    if np.any(narrow):
+        columns = replace(columns, thickness_m=np.concatenate((columns.thickness_m, _medium_clouds(assembly))))
+    spectra = _spectra(columns, assembly.at_level(0), suns[0])
 
     @cache
     def at(refinement: int) -> Array:
         grid = assembly.refined_grid(refinement)
-        total = bounding(grid.wavenumber_cm1, grid.ends_cm1) @ grid.weights_cm1.T
-        if not (narrow and medium.size):
-            return total
-        places = np.unique(np.concatenate([grid.nodes[band] for band in narrow]))
-        weights = np.zeros((len(grid.nodes), places.size))
-        weights[narrow] = grid.weights_cm1[narrow][:, places]
-        narrow_cm1 = grid.wavenumber_cm1[places]
-        return np.concatenate((total, clouds(narrow_cm1, np.intersect1d(narrow_cm1, grid.ends_cm1)) @ weights.T))
+        total: Array = spectra(grid.wavenumber_cm1, grid.ends_cm1) @ grid.weights_cm1.T
+        total[bounding:, ~narrow] = 1.0
+        return total
 
     def error(refinement: int) -> float:
         return largest_error(at(refinement), at(refinement + 1))

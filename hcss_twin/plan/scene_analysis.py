@@ -162,7 +162,9 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     accuracy = requested_accuracy(scenario, assembly, extreme_suns)
     shares = share_out(accuracy.relative)
     numerics = choose_level(assembly, extreme_suns, shares.numerics)
-    refinement = choose_refinement(assembly, extreme_suns, shares.spectral_grid)
+    # A sun for which wavenumbers are chosen, too: the model may then keep its clouds.
+    lit = [sun.checked() or extreme_suns[0]] if radiance else []
+    refinement = choose_refinement(assembly, lit, shares.spectral_grid)
     assembly = assembly.at_level(numerics.level).on_grid(refinement.refinement)
     left = LEFT_FOR_VIEWS * max(shares.spectral_grid - refinement.error, 0.0)
     faint_shadows = negligible_shadows(scenario, assembly, sun, accuracy.relative) if radiance else None

@@ -19,6 +19,24 @@ from hcss_twin.providers import Sun, View
 SAME_DEG = 0.25
 """Suns closer to each other than this are treated as one."""
 
+_SEED = 2**17
+
+
+def checked_frames(parts: int, frames: int) -> list[int]:
+    """Return one random frame from each of several equal parts of a sequence.
+
+    The frames do not depend on the scenario's seed, so that the certificate can reuse solutions of the tables for the
+    sun of a checked frame.
+
+    Parameters
+    ----------
+    parts, frames : int
+        1 to ``frames`` parts.
+    """
+    ends = np.arange(parts + 1) * frames // parts
+    chosen: list[int] = np.random.default_rng(_SEED).integers(ends[:-1], ends[1:]).tolist()
+    return chosen
+
 
 @dataclass(frozen=True)
 class SunFrames:
@@ -50,6 +68,10 @@ class SunFrames:
             if not any(_same(sun, other) for _, other in frames_and_suns):
                 frames_and_suns.append((time_s, sun))
         return frames_and_suns
+
+    def checked(self) -> Sun | None:
+        """Return the sun of a frame in the certificate, for which others solve clouds, too."""
+        return self.at(checked_frames(1, self.time_s.size))[0][1]
 
     def evenly(self, count: int) -> list[tuple[float, Sun | None]]:
         """Time and sun of at most ``count`` frames from the first to the last."""

@@ -304,8 +304,10 @@ def _series(reader: Reader, quantity: ImageQuantity, part: int, selection: Frame
     scale = _scale(quantity, part, np.stack(shown))
     histogram = spectrum = None
     if quantity.name in CURVES:
-        size = float(reader.dataset["x"][1] - reader.dataset["x"][0]) if planes.shape[2] > 1 else np.nan
-        spectrum = frame_spectrum((reader.window(quantity, part, frame) for frame in frames), size)
+        x = reader.dataset["x"]
+        if planes.shape[2] > 1 and x.attrs.get("units") == "m":  # other images have no pixel size
+            windows = (reader.window(quantity, part, frame) for frame in frames)
+            spectrum = frame_spectrum(windows, float(x[1] - x[0]))
         known = planes[np.isfinite(planes)].astype(np.float64)
         if known.size and known.max() > known.min():
             histogram = np.histogram(known, HISTOGRAM_BINS)

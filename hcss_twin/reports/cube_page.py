@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import cube_bytes
@@ -45,7 +46,8 @@ def cube_page(path: Path) -> Page:
     CubeError
         If it is not a complete cube.
     """
-    with open_cube(path) as dataset:
+    with open_cube(path) as opened:
+        dataset = as_seen(opened)
         attributes = {str(name): value for name, value in dataset.attrs.items()}
         sections, scripts = _frames(dataset)
         if SENSOR_ATTRIBUTE in attributes:

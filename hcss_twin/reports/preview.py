@@ -16,7 +16,7 @@ from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError, choose_from
 from hcss_twin.core.files import atomic_write
 from hcss_twin.core.reading import reads
-from hcss_twin.cube.coordinates import with_plane_axes
+from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
 from hcss_twin.engine.cube_temperature import brightness_temperature
@@ -95,9 +95,7 @@ def draw_preview(
         return path
 
     with open_cube(cube) as opened:
-        dataset = with_plane_axes(opened)
-        if "row" in opened.dims:  # rows count downward, y upward
-            dataset = dataset.isel(y=slice(None, None, -1))
+        dataset = as_seen(opened)
         if kelvin and "brightness_temperature" not in dataset and "radiance" in dataset:
             dataset = dataset.assign(brightness_temperature=brightness_temperature(dataset))
         name = _variable(dataset, "brightness_temperature" if kelvin else variable)

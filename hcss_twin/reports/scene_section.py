@@ -43,7 +43,8 @@ def _facts(dataset: xr.Dataset, scene: SceneGeometry | None) -> Iterator[tuple[s
     if {"latitude", "longitude"} <= set(coords):
         yield "place", f"{float(dataset['latitude']):.5g}° N, {float(dataset['longitude']):.6g}° E"
     if {"y", "x"} <= set(sizes):
-        size = f" of {float(dataset['x'][1] - dataset['x'][0]):g} m" if sizes["x"] > 1 else ""
+        on_ground = sizes["x"] > 1 and dataset["x"].attrs.get("units") == "m"
+        size = f" of {float(dataset['x'][1] - dataset['x'][0]):g} m" if on_ground else ""
         yield "image", f"{sizes['y']} rows x {sizes['x']} columns{size}"
     window = json_attribute(attributes, "hcss_window", {})
     if window:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import netCDF4
 import numpy as np
 import pytest
-from hand_made import with_clouds
+from hand_made import paths_of, with_clouds
 
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.core.errors import ScenarioError
@@ -105,7 +105,7 @@ def test_a_shadow_is_that_of_the_glint_in_the_air_of_its_place(file):
     down, right = (int(np.rint(away * part(np.radians(sun.azimuth_deg)))) for part in (np.cos, np.sin))
     shape = lambda y, x: np.where(y // 3 % 2 == 1, np.where(x < 3, 30.0, 300.0), 0.0)  # noqa: E731
     angles = np.array([sun.zenith_deg]), np.array([sun.azimuth_deg])
-    slant = replace(plan.assembly.slant, shadows=True, sun_zenith_deg=angles[0], sun_azimuth_deg=angles[1])
+    slant = replace(paths_of(True, False, plan.view, *angles), sight=plan.assembly.slant.sight)
     planned = with_clouds(plan, [shape], slant, sun, shadows=True, waves=False)
     made = next(stream(planned, compile_tables(planned)))
     y, x = np.mgrid[:200, :6]

@@ -114,6 +114,19 @@ def test_shadows_of_a_sun_near_the_horizon_are_refused():
     assert "allowed: frames with the sun up to 85 deg or below the horizon" in found.message
 
 
+def test_what_excludes_shadows_is_told_where_they_are_left_to_the_plan():
+    low = make_plan(scenario(**AUTO, time="2024-04-20T18:10:00+10:00"))
+    assert not low.has_shadows
+    assert low.assembly.slant.parallax
+    (left_out,) = [item for item in low.omissions if item.what == "shadows of clouds on the sea"]
+    assert "the sun at zenith 8" in left_out.why
+    assert left_out.needs == "time: frames with the sun up to 85 deg or below the horizon"
+    assert not left_out.decision
+    off = make_plan(scenario(**{"slant.shadows": "off", "slant.parallax": "off"}))
+    by_user = {item.what: item.decision for item in off.omissions if item.decision}
+    assert by_user["shadows of clouds on the sea"] == by_user["parallax of clouds"] == "switched off"
+
+
 def test_pixels_too_small_for_the_sun_s_paths_are_refused_with_the_size_that_is_not():
     tiny = {"slant.shadows": "on", "image.pixel_size": 0.05}
     found = problem(**tiny)

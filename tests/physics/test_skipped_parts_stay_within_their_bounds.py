@@ -332,6 +332,17 @@ def test_shadows():
     assert np.array_equal(radiance_of(shaded), radiance_of(plan))
 
 
+def test_shadows_left_to_the_plan_are_skipped_where_they_change_less_than_their_share(every_wavenumber):
+    changes = {"accuracy": 1e-2, **FIELD, "bands": TWO[1:]}
+    plan, shaded = (plan_of("cumulus", **changes, **{"slant.shadows": value}) for value in ("auto", "on"))
+    assert not plan.has_shadows
+    assert shaded.has_shadows
+    bound = bound_of(plan, "shadows of clouds on the sea")
+    assert bound <= 0.1 * changes["accuracy"]
+    assert 0.0 < largest_change(radiance_of(shaded), radiance_of(plan)) <= bound + ROUNDING
+    assert plan_of("cumulus", **{**changes, "bands": TWO[:1]}, **{"slant.shadows": "auto"}).has_shadows
+
+
 def test_waves_under_a_closed_cloud(every_wavenumber):
     changes = {"bands": TWO[:1], "accuracy": 1e-2, "frames.count": 1}
     changes |= {"sea.model": "rough-sea", "image.pixel_size": 2.0, "clouds.coverage": 1.0}

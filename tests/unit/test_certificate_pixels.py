@@ -14,7 +14,7 @@ from hcss_twin.engine.certificate.certificate import Certificate, StratumCheck
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample, allot
 from hcss_twin.engine.certificate.part_sample import PartSample, strata, stratum_names
 from hcss_twin.engine.stages.stage import SeenWindow
-from hcss_twin.engine.tables.spectrum import checked_frames
+from hcss_twin.plan.sunlight import checked_frames
 
 SIZES = st.lists(st.integers(0, 400), min_size=1, max_size=10)
 

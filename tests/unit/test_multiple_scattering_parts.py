@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import lpmv
 
+from hcss_twin.physics.multiple_scattering.beams import solve_coupled_layers
 from hcss_twin.physics.multiple_scattering.directions import gauss_streams, normalised_legendre
 from hcss_twin.physics.multiple_scattering.layer import solve_layers
 from hcss_twin.physics.multiple_scattering.phase_function import delta_m, phase_function, polynomials
@@ -107,3 +108,13 @@ def test_kept_polynomials_are_those_of_legendre(cosines, count) -> None:
     exact = np.polynomial.legendre.legvander(cosine, count - 1)
     for some in (slice(None), slice(0, 512), slice(512, 1024)):
         np.testing.assert_array_equal(polynomials(cosine, count, some), exact[some])
+
+
+def test_modes_above_the_mean_over_azimuth_do_not_depend_on_it() -> None:
+    whole, without = (
+        solve_coupled_layers([[0.5], [2.0]], [0.9], HG, [0.7, 0.4], 4, 6, least_mode=least) for least in (0, 1)
+    )
+    for of_whole, of_modes in ((whole.beams, without.beams), (whole.streams, without.streams)):
+        np.testing.assert_array_equal(of_modes[1:], of_whole[1:])
+        assert not np.any(of_modes[0])
+        assert np.any(of_whole[0])

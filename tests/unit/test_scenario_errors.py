@@ -177,7 +177,7 @@ WRONG = [
         "clouds.layers[1].parameters.H",
         "just below 1",
     ),
-    ("image.samples_per_pixel = 65", "image.samples_per_pixel", '1 to 64, or "auto"', "choice is 64"),
+    ("image.samples_per_pixel = 65", "image.samples_per_pixel", ">= 1 and <= 64", "choice is 64"),
     ("image.samples_per_pixel = 1.5", "image.samples_per_pixel", "not a whole number"),
     ("output.variables = ['cloud_layer_thickness']", "output.variables", "the scene has no cloud layer"),
     ("clouds.layers.type = 'stratus'", "clouds.layers", "is not a list", "[[clouds.layers]]"),

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.engine.certificate.part_sample import Counts, DrawnPixels, PartSample, Thickness, smallest
-from hcss_twin.engine.tables.spectrum import checked_frames
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.sunlight import checked_frames
 
 PIXELS_PER_FRAME = 24
 """Pixels per sampled frame: each frame has its own sun position, which dominates the cost of the model."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
-from itertools import product
+from itertools import islice, product
 from typing import ClassVar
 
 import numpy as np
@@ -111,6 +111,13 @@ class BandColumns:
         self.known.bands.update(zip(new, spectra @ self.nodes.weights_cm1.T, strict=True))
         if self.plan.texture is not None:
             self.known.spectra.update(zip(new, spectra, strict=True))
+
+    def also_in(self, settings: Sequence[ColumnSetting], before: int) -> None:
+        """Compute the columns that another setting needed since ``before`` were known: together they cost less."""
+        model = self.plan.assembly.model
+        rows = [row for of_model, _, row in islice(self.known.bands, before, None) if of_model is model]
+        if rows:
+            self._compute(np.array(rows), settings)
 
     def along(self, index: int, settings: Sequence[ColumnSetting]) -> Callable[[Array], Array]:
         """Function from the thickness (N,) of a layer to columns (N, lines, K, S x B).

@@ -13,26 +13,8 @@ from hcss_twin.engine.tables.tensor_train import evenly
 from hcss_twin.engine.tables.thickness_axis import axis_of
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes, choose_nodes
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.sunlight import checked_frames
 from hcss_twin.providers import ColumnStates, Sun, View
-
-_SEED = 2**17
-
-
-def checked_frames(parts: int, frames: int) -> list[int]:
-    """Return one random frame from each of several equal parts of a sequence.
-
-    The frames do not depend on the scenario's seed, so that the certificate can reuse solutions of the tables for the
-    sun of a checked frame.
-
-    Parameters
-    ----------
-    parts, frames : int
-        1 to ``frames`` parts.
-    """
-    ends = np.arange(parts + 1) * frames // parts
-    chosen: list[int] = np.random.default_rng(_SEED).integers(ends[:-1], ends[1:]).tolist()
-    return chosen
-
 
 FIRST_COLUMNS = 5
 """Number of thicknesses of each layer, in geometric progression, for the fit; one between any two levels is added."""

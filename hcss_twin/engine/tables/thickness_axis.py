@@ -16,7 +16,8 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.error_norm import TERM_TOLERANCE
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.plan.axis import Axis, PlacedAxis, place, through
+from hcss_twin.physics import quadrature
+from hcss_twin.plan.axis import ORDERS, Axis, PlacedAxis, place, through
 from hcss_twin.providers import CloudLayer
 
 
@@ -98,6 +99,12 @@ def axis_of(layer: CloudLayer, level_m: Array) -> Axis:
     low = min(low, high * (1 - 1e-6))
     crossing = level_m - layer.base_m if layer.anchor == "base" else layer.top_m - level_m[::-1]
     return _of_thickness(low, high, crossing[(crossing > low * 1.001) & (crossing < high * 0.999)].tolist())
+
+
+def first_nodes(layer: CloudLayer, level_m: Array) -> Array:
+    """Return the thicknesses (N,) of the columns for which the first segment of a layer's axis is tried."""
+    axis = axis_of(layer, level_m)
+    return axis.within(float(axis.ends[0]), float(axis.ends[1]), quadrature.nodes(ORDERS[0]))
 
 
 def place_thickness(

@@ -128,6 +128,9 @@ class Reflection:
 
     def __init__(self, slopes: SlopeStatistics, shadowing: Shadowing, re_reflection: bool, azimuths: int = 12) -> None:
         self._slopes = slopes
+        # Known reflections by view, wind azimuth and nodes, and by nodes.
+        self.folds: dict[tuple[float, float | None, bytes, Basis], FirstHit] = {}
+        self.seconds: dict[tuple[bytes, Basis], Array] = {}
         self._shadowing = shadowing
         self._re_reflection = re_reflection
         self._azimuths = (np.arange(azimuths) + 0.5) * np.pi / azimuths

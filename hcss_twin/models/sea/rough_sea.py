@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from functools import lru_cache
 from typing import Self, TypeVar
 
 import numpy as np
@@ -77,10 +78,10 @@ class RoughSea:
         )
         self._foam = foam_coverage(wind, parameters.foam_law) if parameters.foam else 0.0
         self._foam_emissivity = parameters.foam_emissivity
-        self._reflection = Reflection(self._slopes, parameters.shadowing, parameters.re_reflection)
+        self._reflection = _reflection(self._slopes, parameters.shadowing, parameters.re_reflection)
         self._spectrum = WaveSpectrum(parameters.spectrum, wind, parameters.fetch_m)
-        self._folds: dict[tuple[float, float | None, bytes, Basis], FirstHit] = {}
-        self._seconds: dict[tuple[bytes, str], Array] = {}
+        # Reflected rays do not depend on the water: seas of other temperatures share them.
+        self._folds, self._seconds = self._reflection.folds, self._reflection.seconds
         self.anisotropic = not self._slopes.isotropic
         self.declares = SeaDeclaration(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth"}),
@@ -253,6 +254,9 @@ class RoughSea:
             if (own_view, own_turn) == (view, turn):
                 return fold
         return None
+
+
+_reflection = lru_cache(maxsize=4)(Reflection)
 
 
 def _keep(store: dict[_Key, _Value], key: _Key, value: _Value) -> None:

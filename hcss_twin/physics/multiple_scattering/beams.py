@@ -120,6 +120,7 @@ def solve_coupled_layers(
     threads: int | None = None,
     mode_tolerance: float = 1e-5,
     between_streams: bool = True,
+    least_mode: int = 0,
 ) -> CoupledLayers:
     """Solve how layers scatter light that others scattered, or will.
 
@@ -135,6 +136,8 @@ def solve_coupled_layers(
         most this share of mode 1.
     between_streams : bool
         Whether to return what is scattered between streams.
+    least_mode : {0, 1}
+        Modes below it are not solved, and 0.
 
     Raises
     ------
@@ -156,7 +159,7 @@ def solve_coupled_layers(
     onward = np.zeros(thickness.size)
     unscaled = 1.0 / (where.scale[beams.size :, None] * where.scale)
     with Team(threads) as team:
-        for mode in range(modes):
+        for mode in range(least_mode, modes):
             ordered = series.chains
             solved = solve_mode(where, scaled, ordered, mode, team, streams, sources)
             missing = (once[mode, ordered.wavenumber] - solved.other[:, beams.size :] * unscaled)[..., :sources]

@@ -8,11 +8,13 @@ import sys
 import numpy as np
 import pytest
 from camera_scenes import PASS, SCENE, STARING, merged, scenario
+from click.testing import CliRunner
 from hcss_payload import Circular, Track
 from hcss_payload.directions import Hemisphere, Strip, directions_around
 from hcss_payload.rays import geographic
 
 import hcss_twin
+from hcss_twin.cli import cli
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.verification import verify_cube
@@ -91,6 +93,17 @@ def test_a_cube_is_verified_and_its_scenario_read_again(pass_path):
     assert str(verify_cube(pass_path, frames=1).verdict) == "identical"
     again = hcss_twin.Scenario.from_cube(pass_path)
     assert json.loads(again.to_json()) == json.loads(scenario(PASS).to_json())
+
+
+def test_the_page_of_a_pass_shows_its_frames(pass_path, tmp_path):
+    page = tmp_path / "page.html"
+    done = CliRunner().invoke(cli, ["report", str(pass_path), "-o", str(page)])
+    assert done.exit_code == 0, done.output
+    text = page.read_text(encoding="utf-8")
+    with hcss_twin.open_cube(pass_path) as cube:
+        rows, columns = cube.sizes["row"], cube.sizes["column"]
+    assert text.count("<img") >= 2
+    assert f"{rows} rows x {columns} columns<" in text  # of no size on the ground
 
 
 def test_a_frame_has_the_same_bits_in_every_list_of_frames_of_a_pass(pass_path):

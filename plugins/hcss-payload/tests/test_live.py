@@ -30,6 +30,7 @@ def scene(kind="stratus", pixels=SIZE, samples=1, pixel_m=100.0, **overrides):
         "frames": {"count": 2, "interval": 30.0},
         "motion": {"platform_speed": 0.0, "wind_speed": 10.0, "wind_from": 250.0},
         "clouds": {"type": kind, "coverage": 0.5, "coverage_mode": "field"},
+        "slant": {"shadows": "off", "parallax": "off"},
         "sea": SEA,
         "output": {"certificate": 0},
     }

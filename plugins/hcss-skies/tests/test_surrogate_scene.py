@@ -28,7 +28,13 @@ from hcss_twin.laws.samples import sample_layer
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import CloudInputs, Grid, Motion
 
-CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
+CHEAP = {
+    "radiance.model": "as-printed",
+    "sea.model": "cox-munk",
+    "optics.provider": "mie",
+    "slant.shadows": "off",
+    "slant.parallax": "off",
+}
 
 
 @pytest.fixture

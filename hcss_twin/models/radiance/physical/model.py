@@ -81,10 +81,11 @@ class Physical:
         groups = list(states.groups())
         _, views = _together(group.setting for group in groups)
         suns, _ = _together(group.setting for group in groups if np.any(group.thickness_m))
+        several = len({group.setting.under(None) for group in groups}) > 1
         for rows, setting, thickness_m in groups:
             beside = suns.get(setting.under(None), [setting.sun]), views[replace(setting, view=_ANY)]
             columns = self._of_setting(setting.under(None))
-            for name, values in columns.terms(wavenumber_cm1, thickness_m, setting.sun, *beside).items():
+            for name, values in columns.terms(wavenumber_cm1, thickness_m, setting.sun, *beside, several).items():
                 results[name][rows] = values
         return results
 

@@ -39,13 +39,16 @@ from hcss_twin.models.radiance.physical.sea_surface import (
 from hcss_twin.models.radiance.physical.slab_solver import SlabSolver
 from hcss_twin.models.radiance.physical.sunlight_between import sunlight_between
 from hcss_twin.models.radiance.physical.sunlight_in_air import received, scattered_above, seen_scattered, sun_share
-from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, sunlit_mirror, unlit_mirror
+from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, blind_mirror, sunlit_mirror, unlit_mirror
 from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.providers import CloudLayer, ColumnSetting, RadianceInputs, Sun, TransmittanceProvider, View
 
 _MAX_SPECTRA, _MAX_SOLVED = 4, 2e7
 """Limits of solved clouds in memory: spectra, and values of a spectrum over all suns; at one wavenumber of one sun some
 hundred times streams times azimuth modes between cloud and sea."""
+
+_MIRRORS = 6
+"""Spectra, seas or numbers of streams for which reflection between streams is kept."""
 
 VALUES_TOGETHER = 1024
 """Columns times wavenumbers computed together: larger arrays do not fit in the processor cache."""
@@ -132,6 +135,9 @@ class SettingColumns:
         air = partial(Air, self._gas, setting.profile, sublayers=sublayers, layers=layers, memory=memory)
         self._air = cached_by_spectrum(air, maxsize=2)
         self._shared_air = partial(air, kept_values=_KEPT_BETWEEN_VIEWS)
+        # Settings share what of the sea depends neither on view nor on sun.
+        mirror = cached_by_spectrum(blind_mirror, maxsize=_MIRRORS)
+        self._blind_mirror = mirror if memory is None else memory.objects.setdefault("mirror", mirror)
         self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=4)
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
         # Solved clouds are the most expensive: clear skies at other sun positions must not evict them.
@@ -144,6 +150,7 @@ class SettingColumns:
         sun: Sun | None,
         suns: Sequence[Sun | None],
         views: Sequence[View],
+        shares_air: bool = False,
     ) -> dict[str, Array]:
         """Return each term (N, V) of columns with layer thicknesses (N, L); 0 in all layers: clear sky.
 
@@ -151,9 +158,11 @@ class SettingColumns:
         ----------
         suns, views : sequence
             Those for which columns of these thicknesses are asked for together, this one's among them.
+        shares_air : bool
+            Whether other settings, toward other views or over other seas, are asked for together.
         """
         sun, cloudy = _above_horizon(sun), np.any(thickness_m > 0.0, axis=1)
-        if len(views) > 1:
+        if shares_air:
             self._share_air()
         result = {name: np.empty((thickness_m.shape[0], wavenumber_cm1.size)) for name in TERMS}
         if not np.all(cloudy):
@@ -254,13 +263,14 @@ class SettingColumns:
 
     def _new_unlit_sea_modes(self, wavenumber: Array) -> tuple[ReflectionModes, Mirror]:
         sea_inputs, numerics = (self._setting.sea, wavenumber, self._sunless_directions()), self._numerics
-        return unlit_sea_modes(*sea_inputs, numerics.turned_modes), unlit_mirror(*sea_inputs, numerics.mirror_streams)
+        blind = self._blind_mirror(wavenumber, self._setting.sea, numerics.streams, numerics.mirror_streams)
+        return unlit_sea_modes(*sea_inputs, numerics.turned_modes), unlit_mirror(blind, *sea_inputs)
 
     def _sunless_directions(self) -> ColumnDirections:
         return self._directions(self._setting.view, None)
 
     def _share_air(self) -> None:
-        """Let columns toward several views share the air of one scene; scenes of a sweep share its arrays instead."""
+        """Let columns of several views or seas share the air of one scene; scenes of a sweep share its arrays."""
         memory = self._setting.air_memory
         if memory is not None and memory.memory is None and self._gas is self._setting.transmittance:
             shared = cached_by_spectrum(self._shared_air, maxsize=2)

@@ -131,20 +131,30 @@ class SlabOperators:
 
     def _coupled(self, depth: Array, albedo: Array, moments: Array, modes: int) -> Iterator[tuple[Any, ...]]:
         """Yield the last two operators of :class:`CloudSlab` for each solver, the last on a grid one row per octave."""
-        few = depth[:: self.numerics.per_octave] if depth.shape[0] > WINDOW else depth
+        step = self.numerics.per_octave if depth.shape[0] > WINDOW else 1
+        of_octaves = np.arange(depth.shape[0]) % step == 0
         count, views, suns = self.where.count, self.views, self.suns
         modes = min(modes, coupled_moments(count))
         beams = np.zeros((depth.shape[0], modes if self.coupled else 0, 2, len(views) + len(suns), count, albedo.size))
-        between = np.zeros((few.shape[0], modes, 2, count * (count + 1) // 2, albedo.size), dtype=np.float32)
+        pairs = count * (count + 1) // 2
+        between = np.zeros((np.count_nonzero(of_octaves), modes, 2, pairs, albedo.size), dtype=np.float32)
         bright = ~np.all(self.faint, axis=0)
         if modes and np.any(bright):
             layer, along = (albedo[bright], moments[:, bright]), np.array([*views, *suns])
-            solved = solve_coupled_layers(few[:, bright], *layer, along, count, modes)
-            between[..., bright] = solved.streams.transpose(2, 0, 1, 4, 3)
-            if self.coupled:
-                if few is not depth:
-                    solved = solve_coupled_layers(depth[:, bright], *layer, along, count, modes, between_streams=False)
-                beams[..., bright] = solved.beams.transpose(2, 0, 1, 5, 4, 3)
+            # Mode 0 matters beside other layers only.
+            least = 0 if self.coupled else 1
+            of_bright = np.zeros((*beams.shape[:-1], np.count_nonzero(bright)))
+            for some, of_streams in ((of_octaves, True), (~of_octaves, False)):
+                if not (of_streams or (self.coupled and np.any(some))):
+                    continue
+                solved = solve_coupled_layers(
+                    depth[some][:, bright], *layer, along, count, modes, between_streams=of_streams, least_mode=least
+                )
+                if of_streams:
+                    between[..., bright] = solved.streams.transpose(2, 0, 1, 4, 3)
+                if self.coupled:
+                    of_bright[some] = solved.beams.transpose(2, 0, 1, 5, 4, 3)
+            beams[..., bright] = of_bright
         for number in range(len(self.directions)):
             own_beams = beams[:, :, :, [number % len(views), len(views) + number % len(suns)]]
             own_beams[..., self.faint[number]] = 0.0

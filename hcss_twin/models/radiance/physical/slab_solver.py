@@ -31,6 +31,9 @@ from hcss_twin.providers import CloudLayer
 FEW_THICKNESSES = 3
 """As many thicknesses, each with its own chain of doublings, cost no more than a grid."""
 
+MANY_WAVENUMBERS = 256
+"""Spectra of so many are asked for again, at other thicknesses: a grid for all costs twice as much as one."""
+
 MANY_VIEWS = 10
 """More views, of pixels with a thickness each, share one grid."""
 
@@ -156,6 +159,7 @@ class SlabSolver:
         """Yield the operators of each thickness, in the order of :class:`CloudSlab`."""
         known = [h for of, h in self._single if of == layer]
         many = len({*known, *thickness_m}) > FEW_THICKNESSES or len(self.views_at_once) > MANY_VIEWS
+        many = many or self._wavenumber.size > MANY_WAVENUMBERS
         if layer not in self._tables and many:
             grid = thickness_grid(layer.thickness_min_m, layer.thickness_max_m, self._numerics.per_octave)
             solvers = [solver for solver in together if layer not in solver._tables]

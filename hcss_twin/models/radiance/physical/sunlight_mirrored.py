@@ -21,7 +21,7 @@ some of the wavenumbers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import pi
 
@@ -46,8 +46,11 @@ DARK = 1e-4
 DENSE = 48
 """Streams over which the BRDF is integrated to find what facets reflect twice."""
 
-BACK_MODES = 32
-"""Most modes of light that the sea mirrors twice."""
+BACK_MODES, LEAST_BACK = 32, 1e-4
+"""Most modes of light that the sea mirrors twice; they end after two in succession that are below this share of all.
+
+It is at most some percent of what the sea mirrors once. Under 10 m/s, five or six modes are enough.
+"""
 
 
 @dataclass(frozen=True)
@@ -82,30 +85,48 @@ class Mirror:
         return gauss_streams(self.fine.view.shape[1])
 
 
-def unlit_mirror(sea: SeaModel, wavenumber_cm1: Array, where: ColumnDirections, streams: int) -> Mirror:
-    """Return the mirror of a sea with as many ``streams``, without a sun: its light is 0."""
+def blind_mirror(wavenumber_cm1: Array, sea: SeaModel, count: int, streams: int) -> Mirror:
+    """Return the mirror of a sea along as many ``streams`` and ``count`` of the columns, without a view and a sun."""
     places = _spaced(wavenumber_cm1)
-    spaced_cm1, fine = wavenumber_cm1[places], gauss_streams(streams).mu
+    spaced_cm1, few, fine = wavenumber_cm1[places], gauss_streams(count), gauss_streams(streams).mu
     first, second = np.triu_indices(streams)
     pairs = expanded(sea, spaced_cm1, fine[first], fine[second], 2 * streams)
     between = np.empty((2 * streams, streams, streams, spaced_cm1.size))
     between[:, first, second] = between[:, second, first] = pairs
-    view = expanded(sea, spaced_cm1, np.full(streams, where.mu[VIEW]), fine, 2 * streams)
     weights = np.stack([np.interp(wavenumber_cm1, spaced_cm1, row) for row in np.eye(spaced_cm1.size)])
-    mean, exact = (_folded(sea, spaced_cm1, where, count) for count in (streams, DENSE))
+    mean, exact = (_folded(sea, spaced_cm1, few.mu, few, number)[None] for number in (streams, DENSE))
+    none, dark = np.zeros_like(between[:, 0]), np.zeros_like(mean[:, 0])
     return Mirror(
-        places, weights, ReflectionModes(view, np.zeros_like(view), between), mean, exact, np.zeros(spaced_cm1.size)
+        places,
+        weights,
+        ReflectionModes(none, none, between),
+        ReflectionModes(dark, dark, mean),
+        ReflectionModes(dark, dark, exact),
+        np.zeros(spaced_cm1.size),
     )
 
 
-def _folded(sea: SeaModel, wavenumber_cm1: Array, where: ColumnDirections, count: int) -> ReflectionModes:
-    """Return mode 0 along the streams of ``where``, folded onto the second ones from more streams, without a sun."""
-    many, few = gauss_streams(count), where.streams.mu
-    out, into = (cosines.ravel() for cosines in np.meshgrid((where.mu[VIEW], *few), many.mu, indexing="ij"))
-    mean = expanded(sea, wavenumber_cm1, out, into, 1, 2 * count).reshape(1 + few.size, count, -1)
-    onto = (_weight(many)[:, None] * _polynomials(many.mu, few)) / _weight(where.streams)
-    folded = np.einsum("jfv,fn->jnv", mean, onto)
-    return ReflectionModes(folded[:1], np.zeros_like(folded[:1]), folded[None, 1:])
+def unlit_mirror(blind: Mirror, sea: SeaModel, wavenumber_cm1: Array, where: ColumnDirections) -> Mirror:
+    """Return the mirror, completed for the view of ``where``."""
+    spaced_cm1, fine, toward = wavenumber_cm1[blind.places], blind.streams.mu, where.mu[VIEW : VIEW + 1]
+    view = expanded(sea, spaced_cm1, np.repeat(toward, fine.size), fine, 2 * fine.size)
+    mean, exact = (_folded(sea, spaced_cm1, toward, where.streams, number) for number in (fine.size, DENSE))
+    return replace(
+        blind,
+        fine=replace(blind.fine, view=view),
+        mean=replace(blind.mean, view=mean),
+        exact=replace(blind.exact, view=exact),
+    )
+
+
+def _folded(sea: SeaModel, wavenumber_cm1: Array, toward: Array, few: Streams, count: int) -> Array:
+    """Return mode 0 (P, N, V) toward cosines (P,) along N streams, folded onto these from more streams."""
+    many = gauss_streams(count)
+    out, into = (cosines.ravel() for cosines in np.meshgrid(toward, many.mu, indexing="ij"))
+    mean = expanded(sea, wavenumber_cm1, out, into, 1, 2 * count).reshape(toward.size, count, -1)
+    onto = (_weight(many)[:, None] * _polynomials(many.mu, few.mu)) / _weight(few)
+    folded: Array = np.einsum("jfv,fn->jnv", mean, onto)
+    return folded
 
 
 def sunlit_mirror(
@@ -381,6 +402,7 @@ def _again(
         crossed.append((layer, through, path_back(depth[None, None], one, other) * strength))
         below = below + depth
     result = np.zeros(view.shape[2:])
+    going, quiet = np.ones(len(result), dtype=np.bool_), np.zeros(len(result), dtype=np.bool_)
     for mode in range(1, modes):
         back = np.zeros(())
         for layer, through, once in crossed:
@@ -389,5 +411,11 @@ def _again(
                 kernel = layer.between(mode, streams.mu.size) - kernel
             back = back + kernel * through
         falling = np.sum(back * (weight * sun[mode]), axis=1)
-        result += turns[mode] * np.sum(weight * view[mode] * falling, axis=0)
+        # Without the factor of the bearing, which may be nearly 0 for two modes.
+        more = np.sum(weight * view[mode] * falling, axis=0)
+        result[going] += turns[mode] * more[going]
+        small = np.max(np.abs(more), axis=1) <= LEAST_BACK * np.max(np.abs(result), axis=1)
+        going, quiet = going & ~(small & quiet), small
+        if not np.any(going):
+            break
     return result

@@ -74,8 +74,9 @@ def require_one_shape(plan: Plan, number: int) -> None:
         Names the key.
     """
     shapes, slant = hasattr(plan.assembly.generators[number], "height_shares"), plan.assembly.slant
-    if shapes and (slant.parallax or plan.scenario.radiance.light_profile != "uniform"):
-        key = "slant.parallax" if slant.parallax else "radiance.light_profile"
+    displaced = slant.parallax and slant.farthest_m(plan.layers[number].top_m) > 0.0
+    if shapes and (displaced or plan.scenario.radiance.light_profile != "uniform"):
+        key = "slant.parallax" if displaced else "radiance.light_profile"
         raise LightError(f"{key}: clouds have a shape in height of their own; allowed: the default")
 
 

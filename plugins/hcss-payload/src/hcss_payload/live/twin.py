@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -62,6 +63,18 @@ _STRIPS_PER_THREAD = 4
 _ONE_TEMPERATURE = "live frames have a sea of one temperature"
 
 
+_NOT_LIVE = ("shadows of clouds on the sea", "waves as shapes")
+
+
+def _of_columns(scenario: Scenario) -> Scenario:
+    """Return a scenario without what is on by default and live frames do not show; parallax is that of their rays."""
+    data = json.loads(scenario.to_json())
+    for section, name in (("slant", "shadows"), ("slant", "parallax"), ("sea", "waves")):
+        if data[section][name] == "auto":
+            data[section][name] = "off"
+    return Scenario.from_dict(data, base=scenario.base, origin=scenario.origin)
+
+
 class LiveTwin:
     """A scenario and a camera, ready to be prepared for passes.
 
@@ -78,7 +91,8 @@ class LiveTwin:
     Attributes
     ----------
     omissions : tuple of Omission
-        What is on by default, and live frames do not show: the texture of the sea's temperature, with its size.
+        What is on by default, and live frames do not show: shadows of clouds, waves as shapes, and the texture of the
+        sea's temperature, with their sizes.
 
     Raises
     ------
@@ -89,12 +103,16 @@ class LiveTwin:
     def __init__(self, scenario: Scenario, camera: Camera, threads: int = 2, fineness: float = FINENESS) -> None:
         require_within("threads", threads, 1, 64)
         require_within("fineness", fineness, 1.0, 16.0)
-        plan = make_plan(scenario)
+        plan = make_plan(_of_columns(scenario))
         require_supported(plan)
-        self.omissions: tuple[Omission, ...] = ()
+        by_default = (scenario.slant.shadows, scenario.sea.waves)
+        wanted = [what for what, value in zip(_NOT_LIVE, by_default, strict=True) if value == "auto"]
+        self.omissions = tuple(item for item in plan.omissions if item.what in wanted and item.bound != 0.0)
         if plan.texture is not None:
-            self.omissions = (texture_of_sea(plan.assembly, _ONE_TEMPERATURE),)
-        self.plan = replace(plan, texture=None, omissions=(*plan.omissions, *self.omissions))
+            texture = texture_of_sea(plan.assembly, _ONE_TEMPERATURE)
+            self.omissions = (texture, *self.omissions)
+            plan = replace(plan, texture=None, omissions=(*plan.omissions, texture))
+        self.plan = plan
         self.camera, self.threads, self.fineness = camera, threads, fineness
 
     def prepare(
