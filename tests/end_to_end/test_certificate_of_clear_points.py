@@ -18,6 +18,7 @@ from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.engine.stages.scene_stages import SceneTables
 from hcss_twin.engine.stream import stream
+from hcss_twin.plan.numerics import reference_level
 
 LIT = CHEAP | {
     "sea.model": "rough-sea",
@@ -195,3 +196,52 @@ def test_slopes_of_points_are_those_of_the_cube():
         (point,) = clear_points.of_pixel(frames[0].time_s, row, column, plan.view)
         expected = x * np.sin(wind) + y * np.cos(wind), x * np.cos(wind) - y * np.sin(wind)
         np.testing.assert_allclose(point.slope, expected, atol=1e-6)
+
+
+class Steep:
+    """Waves with one slope everywhere."""
+
+    def slopes(self, time_s, rows, columns):
+        return np.full((2, rows.stop - rows.start, columns.stop - columns.start), -9.0, np.float32)
+
+
+def test_waves_steeper_than_the_scene_draws_them_are_clipped():
+    plan = plan_of(sea__wind_from=0.0)
+    steep = replace(plan, waves=replace(plan.waves, shapes=Steep()))
+    (point,) = ClearPoints(SceneTables(steep, checked(plan)[0], ())).of_pixel(0.0, 5, 6, plan.view)
+    # The wind comes from the north, along y.
+    np.testing.assert_allclose(point.slope, (-4.0 * plan.waves.rms[0], -4.0 * plan.waves.rms[1]))
+
+
+def test_between_instants_of_the_tables_the_level_is_linear():
+    plan = plan_of()
+    tables, _ = checked(plan)
+    shape = tables.waves.level[0].shape
+    waves = replace(tables.waves, level=(np.full(shape, 1.0), np.full(shape, 3.0)))
+    scene = SceneTables(plan, replace(tables, time_s=(0.0, 10.0), waves=waves), ())
+    for time_s, expected in ((0.0, 1.0), (2.5, 1.5), (10.0, 3.0)):
+        (point,) = ClearPoints(scene).of_pixel(time_s, 5, 6, plan.view)
+        np.testing.assert_allclose(point.level, expected)
+
+
+def test_the_level_of_a_pixel_is_that_of_tables_toward_its_own_view():
+    plan = plan_of(**{key.replace(".", "__"): value for key, value in OF_VIEWS.items()})
+    tables = compile_tables(plan)
+    row, column = 710, 850
+    (view,) = plan.rays.views_of_pixels([row], [column], 0.0)
+    (point,) = ClearPoints(SceneTables(plan, tables, ())).of_pixel(0.0, row, column, view)
+    own = compile_tables(plan.toward(view)).waves.level[0]
+    assert np.max(np.abs(point.level - own)) < 1e-5
+    assert np.max(np.abs(tables.over[0].waves.level[0] - own)) > 1e-3
+
+
+def test_what_an_opaque_cloud_keeps_back_is_the_glint_on_the_finer_grid():
+    plan = replace(plan_of(), waves=None)
+    found = changes(plan, [point_of(plan, path_m=1e6)], References())[0]
+    assembly = plan.assembly.at_level(reference_level(plan.assembly))
+    glint = []
+    for finer in (0, 1):
+        grid = assembly.refined_grid(plan.grid_refinement.refinement + finer)
+        glint.append(grid.weights_cm1 @ assembly.clear(grid.wavenumber_cm1, plan.sun_up_at(0.0))["sea_reflected_sun"])
+    np.testing.assert_allclose(-found.sum(axis=0), glint[1], rtol=1e-9)
+    assert np.all(np.abs(glint[0] / glint[1] - 1.0) > 1e-7)
