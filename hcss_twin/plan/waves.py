@@ -134,6 +134,17 @@ class PlannedWaves(Effect):
     rms: tuple[float, float]
     point_size_m: float
 
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Largest slopes, upwind and crosswind: steeper waves are clipped to them."""
+        return MOST_SIGMAS * self.rms[0], MOST_SIGMAS * self.rms[1]
+
+    def tilted(self, assembly: Assembly, slope: tuple[float, float], view: View, sun: Sun | None) -> Assembly:
+        """Return a scene over the sea that a wave tilts, upwind and crosswind (clockwise), for a view and a sun."""
+        sense = 1.0 if sun is None else wind_sense(view.azimuth_deg, sun.azimuth_deg)
+        sea = assembly.sea.tilted(slope[0], sense * slope[1], self.point_size_m)  # type: ignore[attr-defined]
+        return assembly.over_sea(sea)
+
     def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
         """Return the image, whose windows use the tables of the whole."""
         return {"image": whole_image(scenario)}
@@ -244,6 +255,15 @@ def resolve_waves(scenario: Scenario, assembly: Assembly) -> PlannedWaves:
 def _points(scenario: Scenario, assembly: Assembly) -> Grid:
     grid, samples = assembly.grid, scenario.image.samples_per_pixel
     return Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
+
+
+def to_wind(wind_from_deg: float) -> Array:
+    """Return the matrix (2, 2) that turns slopes along x (east) and y (north) into slopes upwind and crosswind.
+
+    Upwind points toward the origin of the wind; crosswind is clockwise from it.
+    """
+    bearing = math.radians(wind_from_deg)
+    return np.array([[math.sin(bearing), math.cos(bearing)], [math.cos(bearing), -math.sin(bearing)]])
 
 
 def wave_seed(seed: int) -> int:

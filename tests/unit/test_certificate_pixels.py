@@ -13,7 +13,7 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.certificate.certificate import Certificate, StratumCheck
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample, allot
 from hcss_twin.engine.certificate.part_sample import PartSample, strata, stratum_names
-from hcss_twin.engine.stages.stage import IN_SHADOW, SeenWindow
+from hcss_twin.engine.stages.stage import SeenWindow
 from hcss_twin.plan.sunlight import checked_frames
 
 SIZES = st.lists(st.integers(0, 400), min_size=1, max_size=10)
@@ -71,6 +71,20 @@ def test_two_layers_are_told_apart(layer):
     assert found == [[*row, "thin (low only)", "thick (low only)", "thick (low only)"]] * 3
 
 
+@pytest.mark.parametrize("layers", [1, 2, 3])
+def test_clear_pixels_in_shadow_are_a_stratum_and_shadow_changes_no_other(layer, layers):
+    thickness = np.zeros((3, 9), np.float32)
+    thickness[:, 4:] = 50.0
+    shaded = np.zeros((3, 9), np.bool_)
+    shaded[:, 2:6] = True
+    table, of_layers = np.array(stratum_names(layers, shadows=True)), [layer] * layers
+    assert table[:-1].tolist() == list(stratum_names(layers))
+    here, without = (table[strata(of_layers, [thickness] * layers, (3, 9), 1, light)] for light in (shaded, None))
+    assert np.all((here == "clear in shadow") == (shaded & (thickness == 0.0)))
+    np.testing.assert_array_equal(here[:, 4:], without[:, 4:])
+    assert np.all(here[:, :2] == "clear")
+
+
 def test_without_layers_all_is_clear():
     assert names([], [], (2, 2)) == [["clear"] * 2] * 2
 
@@ -89,14 +103,13 @@ def test_half_of_the_draws_go_by_size():
     assert allot(100, np.array([8000, 2000, 0])).tolist() == [65, 35, 0]
 
 
-def drawn(plan, thickness, shaded=None):
+def drawn(plan, thickness):
     sample = PixelSample(plan)
     for index in range(plan.frame_times_s.size):
         part_sample = sample.of_part(index)
         if part_sample is not None:
             for rows in (slice(0, 4), slice(4, 6)):
-                left_out = {} if shaded is None else {IN_SHADOW: shaded[rows]}
-                part_sample.observe(SeenWindow((rows, slice(0, 9)), [thickness[rows]], left_out))
+                part_sample.observe(SeenWindow((rows, slice(0, 9)), [thickness[rows]]))
             radiance = np.arange(3 * 54, dtype=np.float32).reshape(1, 3, 6, 9)
             sample.add_frame(index, [part_sample.drawn(radiance)])
     return sample.frames

@@ -17,10 +17,12 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
+from hcss_twin.engine.certificate.clear_points import ClearPoint, ClearPoints, changes
 from hcss_twin.engine.certificate.many_points import solve_many
 from hcss_twin.engine.certificate.part_sample import strata_of
 from hcss_twin.engine.certificate.reference_columns import References, columns_afresh
-from hcss_twin.engine.stages.stage import REASONS
+from hcss_twin.engine.stages.scene_stages import SceneTables
+from hcss_twin.engine.stages.stage import NOT_SEEN, REASONS, WITH_ELEMENTS
 from hcss_twin.engine.tables.point_axis import PointAxis
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
 from hcss_twin.engine.tables.scene_axes import point_axes
@@ -51,14 +53,14 @@ def certify(
         If a provider breaks its contract.
     """
     names, bands = strata_of(plan), len(plan.bands)
-    reasons = REASONS if not plan.is_grid else REASONS[:3] if plan.assembly.elements else REASONS[:2]
+    possible = {WITH_ELEMENTS: bool(plan.assembly.elements), NOT_SEEN: not plan.is_grid}
     quantities = tables.quantities
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
     axes = point_axes(plan)
     one_model = plan.views is None and not axes
     references = References(from_curves and one_model, columns_afresh(plan.scenario) if from_curves else 0)
-    exact = _exact(plan, axes, quantities, frames, references) if frames else nothing
+    exact = _exact(SceneTables(plan, tables, axes), frames, references) if frames else nothing
     away, total = np.abs(written - exact), np.abs(exact[:, :1])
     whole = np.broadcast_to(total, away.shape)
     errors = np.divide(away, whole, out=np.where(away > 0, np.inf, 0.0), where=whole != 0)
@@ -92,7 +94,9 @@ def certify(
     for number, name in enumerate(names):
         in_stratum = stratum == number
         left_out = {
-            reason: sum(int(pixels.left_out[row, number]) for pixels in frames) for row, reason in enumerate(reasons)
+            reason: sum(int(pixels.left_out[row, number]) for pixels in frames)
+            for row, reason in enumerate(REASONS)
+            if possible[reason]
         }
         pixels_of = int(np.sum(size[:, number])) + sum(left_out.values())
         if pixels_of:
@@ -145,6 +149,8 @@ class SampledPoint(NamedTuple):
         On each axis along which points differ.
     alone : tuple
         View and time, each None unless columns of others cannot be solved with it.
+    clear : ClearPoint or None
+        Its wave and shadow; None under cloud, and if the scene has neither.
     """
 
     thickness_m: Array
@@ -153,17 +159,14 @@ class SampledPoint(NamedTuple):
     perturbation: Array
     states: tuple[Any, ...]
     alone: tuple[View | None, float | None]
+    clear: ClearPoint | None
 
 
-def _exact(
-    plan: Plan,
-    axes: Sequence[PointAxis[Any]],
-    quantities: Quantities,
-    frames: Sequence[SampledPixels],
-    references: References,
-) -> Array:
+def _exact(scene: SceneTables, frames: Sequence[SampledPixels], references: References) -> Array:
     """Band radiances (M, Q, B) of the pixels of all frames on the reference path: total and requested terms."""
-    points = [point for pixels in frames for point in _points(plan, axes, pixels)]
+    assert scene.tables is not None
+    plan, axes, quantities, clear_points = scene.plan, scene.axes, scene.tables.quantities, ClearPoints(scene)
+    points = [point for pixels in frames for point in _points(plan, axes, pixels, clear_points)]
     exact = np.empty((len(points), len(quantities.names), len(plan.bands)))
     groups: dict[tuple[Any, ...], list[int]] = {}
     for number, point in enumerate(points):
@@ -173,6 +176,9 @@ def _exact(
         for axis, state in zip(axes, states, strict=True):
             in_state = axis.plan_in(in_state, state)
         exact[members] = _columns(in_state, quantities, [points[member] for member in members], references)
+        clear = {member: of_point for member in members if (of_point := points[member].clear) is not None}
+        if clear:
+            exact[list(clear)] += quantities.of(changes(in_state, list(clear.values()), references))
     pixels = sum(pixels.row.size for pixels in frames)
     if not pixels:
         return exact
@@ -180,7 +186,9 @@ def _exact(
     return means
 
 
-def _points(plan: Plan, axes: Sequence[PointAxis[Any]], pixels: SampledPixels) -> Iterator[SampledPoint]:
+def _points(
+    plan: Plan, axes: Sequence[PointAxis[Any]], pixels: SampledPixels, clear_points: ClearPoints
+) -> Iterator[SampledPoint]:
     """Yield the points of each pixel of a frame."""
     rows, columns = ((at + of.start).tolist() for at, of in zip((pixels.row, pixels.column), plan.extent, strict=True))
     views = [plan.view] * len(rows)
@@ -195,8 +203,11 @@ def _points(plan: Plan, axes: Sequence[PointAxis[Any]], pixels: SampledPixels) -
         alone = own_view, None if plan.is_grid else time_s
         on_axes = [axis.of_pixel(time_s, row, column, thickness_m) for axis in axes]
         states = zip(*on_axes, strict=True) if axes else [()] * len(thickness_m)
-        for of_point, state in zip(thickness_m, states, strict=True):
-            yield SampledPoint(of_point, time_s, view, perturbation, state, alone)
+        cloudless = ~np.any(thickness_m, axis=1)
+        clear = clear_points.of_pixel(time_s, row, column, view) if np.any(cloudless) else None
+        for number, (of_point, state) in enumerate(zip(thickness_m, states, strict=True)):
+            of_clear = clear[number] if clear is not None and cloudless[number] else None
+            yield SampledPoint(of_point, time_s, view, perturbation, state, alone, of_clear)
 
 
 def _thickness(plan: Plan, pixels: SampledPixels) -> Array:

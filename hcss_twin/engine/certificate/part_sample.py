@@ -1,8 +1,9 @@
 """Stratified random sample of pixels from one part of a frame, for the certificate.
 
-Strata are clear pixels, and thin, edge and thick pixels of each combination of layers. A pixel is an edge pixel if
-the cloud of some layer ends in it or in an adjacent pixel (up, down, left or right). Other cloudy pixels are thick if
-the thickness of some layer is at least the geometric mean of its limits, otherwise thin.
+Strata are clear pixels, those of them in the shadow of clouds, and thin, edge and thick pixels of each combination of
+layers. A pixel is an edge pixel if the cloud of some layer ends in it or in an adjacent pixel (up, down, left or
+right). Other cloudy pixels are thick if the thickness of some layer is at least the geometric mean of its limits,
+otherwise thin.
 """
 
 from __future__ import annotations
@@ -23,30 +24,45 @@ from hcss_twin.providers import CloudLayer
 
 Thickness = NDArray[np.float32]
 
-CLEAR = "clear"
+CLEAR, SHADED = "clear", "clear in shadow"
 PARTS = ("thin", "edge", "thick")
 CHOICES = ("low only", "high only", "both")
 COUNTS = ("one layer", "two layers", "three layers", "four layers", "five layers")
 
 
-def stratum_names(layers: int, surfaces: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the names (S,) of the strata of a scene with so many layers and these classes of surface, by number."""
+def stratum_names(layers: int, surfaces: Sequence[str] = (), shadows: bool = False) -> tuple[str, ...]:
+    """Return the names (S,) of the strata of a scene, by number.
+
+    Parameters
+    ----------
+    layers : int
+        Number of layers.
+    surfaces : sequence of str
+        Classes of surface.
+    shadows : bool
+        Whether clouds cast shadows.
+    """
     of_clouds: tuple[str, ...] = (CLEAR, *PARTS) if layers == 1 else (CLEAR,)
     if layers > 1:
         choices = CHOICES if layers == 2 else COUNTS[:layers]
         of_clouds = (CLEAR, *(f"{part} ({choice})" for choice in choices for part in PARTS))
+    if shadows:
+        of_clouds = (*of_clouds, SHADED)
     return tuple(f"{cloud} over {name}" for name in surfaces for cloud in of_clouds) if surfaces else of_clouds
 
 
 def strata_of(plan: Plan) -> tuple[str, ...]:
     """Return the names (S,) of the strata of a scene, by number."""
-    return stratum_names(
-        len(plan.layers), () if plan.surfaces is None else [class_.name for class_ in plan.surfaces.classes]
-    )
+    surfaces = () if plan.surfaces is None else [class_.name for class_ in plan.surfaces.classes]
+    return stratum_names(len(plan.layers), surfaces, plan.has_shadows)
 
 
 def strata(
-    layers: Sequence[CloudLayer], thickness_m: Sequence[Thickness], shape: tuple[int, int], samples: int
+    layers: Sequence[CloudLayer],
+    thickness_m: Sequence[Thickness],
+    shape: tuple[int, int],
+    samples: int,
+    shaded: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.int8]:
     """Return the stratum of each pixel of a window (y, x), as an index into :func:`stratum_names`.
 
@@ -59,6 +75,8 @@ def strata(
         Rows and columns of the window, in pixels.
     samples : int
         Points along each side of a pixel.
+    shaded : ndarray of bool (y, x), optional
+        Pixels with points in the shadow of clouds.
     """
     layer_choice = np.zeros(shape, dtype=np.int8)
     edge, thick = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
@@ -74,6 +92,8 @@ def strata(
     # One byte per pixel, because default numpy integers would take eight times the memory.
     part = np.where(edge, np.int8(1), np.int8(2) * thick.view(np.int8))
     stratum: NDArray[np.int8] = np.where(layer_choice > 0, np.int8(3) * layer_choice + (part - np.int8(2)), np.int8(0))
+    if shaded is not None:
+        stratum[shaded & (stratum == 0)] = len(stratum_names(len(layers)))
     return stratum
 
 
@@ -157,9 +177,10 @@ class PartSample:
         window, thickness_m, surface = seen.inside, seen.thickness_m, seen.surface
         samples = self._plan.samples_per_pixel
         shape = window[0].stop - window[0].start, window[1].stop - window[1].start
-        stratum = strata(self._plan.layers, thickness_m, shape, samples)
+        stratum = strata(self._plan.layers, thickness_m, shape, samples, seen.shaded)
         if surface is not None:
-            stratum = stratum + np.int8(len(stratum_names(len(self._plan.layers)))) * surface.view(np.int8)
+            of_each = stratum_names(len(self._plan.layers), shadows=self._plan.has_shadows)
+            stratum = stratum + np.int8(len(of_each)) * surface.view(np.int8)
         free = np.ones(shape, dtype=np.bool_)
         for number, reason in enumerate(REASONS):
             if reason in seen.left_out:

@@ -9,7 +9,7 @@ are a few percent at most, so that their own errors hardly matter.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -70,7 +70,7 @@ def columns_afresh(scenario: Scenario) -> int:
 
 @dataclass(frozen=True)
 class ReferenceColumns:
-    """Terms (N, K, B) of columns, or (9, N, K, B) in the states of an expansion."""
+    """Terms (N, K, B) of columns, changes of them, or (9, N, K, B) in the states of an expansion."""
 
     terms: Array
 
@@ -186,32 +186,39 @@ class References:
         self, plan: Plan, thickness_m: Array, suns: Suns, views: Views = (), wavenumbers: Nodes = NODES_TOLERANCE
     ) -> Array:
         same = "curve" if isinstance(wavenumbers, SpectralNodes) else wavenumbers
-        digest = _digest(plan, thickness_m, suns, views, same)
-        self.calls += 1
 
-        def compute() -> ReferenceColumns:
-            self.solved += 1
+        def compute() -> Array:
             terms, _, spectra = _reference_terms(plan, thickness_m, suns, views, wavenumbers)
             if plan.texture is not None:
                 self._spectra = {_digest(plan, thickness_m, suns, views): spectra}
-            return ReferenceColumns(terms)
+            return terms
 
-        return recall_or_compute(REFERENCES, digest.hex(), plan.catalog, compute, (ReferenceColumns,)).terms
+        return self.recalled(plan, compute, thickness_m, suns, views, same)
 
     def perturbed(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views = ()) -> Array:
         """Return terms (9, N, K, B) of columns (N, L) at :data:`hcss_twin.plan.texture.EXPANSION_STATES`.
 
         They are of a coarse level of the radiance model: only their differences, a percent of the radiance, are used.
         """
-        self.calls += 1
 
-        def compute() -> ReferenceColumns:
-            self.solved += 1
+        def compute() -> Array:
             known = self._spectra.get(_digest(plan, thickness_m, suns, views))
-            return ReferenceColumns(_perturbed_terms(plan, thickness_m, suns, views, known))
+            return _perturbed_terms(plan, thickness_m, suns, views, known)
 
-        digest = _digest(plan, thickness_m, suns, views, "texture")
-        return recall_or_compute(REFERENCES, digest.hex(), plan.catalog, compute, (ReferenceColumns,)).terms
+        return self.recalled(plan, compute, thickness_m, suns, views, "texture")
+
+    def recalled(
+        self, plan: Plan, compute: Callable[[], Array], values: Array, suns: Suns, views: Views, *more: object
+    ) -> Array:
+        """Return terms from the cache, or computed: those of values (N, ...) under N suns, toward N views."""
+
+        def solved() -> ReferenceColumns:
+            self.solved += 1
+            return ReferenceColumns(compute())
+
+        self.calls += 1
+        digest = _digest(plan, values, suns, views, *more)
+        return recall_or_compute(REFERENCES, digest.hex(), plan.catalog, solved, (ReferenceColumns,)).terms
 
     @property
     def interpolation(self) -> str:
@@ -233,11 +240,11 @@ class References:
         return f"{self.solved} of {self.calls} solved in this run, others reused" if self.solved else "reused"
 
 
-def _digest(plan: Plan, thickness_m: Array, suns: Suns, views: Views, *more: object) -> bytes:
+def _digest(plan: Plan, values: Array, suns: Suns, views: Views, *more: object) -> bytes:
     """Return a hash of everything that columns depend on."""
     digest = hashlib.sha256(table_key(plan).encode())
-    digest.update(repr((thickness_m.shape, *suns, *views, *more)).encode())
-    digest.update(np.ascontiguousarray(thickness_m).tobytes())
+    digest.update(repr((values.shape, *suns, *views, *more)).encode())
+    digest.update(np.ascontiguousarray(values).tobytes())
     return digest.digest()
 
 

@@ -47,6 +47,12 @@ class SceneTables:
             return ()
         return (tables,) if self.plan.views is None else tables.leaves[: len(self.plan.views.places)]
 
+    @property
+    def with_waves(self) -> list[RadianceTables]:
+        """Tables of the sea with resolved waves toward all views; none if there are none, or no tables."""
+        leaves = [] if self.tables is None else [tables for tables in self.tables.leaves if tables.waves is not None]
+        return leaves[: 1 if self.plan.views is None else len(self.plan.views.places)]
+
 
 class LookUpStage(Stage):
     """Radiance of independent columns, from the tables."""
@@ -118,9 +124,7 @@ def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:
 
     # the scenario's own sea alone has waves
     sea = next((axis.ground.sea for axis in scene.named("surfaces")), 0)
-    leaves = [] if scene.tables is None else [tables for tables in scene.tables.leaves if tables.waves is not None]
-    views = 1 if scene.plan.views is None else len(scene.plan.views.places)
-    yield WaveStage(scene.plan, waves, leaves[:views], sea)
+    yield WaveStage(scene.plan, waves, scene.with_waves, sea)
 
 
 OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {

@@ -18,7 +18,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import kernel
 from hcss_twin.cube.variables import SHADOW_MASK
-from hcss_twin.engine.stages.stage import IN_SHADOW, FramePart, PartWindow, Stage
+from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.radiance_tables import ShadowTables
 from hcss_twin.engine.tables.view_states import view_states, weights_of_nodes
 from hcss_twin.physics.geometry import displacement_m
@@ -112,11 +112,12 @@ class ShadowStage(Stage):
         self._plan, self._tables = plan, of_surfaces
         self._point_m = plan.grid.pixel_size_m / plan.samples_per_pixel
         self._shifts = [plan.assembly.slant.of_view(layer, self._point_m) for layer in plan.layers]
-        self._at = cached_method(self._shadows, 1)
+        self.at = cached_method(self._shadows, 1)
+        """Returns the :class:`InstantShadows` at a time; None if there are none."""
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
         """Subtract the sunlight that clouds keep from the clear points, and fill the mask if requested."""
-        shadows = self._at(part.time_s)
+        shadows = self.at(part.time_s)
         if shadows is None:
             return
         mask = part.truth.get(SHADOW_MASK)
@@ -130,7 +131,7 @@ class ShadowStage(Stage):
         for surface, of_surface in enumerate(shadows.of_surfaces):
             clear, corner = window.clear_points(surface), (rows.start, columns.start)
             _cast(part.radiance, mask, kept_back, *corner, samples, clear, in_cloud, of_surface, *weights)
-        window.left_out[IN_SHADOW] = mask[window.inside] > 0
+        window.shaded = mask[window.inside] > 0
 
     def _shadows(self, time_s: float) -> InstantShadows | None:
         """Return the shadows at one instant; None if there are none."""

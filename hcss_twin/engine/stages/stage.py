@@ -20,9 +20,8 @@ from hcss_twin.engine.tables.frame_look_up import FrameLookUp
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import SurfaceMap
 
-IN_SHADOW, WITH_WAVES, WITH_ELEMENTS = "in the shadow of clouds", "with drawn waves", "with elements"
-NOT_SEEN = "beyond the ground that is computed"
-REASONS = (IN_SHADOW, WITH_WAVES, WITH_ELEMENTS, NOT_SEEN)
+WITH_ELEMENTS, NOT_SEEN = "with elements", "beyond the ground that is computed"
+REASONS = (WITH_ELEMENTS, NOT_SEEN)
 """Why the certificate leaves out pixels."""
 
 Thickness = NDArray[np.float32]
@@ -93,12 +92,15 @@ class SeenWindow:
         Pixels whose radiance the certificate cannot compute, by one of ``REASONS``.
     surface : ndarray of uint8 (window rows, window columns) or None
         Class of the surface at most points of each pixel; None where all are the scenario's sea.
+    shaded : ndarray of bool (window rows, window columns) or None
+        Pixels with points in the shadow of clouds; None without shadows.
     """
 
     inside: Window
     thickness_m: Sequence[Thickness]
     left_out: dict[str, NDArray[np.bool_]] = field(default_factory=dict)
     surface: NDArray[np.uint8] | None = None
+    shaded: NDArray[np.bool_] | None = None
 
 
 @dataclass

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,12 +10,12 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import inner, kernel
-from hcss_twin.engine.stages.stage import WITH_WAVES, FramePart, PartWindow, Stage
+from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.engine.tables.view_states import view_states, weights_of_nodes
 from hcss_twin.physics.polynomial_rows import weigh_row
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.waves import PlannedWaves
+from hcss_twin.plan.waves import PlannedWaves, to_wind
 from hcss_twin.plan.windows import pixel_sums, points_of
 
 SLOPES = ("sea_slope_x", "sea_slope_y")
@@ -35,9 +34,6 @@ class WaveStage(Stage):
 
     def __init__(self, plan: Plan, waves: PlannedWaves, tables: Sequence[RadianceTables], sea: int) -> None:
         self._plan, self._shapes, self._sea, self._tables = plan, waves.shapes, sea, tables
-        # Upwind points toward the origin of the wind; crosswind is clockwise from it. x points east, y north.
-        bearing = math.radians(plan.scenario.sea.wind_from)
-        self._turn = np.array([[math.sin(bearing), math.cos(bearing)], [math.cos(bearing), -math.sin(bearing)]])
         self._samples = plan.samples_per_pixel
         self._moves = any(len(of_view.time_s) > 1 for of_view in tables)
         self._at = cached_method(self._changes, 1)
@@ -46,8 +42,6 @@ class WaveStage(Stage):
         """Add waves to the radiance of the sea's clear points, and fill the slopes of the truth if requested."""
         truth, inside = part.truth, window.inside
         clear = window.clear_points(self._sea)
-        if window.observed:
-            window.left_out[WITH_WAVES] = pixel_sums(clear, self._samples) > 0
         wanted = [name for name in SLOPES if name in truth]
         if not self._tables and not wanted:
             return
@@ -75,7 +69,7 @@ class WaveStage(Stage):
         sizes = np.max([of_view.change[0].shape[:2] for of_view, _ in waves], axis=0)
         toward_all = np.stack([of_view.at(time_s, times, tuple(sizes.tolist())) for of_view, times in waves])
         states = view_states(self._plan, toward_all)
-        to_nodes = self._turn * (0.5 * (sizes - 1) / waves[0][0].reach)[:, None]
+        to_nodes = to_wind(self._plan.scenario.sea.wind_from) * (0.5 * (sizes - 1) / waves[0][0].reach)[:, None]
         return np.ascontiguousarray(states.values, np.float32), states.shares, to_nodes.astype(np.float32)
 
 

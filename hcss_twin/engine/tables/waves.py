@@ -13,7 +13,6 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.tables.radiance_tables import Quantities, WaveTables
 from hcss_twin.models.sea.wave_field import MOST_SIGMAS
 from hcss_twin.physics import quadrature
-from hcss_twin.physics.geometry import wind_sense
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms
@@ -101,8 +100,7 @@ def _tables(
 
     every, of_sun = np.ones((len(quantities.terms), 1)), sea_sun_terms(plan.assembly.model)
     direct = np.array([[float(name in of_sun)] for name in quantities.terms])
-    reach = MOST_SIGMAS * waves.rms[0], MOST_SIGMAS * waves.rms[1]
-    return WaveTables(reach, tables(every), levels, error + rest, tables(direct) if plan.has_shadows else ())
+    return WaveTables(waves.reach, tables(every), levels, error + rest, tables(direct) if plan.has_shadows else ())
 
 
 def probe_waves(plan: Plan, waves: PlannedWaves, sun: Sun | None) -> Array:
@@ -117,9 +115,7 @@ class _Columns:
     """Cached clear columns over tilted seas, integrated over the bands."""
 
     def __init__(self, plan: Plan, waves: PlannedWaves, sun: Sun | None) -> None:
-        self._plan, self._sun, self._size_m = plan, sun, waves.point_size_m
-        self._reach = tuple(MOST_SIGMAS * rms for rms in waves.rms)
-        self._sense = 1.0 if sun is None else wind_sense(plan.view.azimuth_deg, sun.azimuth_deg)
+        self._plan, self._waves, self._sun = plan, waves, sun
         self._known: dict[tuple[float, float], Array] = {}
 
     def __call__(self, upwind: Array, crosswind: Array) -> Array:
@@ -137,9 +133,8 @@ class _Columns:
         return terms
 
     def _tilted(self, upwind: float, crosswind: float) -> Assembly:
-        assembly = self._plan.assembly
-        tilt = upwind * self._reach[0], self._sense * crosswind * self._reach[1]
-        return assembly.over_sea(assembly.sea.tilted(*tilt, self._size_m))  # type: ignore[attr-defined]
+        slope = upwind * self._waves.reach[0], crosswind * self._waves.reach[1]
+        return self._waves.tilted(self._plan.assembly, slope, self._plan.view, self._sun)
 
     def _clear(self, scenes: Sequence[Assembly]) -> Array:
         """Terms (N, K, B) of clear sky over each sea."""

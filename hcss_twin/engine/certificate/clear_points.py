@@ -1,0 +1,157 @@
+"""What clear points of the certificate show beyond the mean clear column: the wave at each, less what clouds keep back.
+
+A wave tilts the sea of its point: the column over the tilted sea takes the place of that over the mean sea, each of its
+terms scaled by the level that keeps the mean over all waves that of the mean sea. This level alone is read from the
+tables, between their instants and views; it is within a few percent of 1. Clouds on the path of the sun keep back the
+share 1 - exp(-k s) of the direct sunlight that this sea reflects, at each wavenumber (Bouguer's law), with the
+extinction k and the length s of the path in each layer. Columns are solved at the reference level, on the next finer
+spectral grid. Slopes and paths are those of the scene, as its frames have them: steeper waves are clipped.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hcss_twin.core.arrays import Array
+from hcss_twin.engine.certificate.reference_columns import References
+from hcss_twin.engine.stages.scene_stages import SceneTables
+from hcss_twin.engine.stages.shadows import ShadowStage
+from hcss_twin.engine.tables.radiance_tables import interval
+from hcss_twin.engine.tables.view_states import weights_of_nodes
+from hcss_twin.plan.numerics import reference_level
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.slant_paths import sea_sun_terms
+from hcss_twin.plan.waves import to_wind
+from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.providers import Sun, View
+from hcss_twin.providers.column_states import ColumnSetting, spectra_of
+
+SETTINGS_AT_ONCE = 32
+"""Columns computed in one call; the memory grows with their number."""
+
+
+class ClearPoint(NamedTuple):
+    """A clear point.
+
+    Attributes
+    ----------
+    slope : (float, float)
+        Upwind, and crosswind clockwise from upwind; 0 without waves.
+    path_m : ndarray (L,)
+        Length of the sun's path in the cloud of each layer.
+    level : ndarray (K, B)
+        Factor of each term over a tilted sea.
+    """
+
+    sun: Sun | None
+    view: View
+    slope: tuple[float, float]
+    path_m: Array
+    level: Array
+
+
+class ClearPoints:
+    """Finds waves and shadows at the points of pixels."""
+
+    def __init__(self, scene: SceneTables) -> None:
+        self._plan, self._tables = scene.plan, scene.with_waves
+        self._shadows = ShadowStage(scene.plan, []) if scene.plan.has_shadows else None
+
+    def of_pixel(self, time_s: float, row: int, column: int, view: View) -> list[ClearPoint] | None:
+        """Return the points of a pixel of the image as if all were clear; None if that changes nothing."""
+        plan, pixel = self._plan, (slice(row, row + 1), slice(column, column + 1))
+        if plan.waves is None and self._shadows is None:
+            return None
+        slopes, paths_m = self._slopes(time_s, pixel), self._paths_m(time_s, pixel)
+        level, sun = self._level(time_s, pixel), plan.sun_up_at(time_s)
+        of_points = zip(*slopes.tolist(), paths_m.T, strict=True)
+        return [ClearPoint(sun, view, (upwind, crosswind), path, level) for upwind, crosswind, path in of_points]
+
+    def _slopes(self, time_s: float, pixel: Window) -> Array:
+        """Return the slopes (2, P), upwind and crosswind."""
+        plan, (rows, columns) = self._plan, (points_of(at, self._plan.samples_per_pixel) for at in pixel)
+        if plan.waves is None:
+            return np.zeros((2, plan.samples_per_pixel**2))
+        slopes = plan.waves.shapes.slopes(time_s, rows, columns).reshape(2, -1).astype(np.float64)
+        reach = np.array(plan.waves.reach)[:, None]
+        clipped: Array = np.clip(to_wind(plan.scenario.sea.wind_from) @ slopes, -reach, reach)
+        return clipped
+
+    def _paths_m(self, time_s: float, pixel: Window) -> Array:
+        """Return the lengths (L, P) of the sun's path in the cloud of each layer."""
+        plan = self._plan
+        shadows = None if self._shadows is None else self._shadows.at(time_s)
+        if shadows is None:
+            return np.zeros((len(plan.layers), plan.samples_per_pixel**2))
+        mu0 = math.cos(math.radians(plan.sun_track.at(time_s).zenith_deg))
+        paths: Array = shadows.in_cloud(pixel).reshape(len(plan.layers), -1).astype(np.float64) / mu0
+        return paths
+
+    def _level(self, time_s: float, pixel: Window) -> Array:
+        """Return the level (K, B) of a pixel."""
+        of_views = []
+        for tables in self._tables:
+            assert tables.waves is not None
+            (index, weight), levels = interval(tables.time_s, time_s), tables.waves.level
+            of_views.append((1.0 - weight) * levels[index] + weight * levels[min(index + 1, len(levels) - 1)])
+        if not of_views:
+            return np.ones((len(self._plan.assembly.model.terms), len(self._plan.bands)))
+        up, across = weights_of_nodes(self._plan, pixel)
+        level: Array = np.tensordot(np.outer(up[0], across[0]).ravel(), np.array(of_views), 1)
+        return level
+
+
+def changes(plan: Plan, points: Sequence[ClearPoint], references: References) -> Array:
+    """Return what waves and shadows change in the terms (N, K, B) of the mean clear column, at each point.
+
+    Parameters
+    ----------
+    plan : Plan
+        In the state of the points: without waves on any surface but the scenario's sea.
+    """
+    suns, views = [point.sun for point in points], [point.view for point in points]
+    values = [np.concatenate((point.slope, point.path_m, point.level.ravel())) for point in points]
+    return references.recalled(plan, lambda: _changes(plan, points), np.array(values), suns, views, "clear points")
+
+
+def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
+    fine = plan.assembly.at_level(reference_level(plan.assembly))
+    grid = plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
+    mean = [fine.setting(point.sun, point.view) for point in points]
+    seen, level = mean, [np.ones_like(point.level) for point in points]
+    if plan.waves is not None:
+        level = [point.level for point in points]
+        tilted = [plan.waves.tilted(fine, point.slope, point.view, point.sun) for point in points]
+        seen = [scene.setting(point.sun, point.view) for scene, point in zip(tilted, points, strict=True)]
+    kept_back = _kept_back(plan, points, grid.wavenumber_cm1)
+    direct = [list(fine.model.terms).index(name) for name in sea_sun_terms(fine.model)]
+    whole, lost = dict[ColumnSetting, Array](), np.zeros((len(points), len(fine.model.terms), len(plan.bands)))
+    different, cloudless = list(dict.fromkeys((*mean, *seen))), np.zeros((1, len(plan.layers)))
+    for first in range(0, len(different), SETTINGS_AT_ONCE):
+        settings = different[first : first + SETTINGS_AT_ONCE]
+        spectra = spectra_of(fine.model, settings, grid.wavenumber_cm1, cloudless)[:, 0]
+        for setting, spectrum in zip(settings, spectra, strict=True):
+            whole[setting] = spectrum @ grid.weights_cm1.T
+            for number, share in kept_back.items():
+                if seen[number] == setting:
+                    lost[number, direct] = (spectrum[direct] * share) @ grid.weights_cm1.T
+    return np.array(
+        [
+            scale * (whole[at] - of_point) - whole[without]
+            for scale, at, without, of_point in zip(level, seen, mean, lost, strict=True)
+        ]
+    )
+
+
+def _kept_back(plan: Plan, points: Sequence[ClearPoint], wavenumber_cm1: Array) -> dict[int, Array]:
+    """Return the share (V,) of direct sunlight that clouds keep from each point in their shadow, by its number."""
+    in_shadow = [number for number, point in enumerate(points) if np.any(point.path_m)]
+    if not in_shadow:
+        return {}
+    of_layers = [plan.assembly.optics.single_scattering(layer.microphysics, wavenumber_cm1) for layer in plan.layers]
+    extinction_m1 = np.array([optics.extinction_m1 for optics in of_layers])
+    return {number: -np.expm1(-(points[number].path_m @ extinction_m1)) for number in in_shadow}

@@ -1,0 +1,197 @@
+"""The certificate of clear points: each with its wave, behind the clouds on the path of the sun."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cheap import CHEAP
+from surface_files import write_half
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.core.errors import CertificateWarning
+from hcss_twin.engine import simulate as simulation
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample
+from hcss_twin.engine.certificate.certify import certify
+from hcss_twin.engine.certificate.clear_points import ClearPoint, ClearPoints, changes
+from hcss_twin.engine.certificate.reference_columns import References
+from hcss_twin.engine.compile import compile_tables
+from hcss_twin.engine.simulate import simulate
+from hcss_twin.engine.stages.scene_stages import SceneTables
+from hcss_twin.engine.stream import stream
+
+LIT = CHEAP | {
+    "sea.model": "rough-sea",
+    "sea.waves": "on",
+    "slant.shadows": "on",
+    "clouds.coverage_mode": "field",
+    "image.rows": 60,
+    "image.columns": 80,
+    "image.pixel_size": 20.0,
+    "bands": ["mwir-3.7", "lwir-10.8"],
+    "frames.count": 3,
+    "view.zenith": 40.0,
+}
+"""Waves in and out of the shadow of clouds, some of them in the glint of the sun."""
+OF_PIXELS = {"image.samples_per_pixel": 2, "output.certificate": 24}
+OF_VIEWS = {"platform.altitude": "100 km", "image.rows": 800, "image.columns": 1000, "accuracy": 1e-2}
+OF_VIEWS |= {"image.window.rows": [700, 760], "image.window.columns": [820, 900]}
+CLEAR = {"clear", "clear in shadow"}
+
+
+def plan_of(**changes):
+    return make_plan(Scenario.load("cumulus", LIT | {key.replace("__", "."): each for key, each in changes.items()}))
+
+
+def checked(plan):
+    """The tables of a plan, and the pixels that are drawn."""
+    tables, sample = compile_tables(plan), PixelSample(plan)
+    list(stream(plan, tables, sample))
+    return tables, sample.frames
+
+
+def strata_of(found):
+    return {stratum.name: stratum for stratum in found.strata}
+
+
+@pytest.mark.parametrize("changes", [{}, OF_PIXELS, OF_VIEWS], ids=["one view", "many points", "many views"])
+def test_waves_in_and_out_of_shadow_pass_and_nothing_is_left_out(changes):
+    plan = make_plan(Scenario.load("cumulus", LIT | changes))
+    tables, frames = checked(plan)
+    assert plan.waves is not None
+    assert plan.has_shadows
+    assert (plan.views is not None) == (changes is OF_VIEWS)
+    found = certify(plan, tables, frames)
+    strata = strata_of(found)
+    assert set(strata) >= CLEAR | {"edge", "thick"}
+    assert all(stratum.checked >= 1 and not stratum.left_out for stratum in strata.values())
+    assert found.passed
+    # the waves matter: a mean sea would fail
+    calm = certify(replace(plan, waves=None), tables, frames)
+    assert "clear" in {stratum.name for stratum in calm.strata if stratum.exceeding}
+
+
+def test_land_beside_the_sea_has_shadows_and_no_waves(tmp_path):
+    write_half(tmp_path / "half.nc")
+    classes = {0: "sea", 1: "sand"}
+    ground = {"provider": "raster", "parameters": {"file": str(tmp_path / "half.nc"), "classes": classes}}
+    plan = plan_of(
+        surfaces=ground, place={"latitude": 35.0, "longitude": 150.0}, output__certificate=60, frames__count=1
+    )
+    found = certify(plan, *checked(plan))
+    strata = strata_of(found)
+    for surface in ("sea", "sand"):
+        for name in CLEAR:
+            assert strata[f"{name} over {surface}"].checked >= 3
+    assert found.passed
+    assert max(strata["clear over sand"].error) < 1e-4
+
+
+def wrong(kind, factor):
+    """Return a compiler whose tables of waves, or of shadows, are wrong by a factor."""
+
+    def tables_of(plan):
+        tables = compile_tables(plan)
+        waves, shadows = tables.waves, tables.shadows
+        if kind == "waves":
+            waves = replace(waves, change=tuple(np.float32(factor) * change for change in waves.change))
+        else:
+            shadows = replace(shadows, **{kind: factor * getattr(shadows, kind)})
+        return replace(tables, waves=waves, shadows=shadows)
+
+    return tables_of
+
+
+@pytest.mark.parametrize(
+    ("kind", "factor", "named"),
+    [("waves", 1.1, "clear"), ("loss", 0.95, "clear in shadow"), ("depth", 0.7, "clear in shadow")],
+)
+def test_a_wrong_table_of_waves_or_shadows_fails_and_names_the_stratum(kind, factor, named, monkeypatch):
+    monkeypatch.setattr(simulation, "tables_of", wrong(kind, factor))
+    with pytest.warns(CertificateWarning, match=rf"FAILED: .*{named} \(\d"):
+        made = simulate(Scenario.load("cumulus", LIT | {"output.certificate": 60}))
+    assert "thick (" not in made.attrs["hcss_certificate"].split(";")[0]
+
+
+def point_of(plan, slope=(0.0, 0.0), path_m=0.0, level=1.0):
+    size = len(plan.assembly.model.terms), len(plan.bands)
+    return ClearPoint(plan.sun_up_at(0.0), plan.view, slope, np.array([path_m]), np.broadcast_to(level, size))
+
+
+def mean_column(plan):
+    """Terms (K, B) over the mean sea, on the grid and at the level of the scene."""
+    terms = plan.assembly.clear(plan.spectral_grid.wavenumber_cm1, plan.sun_up_at(0.0))
+    return np.array([plan.spectral_grid.weights_cm1 @ terms[name] for name in plan.assembly.model.terms])
+
+
+def test_behind_an_opaque_cloud_a_point_has_no_direct_glint_and_all_else():
+    plan = plan_of()
+    slopes = [(0.0, 0.0), (0.5 * plan.waves.rms[0], -plan.waves.rms[1])]
+    points = [point_of(plan, slope, path) for slope in slopes for path in (0.0, 1e6)]
+    terms = mean_column(plan) + changes(plan, points, References())
+    glint = list(plan.assembly.model.terms).index("sea_reflected_sun")
+    others = np.arange(len(plan.assembly.model.terms)) != glint
+    for sunlit, shaded in (terms[:2], terms[2:]):
+        assert sunlit[glint, 0] > 0.01 * sunlit[:, 0].sum()
+        assert np.all(np.abs(shaded[glint]) < 1e-3 * sunlit[glint] + 1e-12)
+        np.testing.assert_array_equal(shaded[others], sunlit[others])
+
+
+def test_a_cloud_of_one_extinction_keeps_back_what_bouguer_says():
+    """In a narrow band the extinction hardly changes."""
+    plan = plan_of(bands=[{"name": "narrow", "limits": [3.70, 3.71]}])
+    layer, wavenumber = plan.layers[0], plan.spectral_grid.wavenumber_cm1
+    extinction = plan.assembly.optics.single_scattering(layer.microphysics, wavenumber).extinction_m1
+    assert np.ptp(extinction) < 0.01 * extinction.mean()
+    paths = np.array([0.3, 1.0, 3.0]) / extinction.mean()
+    points = [point_of(plan), point_of(plan, path_m=1e6), *(point_of(plan, path_m=path) for path in paths)]
+    found = changes(plan, points, References()).sum(axis=(1, 2))
+    lost = (found - found[0]) / (found[1] - found[0])
+    np.testing.assert_allclose(lost[2:], 1.0 - np.exp(-np.array([0.3, 1.0, 3.0])), rtol=3e-3)
+
+
+def test_the_level_of_a_point_multiplies_the_terms_of_its_tilted_sea():
+    plan = plan_of()
+    slope, level = (-plan.waves.rms[0], 0.3 * plan.waves.rms[1]), 1.03
+    one, more = mean_column(plan) + changes(
+        plan, [point_of(plan, slope), point_of(plan, slope, level=1.03)], References()
+    )
+    np.testing.assert_allclose(more, level * one, rtol=1e-3, atol=1e-4 * one.sum(axis=0).min())
+
+
+def test_waves_too_small_to_tilt_a_sea_far_from_the_glint_leave_the_mean_sea_times_the_level():
+    plan = plan_of(image__pixel_size=50.0, view__azimuth=200.0)
+    assert 0.0 < max(plan.waves.rms) < 0.01
+    found = changes(plan, [point_of(plan), point_of(plan, level=1.05)], References())
+    mean = mean_column(plan)
+    total = mean.sum(axis=0)
+    assert np.all(np.abs(found[0]) < 3e-5 * total)
+    assert np.all(np.abs(found[1] - 0.05 * mean) < 1e-4 * total)
+
+
+def test_the_mean_of_the_reference_over_the_waves_is_the_mean_sea():
+    """By quadrature over Gaussian slopes, which does not know how the tables find the level."""
+    plan = plan_of()
+    tables, _ = checked(plan)
+    clear_points = ClearPoints(SceneTables(plan, tables, ()))
+    level = clear_points.of_pixel(0.0, 3, 4, plan.view)[0].level
+    places, weights = np.polynomial.hermite_e.hermegauss(9)
+    slopes = [(u * plan.waves.rms[0], c * plan.waves.rms[1]) for u in places for c in places]
+    found = changes(plan, [point_of(plan, slope, level=level) for slope in slopes], References())
+    mean = np.tensordot(np.outer(weights, weights).ravel() / weights.sum() ** 2, found, 1)
+    total = mean_column(plan).sum(axis=0)
+    assert np.all(np.abs(mean.sum(axis=0)) < 2e-4 * total)
+    assert np.max(np.abs(found.sum(axis=1)) / total) > 1e-2
+
+
+def test_slopes_of_points_are_those_of_the_cube():
+    plan = plan_of()
+    tables, frames = checked(plan)
+    clear_points = ClearPoints(SceneTables(plan, tables, ()))
+    with_slopes = plan_of(output__variables=["sea_slope_x", "sea_slope_y"], output__certificate=0)
+    made = list(stream(with_slopes, None))[frames[0].frame]
+    wind = np.radians(plan.scenario.sea.wind_from)
+    for row, column in ((0, 0), (17, 33), (59, 79)):
+        x, y = (float(made[name][row, column]) for name in ("sea_slope_x", "sea_slope_y"))
+        (point,) = clear_points.of_pixel(frames[0].time_s, row, column, plan.view)
+        expected = x * np.sin(wind) + y * np.cos(wind), x * np.cos(wind) - y * np.sin(wind)
+        np.testing.assert_allclose(point.slope, expected, atol=1e-6)
