@@ -122,36 +122,35 @@ def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
     fine = plan.assembly.at_level(reference_level(plan.assembly))
     grid = plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
     mean = [fine.setting(point.sun, point.view) for point in points]
-    seen, level = mean, [np.ones_like(point.level) for point in points]
+    seen, level = mean, np.ones((len(points), len(fine.model.terms), len(plan.bands)))
     if plan.waves is not None:
-        level = [point.level for point in points]
         tilted = [plan.waves.tilted(fine, point.slope, point.view, point.sun) for point in points]
         seen = [scene.setting(point.sun, point.view) for scene, point in zip(tilted, points, strict=True)]
-    kept_back = _kept_back(plan, points, grid.wavenumber_cm1)
+        level = np.array([point.level for point in points])
+    shaded: dict[ColumnSetting, list[int]] = {}
+    for number, point in enumerate(points):
+        if np.any(point.path_m):
+            shaded.setdefault(seen[number], []).append(number)
+    extinction_m1 = _extinction_m1(plan, grid.wavenumber_cm1) if shaded else np.empty(0)
     direct = [list(fine.model.terms).index(name) for name in sea_sun_terms(fine.model)]
-    whole, lost = dict[ColumnSetting, Array](), np.zeros((len(points), len(fine.model.terms), len(plan.bands)))
+    whole, lost = dict[ColumnSetting, Array](), np.zeros_like(level)
     different, cloudless = list(dict.fromkeys((*mean, *seen))), np.zeros((1, len(plan.layers)))
     for first in range(0, len(different), SETTINGS_AT_ONCE):
         settings = different[first : first + SETTINGS_AT_ONCE]
         spectra = spectra_of(fine.model, settings, grid.wavenumber_cm1, cloudless)[:, 0]
         for setting, spectrum in zip(settings, spectra, strict=True):
             whole[setting] = spectrum @ grid.weights_cm1.T
-            for number, share in kept_back.items():
-                if seen[number] == setting:
-                    lost[number, direct] = (spectrum[direct] * share) @ grid.weights_cm1.T
+            for number in shaded.get(setting, ()):
+                kept_back = -np.expm1(-(points[number].path_m @ extinction_m1))
+                lost[number, direct] = (spectrum[direct] * kept_back) @ grid.weights_cm1.T
+    of_seen, of_mean = (np.array([whole[setting] for setting in settings]) for settings in (seen, mean))
+    changed: Array = level * (of_seen - lost) - of_mean
+    return changed
+
+
+def _extinction_m1(plan: Plan, wavenumber_cm1: Array) -> Array:
+    """Return the extinction (L, V) of the particles of each layer."""
+    optics = plan.assembly.optics
     return np.array(
-        [
-            scale * (whole[at] - of_point) - whole[without]
-            for scale, at, without, of_point in zip(level, seen, mean, lost, strict=True)
-        ]
+        [optics.single_scattering(layer.microphysics, wavenumber_cm1).extinction_m1 for layer in plan.layers]
     )
-
-
-def _kept_back(plan: Plan, points: Sequence[ClearPoint], wavenumber_cm1: Array) -> dict[int, Array]:
-    """Return the share (V,) of direct sunlight that clouds keep from each point in their shadow, by its number."""
-    in_shadow = [number for number, point in enumerate(points) if np.any(point.path_m)]
-    if not in_shadow:
-        return {}
-    of_layers = [plan.assembly.optics.single_scattering(layer.microphysics, wavenumber_cm1) for layer in plan.layers]
-    extinction_m1 = np.array([optics.extinction_m1 for optics in of_layers])
-    return {number: -np.expm1(-(points[number].path_m @ extinction_m1)) for number in in_shadow}
