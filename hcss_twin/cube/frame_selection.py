@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError, choose_from
 from hcss_twin.core.reading import reading
-from hcss_twin.cube.coordinates import frame_times_s
+from hcss_twin.cube.coordinates import as_seen, frame_times_s
 from hcss_twin.cube.pixel_grid import PixelGrid, first_and_step
 from hcss_twin.cube.variables import LAYER
 
@@ -30,6 +30,7 @@ _RESOLUTION = re.compile(r"\s*([0-9.eE+-]+) m\s*\Z")
 class SelectedFrame:
     """One frame: number in the cube, time (UTC) and displacement of the platform.
 
+    Images that are no grid on the ground have no displacement (NaN).
     A variable without a time dimension has one frame with number None and the time of the first frame.
     """
 
@@ -64,7 +65,8 @@ class FrameSelection:
     planes : tuple of Plane
     frames : tuple of SelectedFrame
     rows, columns : int
-    grid : PixelGrid
+    grid : PixelGrid or None
+        None: the image is no grid on the ground.
     attributes : mapping
         Global attributes of the cube.
     data : DataArray
@@ -84,13 +86,13 @@ class FrameSelection:
     frames: tuple[SelectedFrame, ...]
     rows: int
     columns: int
-    grid: PixelGrid
+    grid: PixelGrid | None
     attributes: dict[str, Any]
     data: xr.DataArray
     chosen: tuple[int, ...]
 
     def values(self, frame: SelectedFrame) -> NDArray[Any]:
-        """Return the planes of a frame (P, Y, X), southernmost row first.
+        """Return the planes of a frame (P, Y, X), the southernmost, or the lowest, row first.
 
         Raises
         ------
@@ -124,6 +126,7 @@ def select_frames(
     CubeError
         If the cube has no such variable, band or frame; lists the available ones and the closest.
     """
+    on_ground, dataset = "row" not in dataset.dims, as_seen(dataset)
     name = _variable(dataset, variable)
     data = dataset[name]
     kind = next((dim for dim in _PLANES if dim in data.dims), "")
@@ -138,7 +141,7 @@ def select_frames(
         frames=_frames(dataset, name, frames),
         rows=data.sizes["y"],
         columns=data.sizes["x"],
-        grid=_grid(dataset),
+        grid=_grid(dataset) if on_ground else None,
         attributes={key: _plain(value) for key, value in dataset.attrs.items()},
         data=data,
         chosen=chosen,
@@ -187,7 +190,9 @@ def _plane(dataset: xr.Dataset, kind: str, index: int) -> Plane:
 def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[SelectedFrame, ...]:
     seconds = frame_times_s(dataset)
     times = np.datetime_as_string(dataset["time"].to_numpy().astype("datetime64[us]"))
-    displacements = dataset["centre_displacement"].to_numpy()
+    displacements = np.full(seconds.size, np.nan)  # of images that are no grid on the ground
+    if "centre_displacement" in dataset:
+        displacements = dataset["centre_displacement"].to_numpy()
     if "time" not in dataset[name].dims:
         if wanted:
             raise CubeError(f"frame {wanted[0]}: {name} is the same for all frames; allowed: none")

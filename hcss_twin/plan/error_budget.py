@@ -147,11 +147,7 @@ def left_out(plan: Plan, budget: ErrorBudget) -> tuple[str, ...]:
 
 def _told(plan: Plan, wanted: Callable[[Omission], bool]) -> tuple[str, ...]:
     limit = OMISSION_SHARE * plan.accuracy.relative
-    left = [
-        omission
-        for omission in plan.omissions
-        if omission.needs and omission.bound is not None and omission.bound > limit and wanted(omission)
-    ]
+    left = [omission for omission in plan.omissions if omission.exceeds(limit) and wanted(omission)]
     return tuple(
         f"{omission.what} {_percent(omission.size)} ({omission.sense or 'any pixel'}"
         f"{f'; {omission.decision}' if omission.decision else ''}), needs {omission.needs}"

@@ -48,6 +48,11 @@ class Omission:
         """The estimate if there is one, else the bound."""
         return self.bound if self.estimate is None else self.estimate
 
+    def exceeds(self, limit: float) -> bool:
+        """Whether it would be computed with other keys and may be larger than a limit."""
+        largest = self.estimate if self.bound is None else self.bound
+        return bool(self.needs) and largest is not None and largest > limit
+
 
 def omitted(omission: Omission, left_out: NotComputed, instead: str) -> Omission:
     """Return an omission with the reason why an effect is not computed, and what takes its place."""

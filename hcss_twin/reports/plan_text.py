@@ -10,7 +10,7 @@ from hcss_twin.plan.accuracy import SHARES
 from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.description import describe_particles
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
-from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
+from hcss_twin.plan.few_columns import OMISSION_SHARE
 from hcss_twin.plan.output import quantization_lines
 from hcss_twin.plan.packing import packing_lines
 from hcss_twin.plan.plan import Plan
@@ -265,10 +265,12 @@ def approximations(plan: Plan) -> Rows:
         for layer, generator in zip(plan.layers, plan.assembly.generators, strict=True)
         for what, _ in getattr(generator, "skipped", ())
     }
-    bounded = sorted((item for item in plan.omissions if item.bound), key=lambda item: -(item.size or 0.0))
-    unknown = [item for item in plan.omissions if item.bound is None]
+    bounded = sorted(
+        (item for item in plan.omissions if item.bound != 0.0 and item.size), key=lambda item: -(item.size or 0.0)
+    )
+    unknown = [item for item in plan.omissions if item.bound is None and not item.size]
     for item in [*bounded, *(item for item in unknown if item.what not in of_generators)]:
-        matters = _matters(plan, item)
+        matters = item.exceeds(OMISSION_SHARE * plan.accuracy.relative)
         exceeds = matters and not item.decision
         sense = f" ({item.sense})" if item.sense else ""
         why = f"needs {item.needs}" if exceeds else item.why.partition(";")[0]
@@ -293,10 +295,6 @@ def _world(plan: Plan) -> Rows:
         first, *others = error_budget(plan).totals
         yield "error", f"total, models included (more: --json): {first}"
         yield from (("error", line) for line in others)
-
-
-def _matters(plan: Plan, omission: Omission) -> bool:
-    return bool(omission.needs) and (omission.bound or 0.0) > OMISSION_SHARE * plan.accuracy.relative
 
 
 def _grouped(details: list[str]) -> Iterator[str]:

@@ -131,7 +131,7 @@ def _check_limits(to: str, limits: Limits) -> None:
 
 def _write(
     selection: FrameSelection,
-    projection: Projection,
+    projection: Projection | None,
     source: str,
     to: str,
     names: FileNames,

@@ -15,17 +15,16 @@ from hcss_twin.core.json_numbers import json_value
 from hcss_twin.cube.frame_selection import FrameSelection, Plane, SelectedFrame
 
 
-def description(selection: FrameSelection, projection: Projection, source: str) -> dict[str, Any]:
+def description(selection: FrameSelection, projection: Projection | None, source: str) -> dict[str, Any]:
     """Return what an export is of, without its values, for JSON: readers of a format get all of it.
 
     Parameters
     ----------
-    projection : Projection
-        Of the cube.
+    projection : Projection or None
+        Of the cube; None if the image is no grid on the ground.
     source : str
         Name of the cube's file.
     """
-    grid = selection.grid
     return {
         "exported_by": f"hcss_twin {__version__}",
         "cube": source,
@@ -39,17 +38,29 @@ def description(selection: FrameSelection, projection: Projection, source: str) 
         "plane_kind": selection.plane_kind,
         "planes": [asdict(plane) for plane in selection.planes],
         "frames": [asdict(frame) for frame in selection.frames],
-        "grid": {
-            "projection": "azimuthal equidistant",
-            **asdict(projection),
-            "west_pixel_centre_m": grid.west_m,
-            "south_pixel_centre_m": grid.south_m,
-            "pixel_size_x_m": grid.step_x_m,
-            "pixel_size_y_m": grid.step_y_m,
-            "wkt": projection.esri_wkt,
-        },
+        "grid": _grid(selection, projection),
         "attributes": selection.attributes,
     }
+
+
+def _grid(selection: FrameSelection, projection: Projection | None) -> dict[str, Any] | None:
+    grid = selection.grid
+    if grid is None or projection is None:
+        return None
+    return {
+        "projection": "azimuthal equidistant",
+        **asdict(projection),
+        "west_pixel_centre_m": grid.west_m,
+        "south_pixel_centre_m": grid.south_m,
+        "pixel_size_x_m": grid.step_x_m,
+        "pixel_size_y_m": grid.step_y_m,
+        "wkt": projection.esri_wkt,
+    }
+
+
+def first_row(selection: FrameSelection) -> str:
+    """Return which row an image begins with that is written from above."""
+    return "the northernmost" if selection.grid is not None else "the highest"
 
 
 def json_text(document: dict[str, Any]) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_export.description import ascii_text, count_missing, description, headline, image_name, json_text
+from hcss_export.description import ascii_text, count_missing, description, first_row, headline, image_name, json_text
 from hcss_export.projection import Projection
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.frame_selection import FrameSelection
@@ -23,7 +23,7 @@ _TYPES = {
 
 
 def write_envi(
-    selection: FrameSelection, projection: Projection, source: str, raw: Path, header: Path, described: Path
+    selection: FrameSelection, projection: Projection | None, source: str, raw: Path, header: Path, described: Path
 ) -> int:
     """Write all frames as bands of one file, one at a time, and return the number of missing values.
 
@@ -33,8 +33,8 @@ def write_envi(
 
     Parameters
     ----------
-    projection : Projection
-        Of the cube.
+    projection : Projection or None
+        Of the cube; None if the image is no grid on the ground.
     source : str
         Name of the cube's file.
     raw, header, described : Path
@@ -61,17 +61,17 @@ def write_envi(
     header.write_text(f"ENVI\n{text}", encoding="ascii")
     document = {
         **description(selection, projection, source),
-        "row_order": "north first",
+        "row_order": f"{first_row(selection)} first",
         "interleave": "frame, plane, row, column",
     }
     described.write_text(json_text(document), encoding="ascii")
     return missing
 
 
-def _fields(selection: FrameSelection, projection: Projection, source: str, code: int) -> dict[str, Any]:
+def _fields(selection: FrameSelection, projection: Projection | None, source: str, code: int) -> dict[str, Any]:
     images = [(frame, plane) for frame in selection.frames for plane in selection.planes]
     fields: dict[str, Any] = {
-        "description": _braces([f"{headline(selection)}; from {source}; the first line is the northernmost"]),
+        "description": _braces([f"{headline(selection)}; from {source}; the first line is {first_row(selection)}"]),
         "samples": selection.columns,
         "lines": selection.rows,
         "bands": len(images),
@@ -98,9 +98,11 @@ def _fields(selection: FrameSelection, projection: Projection, source: str, code
     return {**fields, **_map(selection, projection)}
 
 
-def _map(selection: FrameSelection, projection: Projection) -> dict[str, str]:
+def _map(selection: FrameSelection, projection: Projection | None) -> dict[str, str]:
     """Return the map fields: coordinates of the upper left corner, ENVI's pixel (1, 1)."""
     grid = selection.grid
+    if grid is None or projection is None:
+        return {}
     shifts = {frame.displacement_m for frame in selection.frames}
     north = grid.south_m + (selection.rows - 0.5) * grid.step_y_m
     west = grid.west_m - 0.5 * grid.step_x_m

@@ -24,7 +24,7 @@ _EVEN = 1e-6
 """Largest deviation of frame times from even spacing, in steps."""
 
 
-def write_fits(selection: FrameSelection, projection: Projection, source: str, path: Path) -> int:
+def write_fits(selection: FrameSelection, projection: Projection | None, source: str, path: Path) -> int:
     """Write all frames of a selection, one at a time, and return the number of missing values.
 
     Image axes are x, y, then band or layer, then time, if the variable has them. Rows increase northward, as FITS
@@ -32,8 +32,8 @@ def write_fits(selection: FrameSelection, projection: Projection, source: str, p
 
     Parameters
     ----------
-    projection : Projection
-        Of the cube.
+    projection : Projection or None
+        Of the cube; None if the image is no grid on the ground.
     source : str
         Name of the cube's file.
     path : Path
@@ -79,7 +79,7 @@ def _stored(dtype: np.dtype[Any]) -> np.dtype[Any]:
 
 
 def _image_header(
-    fits: Any, selection: FrameSelection, projection: Projection, source: str, kind: np.dtype[Any]
+    fits: Any, selection: FrameSelection, projection: Projection | None, source: str, kind: np.dtype[Any]
 ) -> Any:
     axes = [("x", selection.columns), ("y", selection.rows)]
     if selection.plane_kind:
@@ -104,16 +104,21 @@ def _image_header(
     header["DATEREF"] = (str(start), "start of the scenario: TIME is 0")
     header["MJDREF"] = (_modified_julian_day(start), "[d] the same")
     _axes(header, selection, axes)
-    header["LAT0"] = (projection.latitude, "[deg] origin of x and y, north")
-    header["LON0"] = (projection.longitude, "[deg] origin of x and y, east")
-    header["PROJ"] = ("azimuthal equidistant", "of the plane of x and y")
-    header["SEMIMAJ"] = (projection.semi_major_m, "[m] radius of the Earth there")
-    header["INVFLAT"] = (projection.inverse_flattening, "inverse flattening, 0: sphere")
+    if projection is not None:
+        header["LAT0"] = (projection.latitude, "[deg] origin of x and y, north")
+        header["LON0"] = (projection.longitude, "[deg] origin of x and y, east")
+        header["PROJ"] = ("azimuthal equidistant", "of the plane of x and y")
+        header["SEMIMAJ"] = (projection.semi_major_m, "[m] radius of the Earth there")
+        header["INVFLAT"] = (projection.inverse_flattening, "inverse flattening, 0: sphere")
     header["CUBE"] = ascii_text(source)
     header["CUBEID"] = ascii_text(str(selection.attributes.get("id", "")))
     header["CREATOR"] = ascii_text(str(selection.attributes.get("source", "hcss_twin")))
     if selection.comment:
         header["COMMENT"] = ascii_text(selection.comment)
+    if projection is None:
+        header["COMMENT"] = "columns and rows of an image that is no grid on the ground; rows are counted"
+        header["COMMENT"] = "upward from the lowest. NaN: missing value."
+        return header
     header["COMMENT"] = "x points east, y north, relative to the centre of each frame; the table FRAMES"
     header["COMMENT"] = "gives the displacement of that centre. NaN: missing value."
     return header
@@ -127,8 +132,8 @@ def _axes(header: Any, selection: FrameSelection, axes: list[tuple[str, int]]) -
     """Write the linear coordinates of the axes (section 8.2)."""
     grid = selection.grid
     known = {
-        "x": ("X", "m", grid.west_m, grid.step_x_m),
-        "y": ("Y", "m", grid.south_m, grid.step_y_m),
+        "x": ("COLUMN", "", 1.0, 1.0) if grid is None else ("X", "m", grid.west_m, grid.step_x_m),
+        "y": ("ROW", "", 1.0, 1.0) if grid is None else ("Y", "m", grid.south_m, grid.step_y_m),
         "band": ("BAND", "", 1.0, 1.0),
         "layer": ("LAYER", "", 1.0, 1.0),
         "time": _time_axis(selection),

@@ -11,7 +11,7 @@ from hcss_twin.cube.frame_selection import FrameSelection, SelectedFrame
 
 
 def write_geotiff(
-    selection: FrameSelection, projection: Projection, source: str, frame: SelectedFrame, path: Path
+    selection: FrameSelection, projection: Projection | None, source: str, frame: SelectedFrame, path: Path
 ) -> int:
     """Write one frame, northernmost row first, and return the number of missing values, which are NaN.
 
@@ -29,10 +29,15 @@ def write_geotiff(
     Raises
     ------
     CubeError
-        If rasterio is not installed.
+        If rasterio is not installed, or the image is no grid on the ground.
     OSError
         If the file cannot be written.
     """
+    grid = selection.grid
+    if grid is None or projection is None:
+        raise CubeError(
+            "geotiff places pixels on a grid on the ground, and a camera's image is none; allowed: envi, fits, png"
+        )
     try:
         import rasterio
     except ImportError as error:
@@ -42,7 +47,6 @@ def write_geotiff(
         ) from error
 
     values = selection.values(frame)[:, ::-1]
-    grid = selection.grid
     west = grid.west_m - 0.5 * grid.step_x_m + frame.displacement_m
     north = grid.south_m + (selection.rows - 0.5) * grid.step_y_m
     # Through memory, because GDAL writes an incomplete file to a full disk and raises nothing.

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_export.description import ascii_text, count_missing, description, image_name, json_text
+from hcss_export.description import ascii_text, count_missing, description, first_row, image_name, json_text
 from hcss_export.projection import Projection
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.frame_selection import FrameSelection, Plane, SelectedFrame
@@ -86,7 +86,7 @@ def scalings(selection: FrameSelection, limits: tuple[float, float] | None) -> t
 
 def write_png(
     selection: FrameSelection,
-    projection: Projection,
+    projection: Projection | None,
     source: str,
     frame: SelectedFrame,
     scaling: tuple[Scaling, ...],
@@ -96,7 +96,7 @@ def write_png(
 
     Parameters
     ----------
-    projection : Projection
+    projection : Projection or None
         Of the cube.
     source : str
         Name of the cube's file.
@@ -127,7 +127,7 @@ def write_png(
 
 def sidecar(
     selection: FrameSelection,
-    projection: Projection,
+    projection: Projection | None,
     source: str,
     scaling: tuple[Scaling, ...],
     names: Sequence[Sequence[str]],
@@ -147,7 +147,7 @@ def sidecar(
     return json_text(
         {
             **description(selection, projection, source),
-            "row_order": "north first",
+            "row_order": f"{first_row(selection)} first",
             "formula": "value = offset + scale * sample",
             "pictures": pictures,
         }
@@ -182,7 +182,12 @@ def _samples(image: NDArray[Any], how: Scaling) -> NDArray[np.uint16]:
 
 
 def _notes(
-    selection: FrameSelection, projection: Projection, source: str, frame: SelectedFrame, plane: Plane, how: Scaling
+    selection: FrameSelection,
+    projection: Projection | None,
+    source: str,
+    frame: SelectedFrame,
+    plane: Plane,
+    how: Scaling,
 ) -> dict[str, str]:
     return {
         "Title": ascii_text(f"{selection.variable}, {image_name(frame, plane)}"),
@@ -201,7 +206,7 @@ def _notes(
                 **description(selection, projection, source),
                 "frames": [vars(frame)],
                 "planes": [vars(plane)],
-                "row_order": "north first",
+                "row_order": f"{first_row(selection)} first",
             }
         ),
     }

@@ -72,14 +72,18 @@ class Projection:
         )
 
 
-def projection_of(dataset: xr.Dataset, data: xr.DataArray) -> Projection:
+def projection_of(dataset: xr.Dataset, data: xr.DataArray) -> Projection | None:
     """Return the projection of the x and y of a variable of an open cube, to place its pixels on Earth.
+
+    None for an image that is no grid on the ground: variables of its cube have the place of each pixel.
 
     Raises
     ------
     CubeError
         If the cube has no grid mapping of the variable, or another projection.
     """
+    if "row" in dataset.dims:
+        return None
     # coordinates, such as the latitude of each pixel, have no attribute grid_mapping
     mapping = data.encoding.get("grid_mapping", data.attrs.get("grid_mapping", GRID_MAPPING))
     if mapping not in dataset.variables:

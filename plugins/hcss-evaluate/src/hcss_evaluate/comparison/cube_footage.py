@@ -84,9 +84,10 @@ def cube_footage(
     truth = _truth(dataset, choice.frames)
     method = _method(choice, selection.variable, truth is not None, path)
     kelvin = _kelvin(dataset, path, selection, plane, notes)
-    size = choice.pixel_size_m or abs(selection.grid.step_x_m)
-    if choice.pixel_size_m and choice.pixel_size_m != abs(selection.grid.step_x_m):
-        notes.append(f"Pixels of {abs(selection.grid.step_x_m):g} m are treated as pixels of {size:g} m.")
+    known = None if selection.grid is None else abs(selection.grid.step_x_m)
+    size = choice.pixel_size_m or known
+    if known and size != known:
+        notes.append(f"Pixels of {known:g} m are treated as pixels of {size:g} m.")
 
     def values(number: int) -> Array:
         return np.asarray(selection.values(frames[number])[0], dtype=np.float64)
