@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import APART, CHEAP
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.cube.reader import open_cube
@@ -30,7 +30,7 @@ class Asked(NamedTuple):
 
 SMALL = {"image.rows": 16, "image.columns": 16, "frames.count": 2}
 NIGHT_LWIR = {"time": "2024-04-20T00:30:00+10:00", "bands": ["lwir"]}
-DEFAULT_MODELS = {"accuracy": 1e-2}
+DEFAULT_MODELS = {"accuracy": 1e-2, **APART}
 
 
 @pytest.fixture

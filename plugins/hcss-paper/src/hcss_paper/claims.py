@@ -10,7 +10,7 @@ from hcss_paper.cubes import over_views, scene_inputs
 from hcss_paper.fits import column_terms, fitted_mixture
 from hcss_paper.inputs import fitted, printed_row, published
 from hcss_paper.reproduction import Check, Reproduction, Row, judged, rms_percent
-from hcss_paper.scene import BANDS, black_surface, scene
+from hcss_paper.scene import BANDS, COLUMNS, black_surface, scene
 from hcss_paper.tables_2_and_4 import COVERAGE_CHOICE, MIXTURE_NOTE
 from hcss_paper.tables_8_and_9 import cloud_field, eq_24_percent
 from hcss_twin.core.catalog import Catalog
@@ -90,6 +90,7 @@ def resolutions(seed: int) -> Reproduction:
         for pixel_m in RESOLUTIONS_M:
             side = round(_SIDE_M / pixel_m)
             changes = {
+                **COLUMNS,
                 "image": {"rows": side, "columns": side, "pixel_size": pixel_m},
                 "clouds.coverage": coverage,
                 "frames.count": 1,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hcss_paper.inputs import AssumedInput, Moment, assumed, coverage_of, in_words, published
-from hcss_paper.scene import BANDS, PHYSICAL, Model
+from hcss_paper.scene import BANDS, COLUMNS, PHYSICAL, Model
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.scenario.scenario import Scenario
@@ -40,6 +40,7 @@ def cube_mean(model: Model, coverage: float, view_zenith_deg: float = 0.0, momen
         Another time and place than the scenario's. The cube then has 3-5 um alone, (1,).
     """
     changes: dict[str, Any] = {
+        **COLUMNS,
         "bands": list(BANDS.values()),
         "clouds.coverage": coverage,
         "view.zenith": view_zenith_deg,

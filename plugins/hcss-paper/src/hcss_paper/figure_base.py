@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_paper.cubes import ACCURACY
 from hcss_paper.inputs import AssumedInput, assumed, fitted, in_words
-from hcss_paper.scene import PHYSICAL, Model
+from hcss_paper.scene import COLUMNS, PHYSICAL, Model
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.scenario.scenario import Scenario
@@ -58,6 +58,7 @@ def scenario_of(name: str, model: Model, overrides: Mapping[str, Any]) -> Scenar
     """
     kind = "" if name == "baseline" else _MIXTURE
     common: dict[str, Any] = {
+        **COLUMNS,
         "frames.count": 1,
         "accuracy": ACCURACY[model],
         "output.certificate": 0,

@@ -22,6 +22,9 @@ Model = Literal["as-printed", "physical"]
 BANDS = {"2.7-3.0": "swir-2.7-3.0", "3.0-5.0": "mwir", "8.0-14.0": "lwir"}
 """Catalog names of the paper's bands (limits in um)."""
 
+COLUMNS: Mapping[str, Any] = {"slant.shadows": "off", "slant.parallax": "off", "sea.waves": "off"}
+"""The paper has pixels that are columns, each for itself, over the mean sea."""
+
 PHYSICAL: Mapping[str, Any] = {
     "radiance": {"model": "physical", "parameters": {}},
     "optics": {"provider": "bulk", "parameters": {}},
@@ -42,7 +45,7 @@ def scene(model: Model, view_zenith_deg: float, bands: tuple[str, ...], changes:
         Further overrides of the scenario.
     """
     radiance = {"glint_scale": 1.0, "cloud_sun_scale": 0.0}
-    common = {"view.zenith": view_zenith_deg, "bands": list(bands), "frames.count": 1}
+    common = {**COLUMNS, "view.zenith": view_zenith_deg, "bands": list(bands), "frames.count": 1}
     of_model = {"radiance.parameters": radiance} if model == "as-printed" else PHYSICAL
     return make_plan(Scenario.load("baseline", {**common, **of_model, **changes}))
 
