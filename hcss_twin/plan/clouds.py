@@ -58,8 +58,7 @@ def _excluded_beside_slant_paths(
         f"{MAX_POINTS_WITHIN} points; closest valid choice is "
         f"{math.ceil(longest_m / MAX_POINTS_WITHIN * scenario.image.samples_per_pixel * 100.0) / 100.0:g}",
     )
-    lit = scenario.radiance.light not in ("auto", "columns") or scenario.radiance.light_accuracy is not None
-    shaped = lit and hasattr(generator, "height_shares")
+    shaped = scenario.radiance.is_between_columns and hasattr(generator, "height_shares")
     sides = Excluded("radiance.light", shaped, "light between clouds with a shape in height of their own", "'columns'")
     return {
         "shadows": (*others, size) if paths.sun_zenith_deg.size else (),

@@ -189,7 +189,7 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
         return "sea.temperature_texture is 0" if given == 0.0 else "" if typical_K else small
     if excluded := next(present(excluded_beside_texture(assembly)), None):
         return f"the scene has {excluded.what.rstrip(',')}"
-    if light.light not in ("auto", "columns") or light.light_accuracy is not None:
+    if light.is_between_columns:
         return "light between columns is compared with a sea of one temperature"
     if any(assembly.from_images):
         return "clear sky of the clouds' image has a texture of its own"

@@ -154,13 +154,12 @@ def excluded_beside_waves(scenario: Scenario, assembly: Assembly) -> tuple[Exclu
     """Return what cannot be computed with resolved waves, beside maps of the ground without sea."""
     sea, light = assembly.sea, scenario.radiance
     able = hasattr(sea, "wave_slope_rms") and hasattr(sea, "wave_field") and hasattr(sea, "tilted")
-    lit = light.light not in ("auto", "columns") or light.light_accuracy is not None
     return (
         Excluded(
             "sea.model", not able, f"the sea model '{scenario.sea.model}', without waves as shapes,", "'rough-sea'"
         ),
         Excluded("image", assembly.directions is not None, "an image that is no grid on the ground", "a grid"),
-        Excluded("radiance.light", lit, "light between columns", "'columns'"),
+        Excluded("radiance.light", light.is_between_columns, "light between columns", "'columns'"),
     )
 
 

@@ -177,6 +177,11 @@ class Radiance(ScenarioSection):
         None, gt=0, le=1, description="Error of `light` to choose it by, or to note (rms over pixels, relative)."
     )
 
+    @property
+    def is_between_columns(self) -> bool:
+        """Whether light between columns is asked for, or compared with."""
+        return self.light not in ("auto", "columns") or self.light_accuracy is not None
+
 
 class ElementSection(ScenarioSection):
     """Other things in the scene, from the surface to above the clouds: one `[[elements]]` section for each provider."""
