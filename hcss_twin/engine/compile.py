@@ -34,7 +34,7 @@ from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.numerics import MANY_STREAMS, for_spectra
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.views import EDGES, EXTREMES, views_over_image
+from hcss_twin.plan.views import views_over_image
 from hcss_twin.providers import Sun, View
 
 COARSE_SPECTRA = 1e-4
@@ -91,7 +91,8 @@ def _tables_of_views(plan: Plan) -> RadianceTables | None:
     views = views_over_image(plan.assembly) if may_compile_together(plan) else None
     if views is None:
         return None
-    return _tables(plan, views.at(plan.views.places), views.at(EXTREMES), views.at(EDGES))
+    axis = plan.views
+    return _tables(plan, views.at(axis.places), views.at(axis.extremes), views.at(axis.edges))
 
 
 def may_compile_together(plan: Plan) -> bool:

@@ -94,7 +94,7 @@ def strictest(first: SceneAnalysis, analyses: Sequence[SceneAnalysis]) -> SceneA
     views = None
     if axes:
         orders = max(axis.order_x for axis in axes), max(axis.order_y for axis in axes)
-        views = ViewAxis(*orders, max(axis.estimated_error for axis in axes))
+        views = ViewAxis(*orders, max(axis.estimated_error for axis in axes), max(axis.spread for axis in axes))
     return replace(
         first,
         accuracy=min((analysis.accuracy for analysis in analyses), key=lambda accuracy: accuracy.relative),
@@ -179,7 +179,9 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     views = choose_views(scenario, assembly, extreme_suns, shares.views, left, waves)
     over_image = views_over_image(assembly)
     if views is not None and over_image is not None:
-        numerics = refine_toward(assembly, numerics, over_image.at(EXTREMES + EDGES), extreme_suns, shares.numerics)
+        numerics = refine_toward(
+            assembly, numerics, over_image.at(views.extremes + views.edges), extreme_suns, shares.numerics
+        )
         assembly = assembly.at_level(numerics.level).with_finer_sunlight(numerics.sunlight_steps)
     drawn = waves or assembly.surface is not None  # beside such a surface there may be sea with waves
     variables = quantized(cube_variables(scenario, assembly, drawn), scenario, accuracy)

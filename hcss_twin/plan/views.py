@@ -6,6 +6,7 @@ y, from edge to edge of the image; pixels are interpolated by the polynomial thr
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.error_norm import error_of_columns
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.geodesy import to_geographic
@@ -40,6 +42,8 @@ class ViewAxis(Effect):
         Polynomial order along columns and rows; 0: the view at the middle is used for all.
     estimated_error : float
         Relative to the total, measured between the nodes during their placement.
+    spread : float
+        Largest change of radiance over the image, relative to the middle.
     """
 
     kind = "views"
@@ -47,6 +51,17 @@ class ViewAxis(Effect):
     order_x: int
     order_y: int
     estimated_error: float
+    spread: float = math.inf
+
+    @property
+    def extremes(self) -> tuple[tuple[float, float], ...]:
+        """Positions of the views for which numerics are chosen: the middle stands for a narrow field."""
+        return EXTREMES if self.spread > NARROW else EXTREMES[:1]
+
+    @property
+    def edges(self) -> tuple[tuple[float, float], ...]:
+        """Positions of further views from which those of all nodes are derived."""
+        return EDGES if self.spread > NARROW else ()
 
     def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
         """Return orders, image and directions."""
@@ -137,6 +152,9 @@ EXTREMES = ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
 EDGES = ((0.0, -1.0), (-1.0, 0.0), (1.0, 0.0), (0.0, 1.0))
 """Middles of its edges."""
 
+NARROW = 0.1
+"""Change of radiance over an image below which its errors are those of the middle: relative, they change as little."""
+
 
 def _centres(count: int) -> Array:
     """Positions of pixel centres along one axis."""
@@ -218,7 +236,11 @@ def choose_views(
     axis_tolerance = 0.5 * tolerance / SAFETY_FACTOR
     try:
         tilts = tilted_seas(scenario, assembly) if waves else None
-        (x, x_error), (y, y_error) = _placed(_columns(assembly, views, suns, tilts), axis_tolerance, most)
+        values = _columns(assembly, views, suns, tilts)
+        spread = _spread(values)
+        (x, x_error), (y, y_error) = (_narrow(values, 2.0 * axis_tolerance) if spread <= NARROW else None) or _placed(
+            values, axis_tolerance, most
+        )
     except (ProviderError, ScenarioError):
         if has_directions:
             raise
@@ -244,7 +266,7 @@ def choose_views(
             "or a smaller image"
         )
         raise ScenarioError([Problem("accuracy", message)])
-    return ViewAxis(x, y, error)
+    return ViewAxis(x, y, error, spread)
 
 
 Values = Callable[[Sequence[tuple[float, float]]], Sequence[Array]]
@@ -272,6 +294,29 @@ def _columns(
         return [known[position] for position in places]
 
     return values
+
+
+def _spread(values: Values) -> float:
+    """Return the largest change of columns from the middle to corners and edges of the image."""
+    middle, *others = values(EXTREMES + EDGES)
+    return max(error_of_columns(middle, other) for other in others)
+
+
+BETWEEN = ((-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5))
+"""Positions at which the nodes of a narrow field are tested: on its diagonals, where terms of both axes add up."""
+
+
+def _narrow(values: Values, tolerance: float) -> list[tuple[int, float]] | None:
+    """Return order and error along x and along y, the least that suffices; None if the second order does not."""
+    for order, tested in ((0, EXTREMES[1:] + EDGES), (1, EXTREMES[:1] + EDGES), (2, BETWEEN)):
+        nodes = quadrature.nodes(order).tolist()
+        known = np.stack(values([(x, y) for y in nodes for x in nodes]))
+        across, up = (quadrature.weights(order, np.array(at)) for at in zip(*tested, strict=True))
+        weights = (up[:, :, None] * across[:, None, :]).reshape(len(tested), -1)
+        error = error_of_columns(np.tensordot(weights, known, 1), np.stack(values(tested)))
+        if error <= tolerance:
+            return [(order, 0.5 * error)] * 2
+    return None
 
 
 def _placed(values: Values, tolerance: float, most: int) -> list[tuple[int, float]]:

@@ -139,11 +139,9 @@ class PlannedWaves(Effect):
         """Largest slopes, upwind and crosswind: steeper waves are clipped to them."""
         return MOST_SIGMAS * self.rms[0], MOST_SIGMAS * self.rms[1]
 
-    def tilted(self, assembly: Assembly, slope: tuple[float, float], view: View, sun: Sun | None) -> Assembly:
-        """Return a scene over the sea that a wave tilts, upwind and crosswind (clockwise), for a view and a sun."""
-        sense = 1.0 if sun is None else wind_sense(view.azimuth_deg, sun.azimuth_deg)
-        sea = assembly.sea.tilted(slope[0], sense * slope[1], self.point_size_m)  # type: ignore[attr-defined]
-        return assembly.over_sea(sea)
+    def tilted(self, assembly: Assembly, slope: tuple[float, float]) -> Assembly:
+        """Return a scene over the sea that a wave tilts, upwind and, in the sense of a view and a sun, crosswind."""
+        return assembly.over_sea(assembly.sea.tilted(*slope, self.point_size_m))  # type: ignore[attr-defined]
 
     def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
         """Return the image, whose windows use the tables of the whole."""
@@ -209,6 +207,11 @@ def choose_waves(
     return None
 
 
+def crosswind_sense(view: View, sun: Sun | None) -> float:
+    """Return the sign of a slope that is crosswind clockwise, as seas are tilted for a view and a sun."""
+    return 1.0 if sun is None else wind_sense(view.azimuth_deg, sun.azimuth_deg)
+
+
 TiltedSea = Callable[[View, Sun | None], Assembly]
 """Returns a scene over a sea that waves tilt by one slope, for a view and a sun."""
 
@@ -227,8 +230,7 @@ def tilted_seas(scenario: Scenario, assembly: Assembly) -> list[TiltedSea]:
         return assembly.over_sea(sea.tilted(along, across, size_m))
 
     def tilted(along: float, across: float, view: View, sun: Sun | None) -> Assembly:
-        sense = 1.0 if sun is None else wind_sense(view.azimuth_deg, sun.azimuth_deg)
-        return scene(along, sense * across)
+        return scene(along, crosswind_sense(view, sun) * across)
 
     slopes = ((upwind, 0.0), (-upwind, 0.0), (0.0, crosswind), (0.0, -crosswind))
     return [partial(tilted, *slope) for slope in slopes]

@@ -25,7 +25,7 @@ from hcss_twin.engine.tables.view_states import weights_of_nodes
 from hcss_twin.plan.numerics import reference_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms
-from hcss_twin.plan.waves import to_wind
+from hcss_twin.plan.waves import crosswind_sense, to_wind
 from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import Sun, View
 from hcss_twin.providers.column_states import ColumnSetting, spectra_of
@@ -124,7 +124,9 @@ def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
     mean = [fine.setting(point.sun, point.view) for point in points]
     seen, level = mean, np.ones((len(points), len(fine.model.terms), len(plan.bands)))
     if plan.waves is not None:
-        tilted = [plan.waves.tilted(fine, point.slope, point.view, point.sun) for point in points]
+        senses = [(1.0, crosswind_sense(point.view, point.sun)) for point in points]
+        slopes = [tuple(np.multiply(point.slope, sense)) for point, sense in zip(points, senses, strict=True)]
+        tilted = [plan.waves.tilted(fine, slope) for slope in slopes]
         seen = [scene.setting(point.sun, point.view) for scene, point in zip(tilted, points, strict=True)]
         level = np.array([point.level for point in points])
     shaded: dict[ColumnSetting, list[int]] = {}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,10 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.tables.radiance_tables import Quantities, WaveTables
 from hcss_twin.models.sea.wave_field import MOST_SIGMAS
 from hcss_twin.physics import quadrature
-from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms
-from hcss_twin.plan.waves import PlannedWaves
-from hcss_twin.providers import Sun, View
+from hcss_twin.plan.waves import PlannedWaves, crosswind_sense
+from hcss_twin.providers import ColumnSetting, Sun, View
 from hcss_twin.providers.column_states import spectra_of
 
 FLOOR = 1e-6
@@ -25,6 +25,9 @@ FLOOR = 1e-6
 
 ROUGHNESS = 1e-4
 """Relative error accepted if more nodes do not help: sea models use numerical quadrature (rough-sea: 4e-5)."""
+
+AT_ONCE = 128
+"""Columns that are computed in one call; the memory grows with their number."""
 
 _COARSEST, _FINEST = 4, 64
 _DENSEST = 513
@@ -53,7 +56,7 @@ def compile_waves(
     suns : tuple of Sun or None
         Sun at each time node; the nodes are placed for the middle one.
     extreme : sequence of View
-        Views for which the nodes are placed.
+        Views for which the nodes are placed. Of a narrow field it is one, from which those of the others are derived.
     tolerance : float
         Relative to the total of the band.
 
@@ -62,36 +65,65 @@ def compile_waves(
     ProviderError
         If the radiance does not converge with the number of nodes.
     """
+    columns, allowed = _Columns(plan, waves), 0.25 * tolerance
+    middle = suns[len(suns) // 2 :][:1]
 
-    def toward(view: View, sun: Sun | None) -> _Columns:
-        return _Columns(plan if plan.views is None else plan.toward(view), waves, sun)
+    def of_view(view: View) -> Callable[[Array, Array], Array]:
+        return lambda upwind, crosswind: columns.toward([view], middle, upwind, crosswind)[0, 0]
 
-    middle = len(suns) // 2
-    near = {view: toward(view, suns[middle]) for view in extreme}
-    placed = [_place(columns, 0.25 * tolerance) for columns in near.values()]
+    placed = [_place(of_view(view), allowed) for view in extreme]
     orders = max(up for (up, _), _ in placed), max(across for (_, across), _ in placed)
     error = max(found for _, found in placed)
-    every = []
-    for view in views:
-        columns = [toward(view, sun) for sun in suns]
-        columns[middle] = near.get(view, columns[middle])
-        every.append(_tables(plan, waves, quantities, columns, orders, error, 0.25 * tolerance))
-    return every
+    nodes = quadrature.nodes(orders[0]), quadrature.nodes(orders[1])
+    exact = dict(zip(extreme, columns.toward(extreme, suns, *nodes), strict=True))
+    others = [view for view in views if view not in exact]
+    if others:
+        derived = _derived(columns, exact[extreme[0]], others, suns, nodes, allowed) if len(extreme) == 1 else None
+        error += allowed if derived is not None else 0.0
+        every = columns.toward(others, suns, *nodes) if derived is None else derived
+        exact |= zip(others, every, strict=True)
+    return [_tables(plan, waves, quantities, exact[view], columns.level(view, suns), error, allowed) for view in views]
+
+
+def _derived(
+    columns: _Columns,
+    known: Array,
+    views: Sequence[View],
+    suns: Sequence[Sun | None],
+    nodes: tuple[Array, Array],
+    tolerance: float,
+) -> Array | None:
+    """Return columns (views, S, N, M, K, B) toward some views from those (S, N, M, K, B) toward one near them.
+
+    The glint of another view lies at another slope, not far from its own: the logarithm of each term changes by a
+    polynomial of low order. None if columns between its nodes differ.
+    """
+    some = [np.linspace(0, at.size - 1, 3).astype(np.intp) for at in nodes]
+    few = [at[which] for at, which in zip(nodes, some, strict=True)]
+    near, exact = known[:, some[0][:, None], some[1]], columns.toward(views, suns, *few)
+    floor = FLOOR * np.mean(np.sum(known, axis=-2), axis=(1, 2))[:, None, None, None]
+    followed = (np.min(known, axis=(1, 2)) > 0.0) & (np.min(exact, axis=(0, 2, 3)) > 0.0)
+    followed = followed[:, None, None]
+
+    def turned(values: Array) -> Array:
+        return np.where(followed, np.log(np.where(followed, values, 1.0) + floor), values)
+
+    up, across = (quadrature.lagrange(of_few, at) for of_few, at in zip(few, nodes, strict=True))
+    change = np.einsum("nu,ma,vsuakb->vsnmkb", up, across, turned(exact) - turned(near), optimize=True)
+    whole = turned(known) + change
+    found: Array = np.where(followed, np.maximum(np.exp(np.where(followed, whole, 0.0)) - floor, 0.0), whole)
+    tried = [np.array([1, at.size - 2]) for at in nodes]
+    between = columns.toward(views, suns, *(at[which] for at, which in zip(nodes, tried, strict=True)))
+    error = _difference(found[:, :, tried[0][:, None], tried[1]], between)
+    return found if error <= tolerance else None
 
 
 def _tables(
-    plan: Plan,
-    waves: PlannedWaves,
-    quantities: Quantities,
-    columns: Sequence[_Columns],
-    orders: tuple[int, int],
-    error: float,
-    tolerance: float,
+    plan: Plan, waves: PlannedWaves, quantities: Quantities, values: Array, level: Array, error: float, tolerance: float
 ) -> WaveTables:
-    """Return the tables toward one view, with nodes of some orders, from the columns under each sun."""
-    nodes = quadrature.nodes(orders[0]), quadrature.nodes(orders[1])
-    sizes, rest = _dense(columns[len(columns) // 2](*nodes), tolerance)
-    changes, levels = zip(*(_change(column(*nodes), column.level(), sizes) for column in columns), strict=True)
+    """Return the tables toward one view from columns (S, N, M, K, B) at nodes, and (S, K, B) over the mean sea."""
+    sizes, rest = _dense(values[len(values) // 2], tolerance)
+    changes, levels = zip(*(_change(*under, sizes) for under in zip(values, level, strict=True)), strict=True)
 
     def tables(of_terms: Array) -> tuple[NDArray[np.float32], ...]:
         """Tables of the changes of all terms, or of some."""
@@ -105,47 +137,55 @@ def _tables(
 
 def probe_waves(plan: Plan, waves: PlannedWaves, sun: Sun | None) -> Array:
     """Totals (4, B) of clear columns at two standard deviations of either slope; they change with the sun."""
-    columns, far = _Columns(plan, waves, sun), np.array([-2.0, 2.0]) / MOST_SIGMAS
-    still = np.zeros(1)
-    total: Array = np.sum(np.concatenate((columns(far, still)[:, 0], columns(still, far)[0])), axis=1)
+    columns, far, still = _Columns(plan, waves), np.array([-2.0, 2.0]) / MOST_SIGMAS, np.zeros(1)
+    upwind, crosswind = (columns.toward([plan.view], [sun], *slopes)[0, 0] for slopes in ((far, still), (still, far)))
+    total: Array = np.sum(np.concatenate((upwind[:, 0], crosswind[0])), axis=1)
     return total
 
 
 class _Columns:
-    """Cached clear columns over tilted seas, integrated over the bands."""
+    """Cached clear columns over tilted seas, integrated over the bands.
 
-    def __init__(self, plan: Plan, waves: PlannedWaves, sun: Sun | None) -> None:
-        self._plan, self._waves, self._sun = plan, waves, sun
-        self._known: dict[tuple[float, float], Array] = {}
+    Those of one call are computed together: all views and suns share a sea.
+    """
 
-    def __call__(self, upwind: Array, crosswind: Array) -> Array:
-        """Terms (N, M, K, B) at slopes (N,) and (M,) relative to the table limits, crosswind clockwise from upwind."""
-        keys = [(float(u), float(c)) for u in upwind for c in crosswind]
+    def __init__(self, plan: Plan, waves: PlannedWaves) -> None:
+        self._plan = plan
+        self._tilted = cache(partial(waves.tilted, plan.assembly))
+        self._reach = waves.reach
+        self._known: dict[tuple[View, Sun | None, float, float], Array] = {}
+
+    def toward(self, views: Sequence[View], suns: Sequence[Sun | None], upwind: Array, crosswind: Array) -> Array:
+        """Terms (views, S, N, M, K, B) at slopes (N,) and (M,) relative to the table limits.
+
+        Crosswind is clockwise from upwind.
+        """
+        keys = [(view, sun, float(u), float(c)) for u in upwind for c in crosswind for view in views for sun in suns]
         new = [key for key in dict.fromkeys(keys) if key not in self._known]
-        self._known.update(zip(new, self._clear([self._tilted(*key) for key in new]), strict=True))
+        for first in range(0, len(new), AT_ONCE):
+            some = new[first : first + AT_ONCE]
+            self._known.update(zip(some, self._clear([self._setting(*key) for key in some]), strict=True))
         found = np.stack([self._known[key] for key in keys])
-        terms: Array = found.reshape(upwind.size, crosswind.size, *found.shape[1:])
-        return terms
+        found = found.reshape(upwind.size, crosswind.size, len(views), len(suns), *found.shape[1:])
+        return np.moveaxis(found, (2, 3), (0, 1))
 
-    def level(self) -> Array:
-        """Terms (K, B) over the mean sea."""
-        terms: Array = self._clear([self._plan.assembly])[0]
-        return terms
+    def level(self, view: View, suns: Sequence[Sun | None]) -> Array:
+        """Terms (S, K, B) over the mean sea."""
+        return self._clear([self._plan.assembly.setting(sun, view) for sun in suns])
 
-    def _tilted(self, upwind: float, crosswind: float) -> Assembly:
-        slope = upwind * self._waves.reach[0], crosswind * self._waves.reach[1]
-        return self._waves.tilted(self._plan.assembly, slope, self._plan.view, self._sun)
+    def _setting(self, view: View, sun: Sun | None, upwind: float, crosswind: float) -> ColumnSetting:
+        slope = upwind * self._reach[0], crosswind_sense(view, sun) * crosswind * self._reach[1]
+        return self._tilted(slope).setting(sun, view)
 
-    def _clear(self, scenes: Sequence[Assembly]) -> Array:
-        """Terms (N, K, B) of clear sky over each sea."""
+    def _clear(self, settings: Sequence[ColumnSetting]) -> Array:
+        """Terms (N, K, B) of clear sky in some settings."""
         grid, assembly = self._plan.spectral_grid, self._plan.assembly
-        settings, cloudless = [scene.setting(self._sun) for scene in scenes], np.zeros((1, len(assembly.layers)))
-        spectra = spectra_of(assembly.model, settings, grid.wavenumber_cm1, cloudless)[:, 0]
-        terms: Array = spectra @ grid.weights_cm1.T
+        spectra = spectra_of(assembly.model, settings, grid.wavenumber_cm1, np.zeros((1, len(assembly.layers))))
+        terms: Array = spectra[:, 0] @ grid.weights_cm1.T
         return terms
 
 
-def _place(columns: _Columns, tolerance: float) -> tuple[tuple[int, int], float]:
+def _place(columns: Callable[[Array, Array], Array], tolerance: float) -> tuple[tuple[int, int], float]:
     """Double the order for either slope until the polynomial meets the tolerance.
 
     The error is measured halfway between the nodes of that slope, at the ends and the middle of the other slope.
@@ -173,8 +213,8 @@ def _place(columns: _Columns, tolerance: float) -> tuple[tuple[int, int], float]
 
 
 def _difference(guess: Array, exact: Array) -> float:
-    """Largest relative difference of totals."""
-    return largest_error(np.sum(guess, axis=2), np.sum(exact, axis=2))
+    """Largest relative difference of totals, of terms (..., K, B)."""
+    return largest_error(np.sum(guess, axis=-2), np.sum(exact, axis=-2))
 
 
 def _interpolate(values: Array, places: tuple[Array, ...]) -> Array:
