@@ -80,6 +80,24 @@ def _angles_deg(ray_m: Array, latitude_deg: Array, longitude_deg: Array) -> tupl
     return np.degrees(np.arctan2(np.hypot(east, north), up)), np.degrees(np.arctan2(east, north)) % 360.0
 
 
+def from_another_place_deg(
+    zenith_deg: float, azimuth_deg: float, from_deg: tuple[float, float], to_deg: tuple[float, float]
+) -> tuple[float, float]:
+    """Return zenith and azimuth angle of a direction at another place, for what is as far as the sun.
+
+    Parameters
+    ----------
+    from_deg, to_deg : (float, float)
+        Latitude and longitude of the place of the angles given, and of that of the angles returned.
+    """
+    zenith, azimuth = math.radians(zenith_deg), math.radians(azimuth_deg)
+    local = np.array([math.sin(zenith) * math.sin(azimuth), math.sin(zenith) * math.cos(azimuth), math.cos(zenith)])
+    latitude, longitude = (np.array(angle) for angle in to_deg)
+    before = np.array(east_north_up(np.array(from_deg[0]), np.array(from_deg[1])))
+    there = _angles_deg(local @ before, latitude, longitude)
+    return float(there[0]), float(there[1])
+
+
 _CLOSE_M, _MAX_ITERATIONS = 1e-6, 50
 
 

@@ -16,6 +16,7 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import Air, AirOverField
 from hcss_twin.plan.builder import Built
+from hcss_twin.plan.directions import sun_toward
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.providers import (
@@ -160,7 +161,8 @@ class Assembly:
         CatalogError
             If the profiles of the scene do not cover that place.
         """
-        setting = self._unaltered(sun, self.view if view is None else view)
+        view = self.view if view is None else view
+        setting = self._unaltered(sun_toward(view, sun), view)
         for effect, value in self.alterations:
             setting = effect.apply(setting, value)
         return setting

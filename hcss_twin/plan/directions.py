@@ -3,9 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from typing import Protocol
 
+from hcss_twin.physics.viewing import from_another_place_deg
 from hcss_twin.providers import Sun, View
+
+
+@dataclass(frozen=True)
+class SunlitView(View):
+    """View of a place at which the sun stands elsewhere in the sky than at the image centre.
+
+    Attributes
+    ----------
+    centre_deg, place_deg : (float, float)
+        Latitude and longitude of the image centre and of the place.
+    turn_deg : float
+        Bearing of the plane's y axis at the place, clockwise from its north; azimuths count from this axis.
+    """
+
+    centre_deg: tuple[float, float]
+    place_deg: tuple[float, float]
+    turn_deg: float
+
+    def sun(self, of_centre: Sun) -> Sun:
+        """Return the sun of the place, or that of the centre where it has set at the place."""
+        if self.place_deg == self.centre_deg:
+            return of_centre
+        angles_deg = of_centre.zenith_deg, of_centre.azimuth_deg
+        zenith, azimuth = from_another_place_deg(*angles_deg, self.centre_deg, self.place_deg)
+        there = replace(of_centre, zenith_deg=zenith, azimuth_deg=(azimuth - self.turn_deg) % 360.0)
+        return there if there.is_up else of_centre
+
+
+def sun_toward(view: View, sun: Sun | None) -> Sun | None:
+    """Return the sun of the place that is seen, from that of the image centre."""
+    return view.sun(sun) if isinstance(view, SunlitView) and sun is not None else sun
 
 
 class Views(Protocol):

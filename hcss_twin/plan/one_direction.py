@@ -12,9 +12,9 @@ from hcss_twin.core.error_norm import largest_error
 from hcss_twin.core.errors import ProviderError, ScenarioError
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, Omission
+from hcss_twin.plan.few_columns import SAFETY_FACTOR, TOO_DEAR, FewColumns, Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.plan.views import ImageViews
+from hcss_twin.plan.views import ImageViews, has_own_suns, may_have_own_suns
 from hcss_twin.providers import Sun, View
 
 SENSOR_ALTITUDE_M = 800e3
@@ -46,14 +46,18 @@ def one_direction(
     if assembly.directions is None and (not own_views or assembly.lines_of_sight is None):
         yield _one_view(assembly, columns, track, {sun: total for (_, sun), total in totals.items()}, own_views)
     lit = [(corner_suns(assembly, track, time_s), total) for (time_s, sun), total in totals.items() if sun is not None]
-    if lit and assembly.own_suns is None:
+    if lit and assembly.own_suns is None and not (own_views and has_own_suns(assembly)):
         bound = _bound_of_suns(assembly, columns, lit)
         corners = "providers do not know it in the corners" if bound is None else "the bound is for the corners"
+        needs, decision = "a smaller image: no key computes it", ""
+        if assembly.lines_of_sight is None and may_have_own_suns(assembly):
+            needs, decision = "platform.altitude", TOO_DEAR
         yield Omission(
             "sun angles of single pixels",
             f"the sun is that of the image centre; {corners}",
             bound,
-            needs="a smaller image: no key computes it",
+            needs=needs,
+            decision=decision,
         )
 
 
@@ -71,6 +75,7 @@ def _one_view(
         + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
         bound,
         needs="platform.altitude" if lines is None else "an atmosphere that knows these angles",
+        decision=TOO_DEAR if lines is None else "",
     )
 
 

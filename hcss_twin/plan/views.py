@@ -24,7 +24,7 @@ from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.axis import Axis, place
 from hcss_twin.plan.combinations import Excluded, require_none
-from hcss_twin.plan.directions import Views
+from hcss_twin.plan.directions import SunlitView, Views
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
 from hcss_twin.plan.waves import TiltedSea, tilted_seas
@@ -103,12 +103,15 @@ class ImageViews:
         View of all pixels; required if ``lines`` is None.
     centre_deg : (float, float) or None
         Latitude and longitude of the image centre, if the air differs over the image.
+    own_suns : bool
+        Whether each place has its own sun; not with air of its own.
     """
 
     grid: Grid
     lines: LinesOfSight | None
     parallel: View | None = None
     centre_deg: tuple[float, float] | None = None
+    own_suns: bool = False
 
     def at(self, places: Iterable[tuple[float, float]]) -> list[View]:
         """Return the view from positions (x, y), -1 to 1 from edge to edge.
@@ -125,6 +128,14 @@ class ImageViews:
             seen = self.lines.from_points(east, north)
             angles = zip(seen.zenith_deg.tolist(), seen.plane_azimuth_deg.tolist(), strict=True)
             views = [View(zenith, azimuth) for zenith, azimuth in angles]
+            if self.own_suns:
+                centre_deg = self.lines.latitude_deg, self.lines.longitude_deg
+                turns = (seen.azimuth_deg - seen.plane_azimuth_deg).tolist()
+                of_places = zip(views, seen.latitude_deg.tolist(), seen.longitude_deg.tolist(), turns, strict=True)
+                return [
+                    SunlitView(view.zenith_deg, view.azimuth_deg, centre_deg, (north, east), turn)
+                    for view, north, east, turn in of_places
+                ]
         if self.centre_deg is None:
             return views
         places = zip(*(angles_deg.tolist() for angles_deg in to_geographic(east, north, *self.centre_deg)), strict=True)
@@ -143,7 +154,21 @@ def views_over_grid(assembly: Assembly) -> ImageViews | None:
     air = assembly.air_over_field
     if assembly.lines_of_sight is None and air is None:
         return None
-    return ImageViews(assembly.grid, assembly.lines_of_sight, assembly.view, None if air is None else air.centre_deg)
+    if air is not None:
+        return ImageViews(assembly.grid, assembly.lines_of_sight, assembly.view, air.centre_deg)
+    return ImageViews(assembly.grid, assembly.lines_of_sight, own_suns=has_own_suns(assembly))
+
+
+def has_own_suns(assembly: Assembly) -> bool:
+    """Whether each place of an image has its own sun."""
+    return assembly.lines_of_sight is not None and may_have_own_suns(assembly)
+
+
+def may_have_own_suns(assembly: Assembly) -> bool:
+    """Whether each place of an image has its own sun if the sensor has an altitude: in narrow fields of one air."""
+    grid = assembly.grid
+    half_m = 0.5 * grid.pixel_size_m * math.hypot(grid.rows, grid.columns)
+    return assembly.directions is None and assembly.air_over_field is None and half_m <= SUNS_WITHIN_M
 
 
 EXTREMES = ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
@@ -159,6 +184,12 @@ NARROW = 0.1
 def _centres(count: int) -> Array:
     """Positions of pixel centres along one axis."""
     return (2.0 * np.arange(count) + 1.0 - count) / count
+
+
+SUNS_WITHIN_M = 30e3
+"""Half the diagonal of images whose places have suns of their own: these differ by up to a quarter of a degree.
+
+Clouds are solved for each sun, which would take hours for the many views of wide fields."""
 
 
 LINES = (-1.0, 0.0, 1.0)
