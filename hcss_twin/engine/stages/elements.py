@@ -64,6 +64,9 @@ _SEED_KEY = 2**18
 class ElementStage(Stage):
     """Elements of a scene."""
 
+    reads = ("truth", "columns", "light between columns", "texture", "sunlight", "waves")
+    writes = ("elements",)
+
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._paths = ElementPaths(plan)

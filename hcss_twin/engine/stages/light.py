@@ -31,6 +31,9 @@ LARGEST_SQUARE, KEPT_SQUARES = 128, 32
 class LightStage(Stage):
     """Radiance of frames of a plan with light between columns of cloud."""
 
+    reads = ("columns",)
+    writes = ("light between columns",)
+
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
         assert plan.light is not None
         self._plan, self._name = plan, plan.light.name

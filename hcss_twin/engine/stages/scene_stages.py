@@ -1,4 +1,7 @@
-"""The stages of a scene, in order: truth, look-up, those of its effects, elements, and variables of whole parts."""
+"""The stages of a scene: truth, look-up, those of its effects, elements, and variables of whole parts.
+
+What stages read and write decides their order.
+"""
 
 from __future__ import annotations
 
@@ -57,6 +60,8 @@ class SceneTables:
 class LookUpStage(Stage):
     """Radiance of independent columns, from the tables."""
 
+    writes = ("columns",)
+
     def __init__(self, plan: Plan) -> None:
         self._layers, self._samples = len(plan.layers), plan.samples_per_pixel
 
@@ -74,6 +79,9 @@ class LookUpStage(Stage):
 
 class RadianceStage(Stage):
     """Radiance of complete parts, its terms, and the brightness temperature."""
+
+    reads = ("columns", "light between columns", "texture", "sunlight", "waves", "elements")
+    writes = ("radiance",)
 
     def __init__(self, scene: SceneTables) -> None:
         plan = scene.plan
@@ -155,4 +163,24 @@ def stages_of(scene: SceneTables) -> list[Stage]:
         from hcss_twin.engine.stages.derived import DerivedStage
 
         stages.append(DerivedStage(plan))
-    return stages
+    return ordered(stages)
+
+
+def ordered(stages: Sequence[Stage]) -> list[Stage]:
+    """Return stages so that each follows all that write what it reads; those that are free keep their order.
+
+    Raises
+    ------
+    ValueError
+        If two stages wait for each other.
+    """
+    left, order = list(stages), list[Stage]()
+    while left:
+        waiting = {name: stage for stage in left for name in stage.writes}
+        free = [stage for stage in left if all(waiting.get(name, stage) is stage for name in stage.reads)]
+        if not free:
+            names = ", ".join(f"{type(stage).__name__} (reads {', '.join(stage.reads)})" for stage in left)
+            raise ValueError(f"stages wait for each other: {names}")
+        order.append(free[0])
+        left.remove(free[0])
+    return order

@@ -108,6 +108,9 @@ class ShadowStage(Stage):
         tables.
     """
 
+    reads = ("truth", "columns", "texture", "ground")
+    writes = ("sunlight",)
+
     def __init__(self, plan: Plan, of_surfaces: Sequence[Sequence[ShadowTables]]) -> None:
         self._plan, self._tables = plan, of_surfaces
         self._point_m = plan.grid.pixel_size_m / plan.samples_per_pixel

@@ -2,7 +2,8 @@
 
 A part of a frame is computed window by window. Each stage finds what the stages before it have made of a window, and
 changes it: clouds are looked up in tables, light between columns and texture follow, then surfaces, shadows, waves and
-elements; variables that need whole parts come last. A scene has only the stages that it needs (:mod:`.stages`).
+elements; variables that need whole parts come last. Each declares what it reads and writes, from which this order
+follows. A scene has only the stages that it needs (:mod:`.scene_stages`).
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,7 +147,17 @@ class PixelObserver(Protocol):
 
 
 class Stage:
-    """One stage of all parts of a scene; the base of what :func:`hcss_twin.engine.stages.stages_of` returns."""
+    """One stage of all parts of a scene; the base of what :func:`hcss_twin.engine.stages.stages_of` returns.
+
+    Attributes
+    ----------
+    reads, writes : tuple of str
+        Names of what the stage finds and makes, such as ``columns`` (radiance of independent columns) or ``sunlight``
+        (its shadows). They alone decide the order: a stage runs after all that write what it reads.
+    """
+
+    reads: ClassVar[tuple[str, ...]] = ()
+    writes: ClassVar[tuple[str, ...]] = ()
 
     def begin(self, part: FramePart) -> None:
         """Prepare for the windows of a part; by default nothing."""

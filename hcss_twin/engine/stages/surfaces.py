@@ -10,6 +10,9 @@ from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 class SurfaceStage(Stage):
     """Tells which surface lies below each point."""
 
+    reads = ("truth",)
+    writes = ("ground",)
+
     def __init__(self, ground: Ground) -> None:
         self._ground = ground
 

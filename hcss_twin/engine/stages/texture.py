@@ -37,6 +37,9 @@ class TextureStage(Stage):
         Along which the points of the plan differ.
     """
 
+    reads = ("truth", "columns", "light between columns")
+    writes = ("texture",)
+
     def __init__(
         self, plan: Plan, texture: Texture, tables: RadianceTables | None, axes: Sequence[PointAxis[Any]]
     ) -> None:

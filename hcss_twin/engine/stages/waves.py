@@ -32,6 +32,9 @@ class WaveStage(Stage):
         Number of the class of surface that has the waves.
     """
 
+    reads = ("truth", "columns", "texture", "ground", "sunlight")
+    writes = ("waves",)
+
     def __init__(self, plan: Plan, waves: PlannedWaves, tables: Sequence[RadianceTables], sea: int) -> None:
         self._plan, self._shapes, self._sea, self._tables = plan, waves.shapes, sea, tables
         self._samples = plan.samples_per_pixel
