@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.look_up import LookUp, Thickness
-from hcss_twin.engine.tables.over_views import views_of_frame
+from hcss_twin.engine.tables.over_views import GridViews, views_of_frame
 from hcss_twin.engine.tables.point_axis import FrameAxis, Group, PointAxis
 from hcss_twin.engine.tables.radiance_tables import DenseTable, RadianceTables, TableReader, stacked_tables
 from hcss_twin.engine.tables.view_states import LOST, MANY_STATES
@@ -108,6 +108,10 @@ class FrameLookUp:
                 (slice(corner[0] + strip.start, corner[0] + strip.stop), slice(corner[1], corner[1] + columns))
             )
             place = (strip.start * (self._points or 1) + corner[0], corner[1])
+            if points == 1 and len(self._axes) == 1 and isinstance(self._axes[0], GridViews):
+                look_up, weights = self._of_grid(self._axes[0], window)
+                look_up.fill(radiance, of_strip, samples, place, weights)
+                continue
             groups = self._groups(window, points)
             if points == 1 and len(groups) == 1:  # all pixels, which may have several points
                 look_up, weights = self._weighted(groups[0], radiance.shape[0])
@@ -118,6 +122,15 @@ class FrameLookUp:
             for channel, of_channel in zip(radiance, values, strict=True):
                 shown = of_channel if self._points or samples == 1 else pixel_sums(of_channel, samples) / samples**2
                 channel[place[0] : place[0] + shown.shape[0], place[1] : place[1] + shown.shape[1]] = shown
+
+    def _of_grid(self, axis: GridViews, window: Window) -> tuple[LookUp, Array]:
+        """Return the look-up of the views of a grid, and the weights (y, x, 1, R) of its states: products of two."""
+        look_up, fewer = self._together(self._number.ravel())
+        up, across = axis.weights(window)
+        shares = np.eye(self._number.size) if fewer is None else fewer
+        of_columns = np.tensordot(across, shares.reshape(up.shape[1], across.shape[1], -1), (1, 1))
+        weights: Array = np.tensordot(up, of_columns, (1, 1))[:, :, None]
+        return look_up, weights
 
     def _of_points(
         self, channels: int, groups: Sequence[Group], thickness_m: Sequence[Thickness], window: Window, points: int

@@ -58,6 +58,9 @@ class LookUp:
             np.ascontiguousarray(np.concatenate((core[:, :, :1], core), axis=2).transpose(2, 0, 1, 3))
             for core in table.columns.cores
         )
+        self._by_state = (
+            np.ascontiguousarray(self._cores[0][..., 0].transpose(1, 2, 0)) if len(self._cores) == 1 else None
+        )
 
     def fill(
         self,
@@ -114,6 +117,8 @@ class LookUp:
                 inside = _points(radiance, row, column, np.ascontiguousarray(by_node.T), places[0])
             else:
                 inside = _one_layer(radiance, row, column, samples, by_node, places[0])
+        elif len(places) == 1 and samples == 1 and table.bands == 0:
+            inside = _of_states(radiance, row, column, weights, self._by_state, places[0])
         else:
             inside = _several(radiance, row, column, samples, table.clear, table.bands, weights, self._cores, places)
         if not inside:
@@ -231,6 +236,35 @@ def _one_layer(radiance, row, column, samples, table, layer):  # type: ignore[no
                             n = k + np.uint32(c)
                             sums[x, c] += flat[n] + share * (flat[n + step] - flat[n])
             _write(radiance, row + y, column + left, sums, count, 1.0 / (samples * samples))
+    return True
+
+
+@kernel()
+def _of_states(radiance, row, column, weights, table, layer):  # type: ignore[no-untyped-def]
+    """Faster version of :func:`_several` for one layer, one point per pixel and no term but the total and some others.
+
+    ``table`` (C, R, 2 + N). Returns False if a thickness is outside the table.
+    """
+    (channels, states), (height, width) = table.shape[:2], layer[0].shape
+    interval, share = np.empty(PIXELS_AT_ONCE, np.uint32), np.empty(PIXELS_AT_ONCE)
+    sums = np.empty(PIXELS_AT_ONCE)
+    for y in range(height):
+        of_row = weights[y if weights.shape[0] > 1 else 0]
+        for left in range(0, width, PIXELS_AT_ONCE):
+            count = min(PIXELS_AT_ONCE, width - left)
+            if not _place(interval, share, y, slice(left, left + count), layer):
+                return False
+            for c in range(channels):
+                sums[:] = 0.0
+                own = c if of_row.shape[1] > 1 else 0
+                for r in range(states):
+                    values = table[c, r]
+                    for x in range(count):
+                        low, high = values[interval[x]], values[interval[x] + np.uint32(1)]
+                        weight = of_row[left + x if of_row.shape[0] > 1 else 0, own, r]
+                        sums[x] += weight * (low + share[x] * (high - low))
+                for x in range(count):
+                    radiance[c, row + y, column + left + x] = np.float32(max(sums[x], 0.0))
     return True
 
 

@@ -50,10 +50,14 @@ class GridViews:
 
     def groups(self, window: Window, samples: int) -> list[Group]:
         """Return all pixels."""
-        up, across = self._up[window[0]], self._across[window[1]]
+        up, across = self.weights(window)
         weights = up.T[:, None, :, None] * across.T[None, :, None, :]
         number = up.shape[1] * across.shape[1]
         return [Group(None, range(number), weights.reshape(number, 1, -1))]
+
+    def weights(self, window: Window) -> tuple[Array, Array]:
+        """Return the weights of rows (y, Y) and columns (x, X) of a window."""
+        return self._up[window[0]], self._across[window[1]]
 
 
 @dataclass(frozen=True, eq=False)
