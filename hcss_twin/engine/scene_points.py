@@ -36,7 +36,8 @@ def at_rays(
     of_scene : callable
         Returns the values (..., Y, X) at the points of a window of the scene's plane, in or around it.
     between : callable
-        :func:`nearest` or :func:`interpolated`; on a grid on the ground, rays see the points of the scene themselves.
+        :func:`nearest`, :func:`linear` or :func:`interpolated`; on a grid on the ground, rays see the points of the
+        scene themselves.
     rays : Rays, optional
         By default those of the plan.
     """
@@ -55,6 +56,31 @@ def nearest(values: NDArray[Any], row: Array, column: Array, corner: tuple[int, 
         for position, first, size in zip((row, column), corner, values.shape[-2:], strict=True)
     )
     return values[..., y, x]
+
+
+def linear(values: NDArray[np.float32], row: Array, column: Array, corner: tuple[int, int]) -> NDArray[np.float32]:
+    """Return the values (K, Y, X) of points from a corner on, interpolated at places (y, x); 0 where they are NaN."""
+    result = np.empty((len(values), *row.shape), dtype=np.float32)
+    _linear(result, np.ascontiguousarray(values), row, column, *corner)
+    return result
+
+
+@kernel()
+def _linear(result, fields, row, column, first_row, first_column):  # type: ignore[no-untyped-def]
+    """Interpolate fields (K, Y, X) at places (y, x) between their points, of which all have neighbours."""
+    for i in range(row.shape[0]):
+        for j in range(row.shape[1]):
+            if not (row[i, j] == row[i, j] and column[i, j] == column[i, j]):
+                result[:, i, j] = 0.0
+                continue
+            # Whole parts first: a place has the same bits whatever the window.
+            top, left = np.floor(row[i, j]), np.floor(column[i, j])
+            y, x = row[i, j] - top, column[i, j] - left
+            up, side = np.int64(top) - first_row, np.int64(left) - first_column
+            for k in range(fields.shape[0]):
+                near = (1.0 - x) * fields[k, up, side] + x * fields[k, up, side + 1]
+                far = (1.0 - x) * fields[k, up + 1, side] + x * fields[k, up + 1, side + 1]
+                result[k, i, j] = np.float32((1.0 - y) * near + y * far)
 
 
 def interpolated(
