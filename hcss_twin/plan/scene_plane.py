@@ -36,11 +36,11 @@ class ScenePlane:
         return self.grid.pixel_size_m / self.samples
 
     def in_points(self, x_m: Array, y_m: Array) -> tuple[Array, Array]:
-        """Return row and column (...), in points, of places eastward and northward from the centre (...)."""
-        return (
-            y_m / self.point_m + 0.5 * (self.grid.rows * self.samples - 1),
-            x_m / self.point_m + 0.5 * (self.grid.columns * self.samples - 1),
-        )
+        """Return row and column (...), in points, of places eastward and northward from the centre (...).
+
+        Half a point beyond the outermost centres is still inside the image: such places are moved to these.
+        """
+        return self._in_points(y_m, self.grid.rows), self._in_points(x_m, self.grid.columns)
 
     def around(self, row: Array, column: Array) -> Window | None:
         """Return the pixels that hold points (...); None if all are NaN."""
@@ -72,13 +72,15 @@ class ScenePlane:
             return
         raise ScenarioError([Problem("image", message)])
 
+    def _in_points(self, place_m: Array, size: int) -> Array:
+        last = size * self.samples - 1
+        position = place_m / self.point_m + 0.5 * last
+        return np.where(np.abs(position - 0.5 * last) <= 0.5 * (last + 1), np.clip(position, 0, last), position)
+
     def _around(self, position: Array, size: int) -> slice:
-        """Return the pixels that hold positions along one axis; those that end on the border stay inside."""
+        """Return the pixels that hold positions along one axis, and the neighbours between which they are."""
         least, most = float(np.nanmin(position)), float(np.nanmax(position))
         low, high = int(np.floor(least)), int(np.floor(most)) + 2
-        # Half a point beyond the outermost centres is still inside the image.
-        if least >= -0.5:
-            low = max(low, 0)
-        if most <= size * self.samples - 0.5:
+        if most <= size * self.samples - 1:  # at the outermost centre there is nothing to interpolate
             high = min(high, size * self.samples)
         return slice(low // self.samples, -(-high // self.samples))
