@@ -8,6 +8,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.core.kernels import kernel
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import CloudGenerator, Grid
 
@@ -73,9 +74,9 @@ class ScenePlane:
         raise ScenarioError([Problem("image", message)])
 
     def _in_points(self, place_m: Array, size: int) -> Array:
-        last = size * self.samples - 1
-        position = place_m / self.point_m + 0.5 * last
-        return np.where(np.abs(position - 0.5 * last) <= 0.5 * (last + 1), np.clip(position, 0, last), position)
+        position = np.empty(place_m.shape)
+        _to_points(position.reshape(-1), np.ascontiguousarray(place_m).reshape(-1), self.point_m, size * self.samples)
+        return position
 
     def _around(self, position: Array, size: int) -> slice:
         """Return the pixels that hold positions along one axis, and the neighbours between which they are."""
@@ -84,3 +85,16 @@ class ScenePlane:
         if most <= size * self.samples - 1:  # at the outermost centre there is nothing to interpolate
             high = min(high, size * self.samples)
         return slice(low // self.samples, -(-high // self.samples))
+
+
+@kernel()
+def _to_points(position, place_m, point_m, size):  # type: ignore[no-untyped-def]
+    """Set positions (N,) along an axis of so many points, from places (N,); those of the outer half at its centre."""
+    last = size - 1.0
+    for n in range(place_m.size):
+        at = place_m[n] / point_m + 0.5 * last
+        if -0.5 <= at < 0.0:
+            at = 0.0
+        elif last < at <= last + 0.5:
+            at = last
+        position[n] = at
