@@ -29,7 +29,7 @@ from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.directions import Directions
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ImageViews
-from hcss_twin.plan.windows import Window, length, points_of
+from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 from hcss_twin.providers import Grid, View
 from hcss_twin.scenario.scenario import Scenario
 
@@ -143,12 +143,17 @@ class Rays(ABC):
     def locations_deg(self, window: Window, time_s: float, scenario: Scenario) -> tuple[Array, Array]:
         """Return latitude and longitude (rows, columns) of the pixels of a window, or any where they see no ground.
 
-        Scenes with derived variables may need it.
+        By default it is that of the middle of their points.
         """
-        raise ProviderError(f"{type(self).__name__}: pixels have no location; allowed: no [[output.derived]] of it")
+        points_m, samples = self.points_m(window, time_s, 0.0), self.samples_per_pixel
+        x_m, y_m = (np.nan_to_num(pixel_sums(of_points, samples) / samples**2) for of_points in points_m)
+        return to_geographic(x_m, y_m, scenario.place.latitude, scenario.place.longitude)
 
     def angles_deg(self, window: Window, time_s: float) -> tuple[Array, Array]:
-        """Return zenith and azimuth (clockwise from north) of the sensor at the pixels of a window, as locations."""
+        """Return zenith and azimuth (clockwise from north) of the sensor at the pixels of a window, as locations.
+
+        Scenes with derived variables may need it.
+        """
         raise ProviderError(f"{type(self).__name__}: pixels have no angles; allowed: no [[output.derived]] of them")
 
     def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
