@@ -119,9 +119,7 @@ def views_of_frame(plan: Plan, time_s: float, tables: DenseTable) -> tuple[Frame
     return nodes_of_frame(plan, time_s, sample)
 
 
-def nodes_of_frame(
-    plan: Plan, time_s: float, sample: Array, least: float = LEAST
-) -> tuple[FrameViews, Array | None]:
+def nodes_of_frame(plan: Plan, time_s: float, sample: Array, least: float = LEAST) -> tuple[FrameViews, Array | None]:
     """Return the views of a frame of rays that form no grid, and the weights of the plan's nodes, as for tables.
 
     Parameters
