@@ -107,12 +107,15 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     zenith, azimuth, _ = track.positions(times)
     view = View(scenario.view.zenith, scenario.view.azimuth) if given is None else given.view
     slant = slant_paths(scenario.slant, view, zenith, azimuth, given is None)
-    assembly = assemble(scenario, catalog, slant, None if given is None else given.climate, family)
-    if given is not None:
+    if given is None:
+        assembly = assemble(scenario, catalog, slant, None, family)
+    else:
+        assembly = assemble(scenario, catalog, slant, given.climate, family, given.image)
         assembly = replace(assembly, directions=given.directions)
     texture = _texture(scenario, assembly)
     assembly = replace(assembly, has_texture=texture is not None)
-    assembly = replace(assembly, slant=assembly.slant.beside("shadows", excluded_beside_shadows(assembly.model)))
+    beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns is not None)
+    assembly = replace(assembly, slant=assembly.slant.beside("shadows", beside_shadows))
     probe_last_frame(assembly, float(times[-1]))
     size = image.rows, image.columns
     extent = (slice(0, size[0]), slice(0, size[1])) if image.window is None else image.window.slices(*size)

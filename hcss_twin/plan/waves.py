@@ -18,10 +18,11 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.combinations import Excluded, why_not
+from hcss_twin.plan.combinations import Excluded, NotComputed, why_not
 from hcss_twin.plan.directions import sun_toward
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SKIP_SHARE, Omission, omitted
+from hcss_twin.plan.sunlight import toward_glint
 from hcss_twin.plan.windows import whole_image
 from hcss_twin.providers import Grid, Sun, View, WaveShapes
 from hcss_twin.scenario.scenario import Scenario
@@ -37,11 +38,7 @@ the waves change."""
 def wave_bound(
     assembly: Assembly, rms: tuple[float, float], wind_from_deg: float, suns: Sequence[Sun | None], any_pixel: bool
 ) -> float:
-    """Return the greatest relative change of clear radiance in any band.
-
-    Thermal radiance of the sea changes with its emissivity under a sky without emission, and reflected sunlight
-    changes with the glint that reaches the sensor through the air, at most all sunlight of clear sky. Both are upper
-    limits.
+    """Return the greatest relative change of clear radiance in any band, toward the views of a scene.
 
     Parameters
     ----------
@@ -55,6 +52,19 @@ def wave_bound(
         Sun positions to evaluate.
     any_pixel : bool
         Whether to cover the tilts of any pixel, rather than those within three standard deviations.
+    """
+    scenes = toward_glint(assembly, suns)
+    return max(_bound_toward(scene, rms, wind_from_deg, suns, any_pixel) for scene in scenes)
+
+
+def _bound_toward(
+    assembly: Assembly, rms: tuple[float, float], wind_from_deg: float, suns: Sequence[Sun | None], any_pixel: bool
+) -> float:
+    """Return the greatest relative change toward one view.
+
+    Thermal radiance of the sea changes with its emissivity under a sky without emission, and reflected sunlight
+    changes with the glint that reaches the sensor through the air, at most all sunlight of clear sky. Both are upper
+    limits.
     """
     grid = assembly.spectral_grid
     places = np.unique(np.concatenate([_sample(weights) for weights in grid.weights_cm1]))
@@ -157,13 +167,18 @@ def excluded_beside_waves(scenario: Scenario, assembly: Assembly) -> tuple[Exclu
         Excluded(
             "sea.model", not able, f"the sea model '{scenario.sea.model}', without waves as shapes,", "'rough-sea'"
         ),
-        Excluded("image", assembly.directions is not None, "an image that is no grid on the ground", "a grid"),
+        Excluded("image", assembly.own_suns is not None, "a full disk, whose places have suns of their own,", "a part"),
         Excluded("radiance.light", light.is_between_columns, "light between columns", "'columns'"),
     )
 
 
+def wants_waves(scenario: Scenario) -> bool:
+    """Whether a scenario asks for resolved waves, rather than leaving them to the plan."""
+    return scenario.sea.waves == "on" or not {"sea_slope_x", "sea_slope_y"}.isdisjoint(scenario.output.variables)
+
+
 def choose_waves(
-    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float
+    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float, why: NotComputed | None = None
 ) -> Omission | None:
     """Return the omission if waves are not resolved; None if they are.
 
@@ -173,14 +188,16 @@ def choose_waves(
         Sun positions for the bound; none if no radiance is needed.
     accuracy : float
         Relative to the radiance; waves are negligible below their share of it.
+    why : NotComputed, optional
+        Why they cannot be resolved, if this is known already.
 
     Raises
     ------
     ScenarioError
         If the scenario requests resolved waves beside what excludes them.
     """
-    sea, mode = assembly.sea, scenario.sea.waves
-    left_out = why_not("sea.waves", mode, excluded_beside_waves(scenario, assembly))
+    sea = assembly.sea
+    left_out = why_not("sea.waves", scenario.sea.waves, excluded_beside_waves(scenario, assembly)) or why
     if not hasattr(sea, "wave_slope_rms"):
         return Omission(WAVES, "the sea model does not know how long its waves are", None)
     points = _points(scenario, assembly)
@@ -188,8 +205,7 @@ def choose_waves(
         wind, size = assembly.sea_wind_speed_m_s, points.pixel_size_m
         short = f"a wind of {wind:.3g} m/s raises no waves longer than two points of {size:g} m; slopes are averaged"
         return Omission(WAVES, short if wind > 0.0 else "no wind raises waves", 0.0)
-    slopes = not {"sea_slope_x", "sea_slope_y"}.isdisjoint(scenario.output.variables)
-    if left_out is None and (mode == "on" or slopes):
+    if left_out is None and wants_waves(scenario):
         return None
     if not assembly.has_clear_sky:
         return Omission(WAVES, "cloud covers every pixel, and waves are resolved in clear sky only", 0.0)

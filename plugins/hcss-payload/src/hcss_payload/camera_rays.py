@@ -92,7 +92,7 @@ def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> Camer
 def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
     """Return what cannot be computed with a camera in orbit."""
     view, platform, slant = scenario.view, scenario.platform, scenario.slant
-    speed, resolved = scenario.motion.platform_speed != 0.0, scenario.sea.waves == "on"
+    speed = scenario.motion.platform_speed != 0.0
     return (
         Excluded("view.zenith", view.zenith != 0.0, "another view", "to leave it out"),
         Excluded("view.azimuth", view.azimuth != 0.0, "another view", "to leave it out"),
@@ -108,9 +108,6 @@ def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
             "parallax of flat layers",
             "'auto', which follows the lines of sight",
         ),
-        Excluded("slant.shadows", slant.shadows == "on", "shadows", "'auto' or 'off'"),
-        Excluded("output.derived", bool(scenario.output.derived), "a derived variable", "none"),
-        Excluded("sea.waves", resolved, "a sea of resolved waves", "'auto' or 'off'"),
     )
 
 
@@ -129,6 +126,7 @@ class CameraRays(Rays):
         self._times_s = (frames.first + np.arange(frames.count, dtype=np.float64)) * frames.interval
         self._last: tuple[float, FrameGeometry] | None = None
         self._limb: Limb | None = None
+        self._derived = frozenset[str]()
         self._points: dict[float, CameraPoints] = {}
         self._points_s = math.nan
         self.may_miss_ground = payload.beyond != "refuse"
@@ -221,13 +219,15 @@ class CameraRays(Rays):
     def prepare(self, scenario: Scenario, assembly: Assembly, radiance: bool) -> None:
         """Raise a :class:`ScenarioError` that names what a camera cannot show yet."""
         super().prepare(scenario, assembly, radiance)
-        scene = ScenePlane(assembly.grid, scenario.image.samples_per_pixel)
+        self._derived = frozenset(name for provider in assembly.derived for name in provider.variables)
+        scene, slant = ScenePlane(assembly.grid, scenario.image.samples_per_pixel), assembly.slant
+        below_clouds = (0.0,) if slant.shadows and slant.sun_zenith_deg.size else ()
         for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
             for layer, generator in zip(assembly.layers, assembly.generators, strict=True):
-                points = self._points_at(float(time_s), reference_height_m(layer))
-                below = scene.around(*scene.in_points(*points.at_nodes()))
-                if below is not None:
-                    scene.require_in_reach(generator, below, float(time_s))
+                for height_m in (reference_height_m(layer), *below_clouds):
+                    below = scene.around(*scene.in_points(*self._points_at(float(time_s), height_m).at_nodes()))
+                    if below is not None:
+                        scene.require_in_reach(generator, below, float(time_s))
         self._limb = Limb(assembly) if self._payload.beyond == "limb" and radiance else None
 
     def layout(self, scenario: Scenario) -> ImageLayout:
@@ -295,6 +295,25 @@ class CameraRays(Rays):
         beyond: NDArray[np.bool_] = kind != GROUND
         return beyond if beyond.any() else None
 
+    def locations_deg(self, window: Window, time_s: float, scenario: Scenario) -> tuple[Array, Array]:
+        """Return where the centres of pixels see the ground; the scene's place where they do not."""
+        geometry = self._geometry(time_s)
+        seen = geometry.latitude_longitude(geometry.window(*window))
+        latitude, longitude = (
+            np.where(np.isnan(angle), of_place, angle) for angle, of_place in zip(seen, self._place_deg, strict=True)
+        )
+        return latitude, longitude
+
+    def angles_deg(self, window: Window, time_s: float) -> tuple[Array, Array]:
+        """Return zenith and azimuth of the camera there; those of the typical view where pixels see no ground."""
+        geometry = self._geometry(time_s)
+        seen = geometry.angles_deg(geometry.window(*window))
+        typical = self.view.zenith_deg, self.view.azimuth_deg
+        zenith, azimuth = (
+            np.where(np.isnan(angle), of_view, angle) for angle, of_view in zip(seen, typical, strict=True)
+        )
+        return zenith, azimuth
+
     def project(
         self, x_m: Array, y_m: Array, altitude_m: Array, time_s: float, later_s: float = 0.0
     ) -> tuple[Array, Array]:
@@ -340,7 +359,7 @@ class CameraRays(Rays):
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Add the coordinates of the pixels; set space to 0 and what is not computed to missing."""
-        complete(frame, self._geometry(time_s), extent, self._payload.beyond == "limb", self._limb)
+        complete(frame, self._geometry(time_s), extent, self._payload.beyond == "limb", self._limb, self._derived)
 
 
 @contextmanager

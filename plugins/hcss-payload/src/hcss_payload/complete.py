@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,12 @@ STEPS_PER_DEGREE = 2.0**26
 
 
 def complete(
-    frame: dict[str, NDArray[Any]], geometry: FrameGeometry, extent: Window, shows_limb: bool, limb: Limb | None
+    frame: dict[str, NDArray[Any]],
+    geometry: FrameGeometry,
+    extent: Window,
+    shows_limb: bool,
+    limb: Limb | None,
+    derived: Collection[str] = (),
 ) -> None:
     """Add the coordinates of the pixels to a part of a frame; set space to 0 and what is not computed to missing.
 
@@ -30,9 +36,11 @@ def complete(
         Whether pixels of the limb have a tangent height.
     limb : Limb or None
         Radiance of the limb; None if it is missing.
+    derived : collection of str
+        Variables of other packages, which are missing in space, too.
     """
     rows, columns = extent
-    shape, ground_variables = (length(rows), length(columns)), list(frame.values())
+    shape, ground_variables = (length(rows), length(columns)), dict(frame)
     specs = (*PIXEL_VARIABLES, TANGENT_HEIGHT) if shows_limb else PIXEL_VARIABLES
     for spec in specs:
         frame[spec.name] = np.empty(shape, dtype=spec.dtype)
@@ -43,10 +51,10 @@ def complete(
         rays = geometry.window(*window)
         beyond, space = rays.kind != GROUND, rays.kind == SPACE
         if beyond.any():
-            for values in ground_variables:
+            for name, values in ground_variables.items():
                 if values.dtype.kind == "f":
                     values[..., strip, :][..., beyond] = np.nan
-                    values[..., strip, :][..., space] = 0.0
+                    values[..., strip, :][..., space] = np.nan if name in derived else 0.0
         latitude, longitude = (
             np.rint(degrees * STEPS_PER_DEGREE) / STEPS_PER_DEGREE for degrees in geometry.latitude_longitude(rays)
         )
