@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import right_maps_and_variables
 import right_shutters
-from hcss_author.elements import in_pixels
 from right_kit import Right, builtin, kit
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.laws.elements import in_pixels
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck

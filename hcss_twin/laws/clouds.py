@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.laws.law import at_least, at_most, near, require
+from hcss_twin.laws.law import Inapplicable, at_least, at_most, near, require
 from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer
 from hcss_twin.providers.common import THICKNESS_TOLERANCE
 
@@ -22,6 +25,35 @@ def thickness_stays_within_the_layer(
     """0, or between the minimum and maximum thickness of the layer."""
     for time_s in possible(provider, inputs, times_s):
         within_layer(whole(provider, inputs, time_s), inputs.layer)
+
+
+def windows_equal_the_whole(provider: Any, inputs: CloudInputs) -> None:
+    """Any tiling gives the same field, for tileable generators and those with frame summaries."""
+    time_s = possible(provider, inputs, (0.0, 4.0))[-1]
+    part = provider.thickness_m
+    if not provider.declares.tileable:
+        if not hasattr(provider, "frame_summary"):
+            raise Inapplicable("not tileable: the engine asks for whole frames only")
+        part = functools.partial(provider.thickness_in_frame_m, summary=provider.frame_summary(time_s))
+    field, (rows, columns) = whole(provider, inputs, time_s), (inputs.grid.rows, inputs.grid.columns)
+    for window in (
+        (slice(0, (rows + 6) // 7), slice(0, columns)),
+        (slice(rows // 9, rows - rows // 3), slice(columns // 4, columns // 4 + 1)),
+        (slice(rows - 1, rows), slice(columns - (columns + 15) // 16, columns)),
+    ):
+        same = np.array_equal(part(time_s, *window), field[window])
+        require(same, f"rows {window[0]}, columns {window[1]} at {time_s:g} s are not those of the whole frame")
+
+
+def seed_matters(make: Callable[[CloudInputs], CloudGenerator], inputs: CloudInputs) -> None:
+    """Other seeds give other fields, except of a generator with ``image_coverage``, which is given its picture."""
+    if hasattr(make(inputs), "image_coverage"):
+        raise Inapplicable("the fields are given, not drawn")
+    fields = [whole(make(replace(inputs, seed=seed)), inputs) for seed in (1, 2, 3)]
+    if all(np.all(field > 0.0) or not np.any(field) for field in fields):
+        raise Inapplicable("every field is all clear or all cloud")
+    require(not np.array_equal(fields[0], fields[1]), "seeds 1 and 2 give the same field")
+    require(not np.array_equal(fields[1], fields[2]), "seeds 2 and 3 give the same field")
 
 
 def within_layer(field: NDArray[np.float32], layer: CloudLayer) -> None:

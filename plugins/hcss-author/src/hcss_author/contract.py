@@ -11,6 +11,7 @@ import pytest
 
 from hcss_author.samples import sample_wavenumbers
 from hcss_twin import providers
+from hcss_twin.laws import conduct
 from hcss_twin.laws.law import Inapplicable, Law
 from hcss_twin.providers import Array, Catalog, Kind, choose_from
 from hcss_twin.providers.common import check_options
@@ -89,6 +90,7 @@ def expect_failures(contract: type, expected: Mapping[str, str]) -> None:
         setattr(contract, f"test_{name}", pytest.mark.xfail(reason=reason, strict=True)(copy))
 
 
+@holds(*conduct.LAWS)
 class ProviderContract:
     """Base of the test classes of all kinds.
 
@@ -112,12 +114,18 @@ class ProviderContract:
         """Provider made from ``inputs``."""
         return self.make_provider(inputs)
 
+    @pytest.fixture
+    def questions(self) -> tuple[conduct.Question, ...]:
+        """Calls with two sets of arguments each, for laws of all kinds; those of each kind are its own."""
+        return ()
+
     def test_declaration_is_sound(self, provider: Any) -> None:
         """Names, ranges and optional attributes are known to the engine."""
         check_declaration(provider.declares)
         check_options(provider)
 
 
+@holds(conduct.results_are_in_double_precision)
 class SpectralContract(ProviderContract):
     """Base of the test classes of providers with spectral results."""
 

@@ -12,6 +12,7 @@ import pytest
 from hcss_author.contract import ProviderContract
 from hcss_author.samples import sample_surface_inputs, sample_wavenumbers
 from hcss_author.sea import SeaModelContract
+from hcss_twin.laws import conduct
 from hcss_twin.laws import sea as sea_laws
 from hcss_twin.laws.samples import frozen
 from hcss_twin.providers import Array, SeaModel, SurfaceInputs, SurfaceMap, SurfaceProvider
@@ -88,6 +89,11 @@ class SurfaceContract(ProviderContract):
     def inputs(self) -> SurfaceInputs:
         """Inputs; override to choose others."""
         return sample_surface_inputs()
+
+    @pytest.fixture
+    def questions(self, inputs: SurfaceInputs) -> tuple[conduct.Question, ...]:
+        """The whole image and a window of it."""
+        return conduct.of_surfaces(inputs)
 
     def test_declaration_is_sound(self, provider: SurfaceProvider) -> None:
         """Names and classes that the engine understands."""
