@@ -91,9 +91,10 @@ def results_belong_to_the_caller(provider: Any, questions: Sequence[Question]) -
 
 
 def results_do_not_depend_on_earlier_calls(
-    provider: Any, make: Callable[[Any], Any], inputs: Any, questions: Sequence[Question]
+    make: Callable[[Any], Any], inputs: Any, questions: Sequence[Question]
 ) -> None:
     """The same call gives the same result, after others and by another instance."""
+    provider = make(inputs)
     if getattr(provider.declares, "remembers", False):
         raise Inapplicable("the sensor remembers earlier frames")
     for question in questions:
@@ -112,7 +113,7 @@ def results_do_not_depend_on_earlier_calls(
 
 
 def global_random_numbers_are_left_alone(
-    provider: Any, make: Callable[[Any], Any], inputs: Any, questions: Sequence[Question]
+    make: Callable[[Any], Any], inputs: Any, questions: Sequence[Question]
 ) -> None:
     """Results do not depend on the random numbers of ``numpy.random`` and ``random``, and draw none of them."""
     kept = np.random.get_state(), random.getstate()  # noqa: NPY002 - these are what the law is about

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hcss_author.contract import ProviderContract, holds
+from hcss_author.contract import NoMaker, ProviderContract, holds
 from hcss_author.samples import sample_cloud_inputs, still
 from hcss_twin.laws import clouds as laws
 from hcss_twin.laws import conduct
@@ -40,7 +40,7 @@ class CloudGeneratorContract(ProviderContract):
 
     def make_provider(self, inputs: CloudInputs) -> CloudGenerator:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     def make_inputs(self, coverage: float = 0.5, seed: int = 1) -> CloudInputs:
         """Return inputs; override for a generator that needs type parameters or another image."""

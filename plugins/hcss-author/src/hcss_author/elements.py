@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from hcss_author.contract import ProviderContract, holds
+from hcss_author.contract import NoMaker, ProviderContract, holds
 from hcss_author.samples import sample_element_inputs
 from hcss_twin.laws import conduct
 from hcss_twin.laws import elements as laws
@@ -70,7 +70,7 @@ class ElementContract(ProviderContract):
 
     def make_provider(self, inputs: ElementInputs) -> ElementProvider:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     def known(self, inputs: ElementInputs, time_s: float) -> KnownElement | None:
         """Return what a closed form says of the element; override to have position, motion and strength checked."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hcss_author.contract import SpectralContract, holds
+from hcss_author.contract import NoMaker, SpectralContract, holds
 from hcss_author.samples import sample_atmosphere_inputs, sample_optics_inputs
 from hcss_twin.laws import atmosphere, conduct, particles
 from hcss_twin.laws.samples import sample_microphysics
@@ -36,7 +36,7 @@ class OpticsContract(SpectralContract):
 
     def make_provider(self, inputs: OpticsInputs) -> Optics:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def inputs(self) -> OpticsInputs:
@@ -127,7 +127,7 @@ class TransmittanceContract(SpectralContract):
 
     def make_provider(self, inputs: AtmosphereInputs) -> TransmittanceProvider:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def inputs(self) -> AtmosphereInputs:

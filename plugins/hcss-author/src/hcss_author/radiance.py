@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hcss_author.contract import SpectralContract, holds
+from hcss_author.contract import NoMaker, SpectralContract, holds
 from hcss_twin.laws import conduct, radiance
 from hcss_twin.laws.samples import (
     PlainGas,
@@ -158,7 +158,7 @@ class RadianceModelContract(SpectralContract):
 
     def make_provider(self, inputs: RadianceInputs) -> RadianceModel:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def inputs(self) -> RadianceInputs:

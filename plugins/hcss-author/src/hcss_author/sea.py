@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hcss_author.contract import SpectralContract, holds
+from hcss_author.contract import NoMaker, SpectralContract, holds
 from hcss_author.samples import sample_sea_inputs
 from hcss_twin.laws import conduct
 from hcss_twin.laws import sea as sea_laws
@@ -37,7 +37,7 @@ class SeaModelContract(SpectralContract):
 
     def make_provider(self, inputs: SeaInputs) -> SeaModel:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def inputs(self) -> SeaInputs:

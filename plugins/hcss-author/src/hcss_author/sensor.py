@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from hcss_author.contract import ProviderContract, holds
+from hcss_author.contract import NoMaker, ProviderContract, holds
 from hcss_author.samples import sample_sensor_inputs
 from hcss_author.sensor_laws import SensorLaws
 from hcss_twin.laws import conduct, sensors
@@ -34,7 +34,7 @@ class SensorContract(SensorLaws, ProviderContract):
 
     def make_provider(self, inputs: SensorInputs) -> Sensor:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def inputs(self) -> SensorInputs:

@@ -23,7 +23,7 @@ class SensorLaws:
 
     def make_provider(self, inputs: SensorInputs) -> Sensor:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     def known_delay_s(self, inputs: SensorInputs) -> Array | None:
         """Return how long after the frame each pixel is measured, in the mean (y, x); override to have it checked."""

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hcss_author.contract import ProviderContract
+from hcss_author.contract import NoMaker, ProviderContract
 from hcss_author.samples import sample_surface_inputs, sample_wavenumbers
 from hcss_author.sea import SeaModelContract
 from hcss_twin.laws import conduct
@@ -83,7 +83,7 @@ class SurfaceContract(ProviderContract):
 
     def make_provider(self, inputs: SurfaceInputs) -> SurfaceProvider:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def inputs(self) -> SurfaceInputs:

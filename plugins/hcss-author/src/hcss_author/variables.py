@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hcss_author.contract import ProviderContract
+from hcss_author.contract import NoMaker, ProviderContract
 from hcss_author.samples import sample_element_inputs
 from hcss_twin.laws.conduct import Question, of_variables
 from hcss_twin.providers import VariableInputs, VariableProvider
@@ -155,7 +155,7 @@ class VariableContract(ProviderContract):
 
     def make_provider(self, inputs: VariableInputs) -> VariableProvider:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     def known(self, inputs: VariableInputs, fields: Values, time_s: float) -> Values | None:
         """Return what a closed form says of some or all variables; override to have values checked."""
