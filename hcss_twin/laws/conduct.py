@@ -148,6 +148,10 @@ LAWS: tuple[Law, ...] = (
     results_do_not_depend_on_earlier_calls,
     global_random_numbers_are_left_alone,
 )
+"""Laws of providers of any kind."""
+
+IN_A_RUN: tuple[Law, ...] = tuple(law for law in LAWS if law is not results_belong_to_the_caller)
+"""Those that a run asks: it does not change what it gets."""
 
 
 def of_clouds(provider: Any, inputs: CloudInputs) -> tuple[Question, ...]:

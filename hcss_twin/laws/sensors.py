@@ -16,6 +16,9 @@ from hcss_twin.providers import Measured, Sensor, SensorInputs
 
 Make = Callable[[SensorInputs], Sensor]
 
+Ends = tuple[float, float] | tuple[Array, Array]
+"""Lowest and highest radiance of all bands, or of each (B,)."""
+
 SCENE_W_M2_SR = (0.5, 2.0)
 """Lowest and highest radiance of the frames of the kit."""
 
@@ -23,7 +26,7 @@ CORNER = (5, 9)
 """Row and column of a window's first pixel."""
 
 
-def same_seed_same_bits(make: Make, inputs: SensorInputs, scene_W_m2_sr: tuple[float, float] = SCENE_W_M2_SR) -> None:
+def same_seed_same_bits(make: Make, inputs: SensorInputs, scene_W_m2_sr: Ends = SCENE_W_M2_SR) -> None:
     """Two sensors of the same seed measure the same."""
     scene = quarters(inputs, scene_W_m2_sr)
     one, other = make(inputs), make(inputs)
@@ -35,9 +38,7 @@ def same_seed_same_bits(make: Make, inputs: SensorInputs, scene_W_m2_sr: tuple[f
             require(same, f"{field.name} of frame {frame} differs between two sensors of one seed")
 
 
-def seed_and_place_matter_to_noise(
-    make: Make, inputs: SensorInputs, scene_W_m2_sr: tuple[float, float] = SCENE_W_M2_SR
-) -> None:
+def seed_and_place_matter_to_noise(make: Make, inputs: SensorInputs, scene_W_m2_sr: Ends = SCENE_W_M2_SR) -> None:
     """A sensor that measures a scene otherwise in another frame is random: frame, seed and corner then matter."""
     scene, one = quarters(inputs, scene_W_m2_sr), make(inputs)
     frames = [measure(one, inputs, scene, frame) for frame in range(3)]
@@ -52,9 +53,7 @@ def seed_and_place_matter_to_noise(
         require(not same_radiance(usual, other), f"{name} has no influence on random numbers")
 
 
-def a_window_is_measured_as_the_image(
-    make: Make, inputs: SensorInputs, scene_W_m2_sr: tuple[float, float] = SCENE_W_M2_SR
-) -> None:
+def a_window_is_measured_as_the_image(make: Make, inputs: SensorInputs, scene_W_m2_sr: Ends = SCENE_W_M2_SR) -> None:
     """A window, by its ``corner``, is that part of the image; rounding may change 1 % of the pixels."""
     provider = make(inputs)
     reach, (top, left) = provider.declares.reach_pixels, CORNER
@@ -77,9 +76,9 @@ def a_window_is_measured_as_the_image(
 LAWS: tuple[Law, ...] = (same_seed_same_bits, seed_and_place_matter_to_noise, a_window_is_measured_as_the_image)
 
 
-def quarters(inputs: SensorInputs, scene_W_m2_sr: tuple[float, float]) -> Array:
+def quarters(inputs: SensorInputs, scene_W_m2_sr: Ends) -> Array:
     """Return a frame (B, y, x) of four grey quarters, other ones in each band."""
-    low, high = scene_W_m2_sr
+    low, high = (np.reshape(end, (-1, 1, 1)) for end in scene_W_m2_sr)
     rows, columns = inputs.grid.rows, inputs.grid.columns
     part = 2 * (np.arange(rows) >= rows // 2)[:, None] + (np.arange(columns) >= columns // 2)
     shares = np.array([[0.0, 0.3, 1.0, 0.6], [1.0, 0.5, 0.2, 0.0]])[np.arange(len(inputs.bands)) % 2]

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
-from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.plan.builder import Built, attribute_to_field
 from hcss_twin.providers import Measured, Points, SceneInfo, SensorInputs
 from hcss_twin.providers import Sensor as SensorModel
 from hcss_twin.providers.registry.discovery import Entry
@@ -115,6 +115,8 @@ class Stage:
         Registry entry of the model.
     parameters : mapping
         All parameters, with defaults; empty if the model has none.
+    built : Built
+        How it was made.
     """
 
     field: str
@@ -125,6 +127,7 @@ class Stage:
     provider: SensorModel
     seed: int
     scene: StageScene
+    built: Built
 
     @property
     def title(self) -> str:
@@ -226,7 +229,12 @@ def _build(
     with attribute_to_field(f"{field}.model", choice.parameters):
         entry = registry.resolve(Kind.SENSORS, choice.model)
         parameters = _parameters(registry.parameters_model(entry), choice.parameters, field)
-        provider = guard(entry, registry.create(entry, inputs, parameters, about), inputs)
+
+        def make(inputs: SensorInputs) -> SensorModel:
+            sensor: SensorModel = guard(entry, registry.create(entry, inputs, parameters, about), inputs)
+            return sensor
+
+        provider = make(inputs)
         instants = getattr(provider, "instants", None)
     scene.instants = None if instants is None else (float(instants[0]), float(instants[1]))
     scene.points_apart = hasattr(provider, "points_after")
@@ -235,7 +243,8 @@ def _build(
         json.dumps(dict(getattr(provider, "worked_out", {})))
     except (TypeError, ValueError) as error:
         raise ProviderError(f"{entry.label}: worked_out cannot be written as JSON: {error}") from error
-    return Stage(field, section, choice.named, entry, dumped, provider, inputs.seed, scene)
+    built = Built(entry, parameters, inputs, provider, make)
+    return Stage(field, section, choice.named, entry, dumped, provider, inputs.seed, scene, built)
 
 
 def _later_seed(seed: int, index: int) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hcss_author.contract import NoMaker
 from hcss_twin.laws.samples import StillScene, frozen
 from hcss_twin.laws.sensors import measure, quarter_means, quarters, same_radiance
 from hcss_twin.providers import Array, Sensor, SensorInputs

@@ -36,14 +36,5 @@ class Provider:
             return []
         share, radiance = np.array([self._parameters.share]), self._radiance.copy()
         return [
-            ElementPixels(
-                row,
-                column,
-                share,
-                0.0,
-                self._radiance.copy(),
-                None,
-                self._parameters.temperature,
-                {"number": np.ones(1)},
-            )
+            ElementPixels(row, column, share, 0.0, radiance, None, self._parameters.temperature, {"number": np.ones(1)})
         ]
