@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import io
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -134,6 +136,16 @@ def global_random_numbers_are_left_alone(
         random.setstate(kept[1])
 
 
+def nothing_is_printed(make: Callable[[Any], Any], inputs: Any, questions: Sequence[Question]) -> None:
+    """A provider writes nothing to stdout, where answers of commands go; it can log to the ``log`` of its scene."""
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        provider = make(inputs)
+        for question in questions:
+            question.ask(provider)
+    require(not printed.getvalue(), f"printed: {printed.getvalue()[:60]!r}")
+
+
 def results_are_in_double_precision(provider: Any, questions: Sequence[Question]) -> None:
     """Spectral results are float64."""
     for question in questions:
@@ -147,10 +159,16 @@ LAWS: tuple[Law, ...] = (
     results_belong_to_the_caller,
     results_do_not_depend_on_earlier_calls,
     global_random_numbers_are_left_alone,
+    nothing_is_printed,
 )
 """Laws of providers of any kind."""
 
-IN_A_RUN: tuple[Law, ...] = tuple(law for law in LAWS if law is not results_belong_to_the_caller)
+IN_A_RUN: tuple[Law, ...] = (
+    arguments_are_left_as_they_were,
+    no_later_call_changes_a_result,
+    results_do_not_depend_on_earlier_calls,
+    global_random_numbers_are_left_alone,
+)
 """Those that a run asks: it does not change what it gets."""
 
 
