@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hcss_author.clouds import CloudGeneratorContract
     from hcss_author.contract import assert_registered
     from hcss_author.elements import ElementContract, KnownElement
+    from hcss_author.extensions import CommandContract, EffectContract, LightContract, RaysContract, SectionContract
     from hcss_author.optics import OpticsContract, TransmittanceContract
     from hcss_author.radiance import RadianceModelContract
     from hcss_author.samples import (
@@ -54,16 +55,21 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CloudGeneratorContract",
+    "CommandContract",
+    "EffectContract",
     "ElementContract",
     "KnownElement",
     "KnownSurface",
+    "LightContract",
     "OpticsContract",
     "PlainGas",
     "PlainOptics",
     "PlainScene",
     "PlainSea",
     "RadianceModelContract",
+    "RaysContract",
     "SeaModelContract",
+    "SectionContract",
     "SensorContract",
     "StillScene",
     "SurfaceContract",
@@ -90,6 +96,11 @@ __all__ = [
 ]
 
 _HOME = {
+    "CommandContract": "extensions",
+    "EffectContract": "extensions",
+    "LightContract": "extensions",
+    "RaysContract": "extensions",
+    "SectionContract": "extensions",
     "CloudGeneratorContract": "clouds",
     "ElementContract": "elements",
     "KnownElement": "elements",
