@@ -64,9 +64,9 @@ KEYS = {
 """Changes of the scenario that select a provider of a kind."""
 
 
-def refused_by_kit(cases):
-    """Return the laws that refuse each (kind, class) first."""
-    return [laws for laws, _ in laws_broken([(Case(kind, cls), None, None) for kind, cls in cases])]
+def refused_by_kit(cases, most=1):
+    """Return the laws that refuse each (kind, class): the first, or with ``most`` of 0 all."""
+    return [laws for laws, _ in laws_broken([(Case(kind, cls), None, None) for kind, cls in cases], most)]
 
 
 class Case:
