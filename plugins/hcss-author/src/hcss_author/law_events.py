@@ -136,7 +136,7 @@ def contract_of(
     base: Any = getattr(hcss_author, contract_name(entry.kind))
 
     def construct(inputs: Any) -> Any:
-        return registry.create(entry, inputs, chosen)
+        return registry.create(entry, inputs, chosen, hcss_author.sample_scene())
 
     create = timed(construct, entry.spec.target.partition(":")[2], events, next(numbers))
 

@@ -15,7 +15,6 @@ from hcss_twin.models.sensor.blur import Weights
 from hcss_twin.models.sensor.noise import key_of
 from hcss_twin.models.sensor.point_spread import LEAST
 from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
-from hcss_twin.plan.builder import scene_info
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor_geometry import examine_geometry, smear_time_s
 from hcss_twin.plan.sensor_stages import build_stages
@@ -72,7 +71,7 @@ class LiveSensor:
             seed=plan.scenario.seed,
             catalog=plan.catalog,
         )
-        stages = build_stages(section, inputs, about=scene_info(plan.scenario))
+        stages = build_stages(section, inputs)
         optics = {"focal_length": camera.focal_length_m, "detector_pitch": camera.pitch_m}
         examine_geometry({"camera": optics}, stages)
         self._sensor: Any
