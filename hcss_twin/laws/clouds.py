@@ -98,8 +98,9 @@ def seed_matters(make: Make, inputs: CloudInputs) -> None:
     fields = [whole(make(replace(inputs, seed=seed)), inputs) for seed in (1, 2, 3)]
     if all(np.all(field > 0.0) or not np.any(field) for field in fields):
         raise Inapplicable("every field is all clear or all cloud")
-    require(not np.array_equal(fields[0], fields[1]), "seeds 1 and 2 give the same field")
-    require(not np.array_equal(fields[1], fields[2]), "seeds 2 and 3 give the same field")
+    given = "a generator of given fields has image_coverage"
+    require(not np.array_equal(fields[0], fields[1]), f"seeds 1 and 2 give the same field; {given}")
+    require(not np.array_equal(fields[1], fields[2]), f"seeds 2 and 3 give the same field; {given}")
 
 
 LAWS: tuple[Law, ...] = (
