@@ -18,6 +18,7 @@ from hcss_twin.providers import (
     ElementInputs,
     Microphysics,
     OpticsDeclaration,
+    ProviderError,
     RadianceInputs,
     SeaDeclaration,
     SightPath,
@@ -133,6 +134,23 @@ class StillScene:
         """Return a window of the frame at a time."""
         self.calls.append((time_s, rows, columns))
         return frozen(self._radiance[:, rows, columns] * (1.0 + self.change_per_s * (time_s - self.time_s)))
+
+
+class BoundedScene(StillScene):
+    """A still scene that is known within the declared instants of a sensor alone, as in a run."""
+
+    def __init__(self, instants: tuple[float, float]) -> None:
+        super().__init__()
+        self._instants = instants
+
+    def __call__(self, time_s: float, rows: slice, columns: slice) -> Array:
+        """Return a window of the frame at a time."""
+        late, (low, high) = time_s - self.time_s, self._instants
+        if not low - 1e-9 <= late <= high + 1e-9:
+            raise ProviderError(
+                f"scene_at: {late:.9g} s after the frame is not among the instants {low:g} to {high:g} s"
+            )
+        return super().__call__(time_s, rows, columns)
 
 
 _WELL_MIXED = {"co2": 4.2e-4, "n2o": 3.3e-7, "co": 1.5e-7, "ch4": 1.9e-6, "o2": 0.2095}

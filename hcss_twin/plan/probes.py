@@ -21,12 +21,13 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError, ProviderDefect
 from hcss_twin.laws import atmosphere, clouds, conduct, elements, particles, radiance, sea, sensors, surfaces
 from hcss_twin.laws.law import Inapplicable, Law, LawBroken, law_name, meaning
-from hcss_twin.laws.samples import StillScene, sample_radiance_inputs
+from hcss_twin.laws.samples import BoundedScene, sample_radiance_inputs
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import Built
 from hcss_twin.providers import Microphysics
 from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.providers.sensor import no_scene
 
 WAVENUMBERS = 4
 """Wavenumbers of a call, evenly spaced in the bands of the scene."""
@@ -209,7 +210,8 @@ def _smaller(built: Built) -> tuple[Any, Any]:
     """Return a provider of a smaller image, for a sensor with a scene at all instants, and its inputs."""
     inputs, grid = built.inputs, built.inputs.grid
     if built.entry.kind is Kind.SENSORS:
-        inputs = replace(inputs, scene_at=StillScene())
+        instants = getattr(built.provider, "instants", None)
+        inputs = replace(inputs, scene_at=no_scene if instants is None else BoundedScene(instants))
     inputs = replace(inputs, grid=replace(grid, rows=min(PIXELS, grid.rows), columns=min(PIXELS, grid.columns)))
     try:
         return built.make(inputs), inputs
