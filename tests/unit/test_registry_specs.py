@@ -3,6 +3,7 @@ from pathlib import Path
 
 import hcss_author
 import pytest
+from hcss_author.extension_entries import Extension
 
 from hcss_twin import providers
 from hcss_twin.providers.registry import API_VERSION, Kind, ProviderSpec, specs
@@ -66,7 +67,7 @@ def test_every_kind_has_a_documented_hook_and_a_protocol():
 def test_the_guide_for_plugin_authors_names_every_hook_protocol_and_kit():
     guide = (Path(__file__).parents[2] / "docs" / "how-to" / "write-a-plugin.md").read_text(encoding="utf-8")
     contracts = [name for name in hcss_author.__all__ if name.endswith("Contract")]
-    assert len(contracts) == len(Kind)
+    assert len(contracts) == len(Kind) + len(Extension)
     for name in [*(kind.hook for kind in Kind), *(kind.protocol for kind in Kind), *contracts]:
         assert f"`{name}`" in guide
     assert f"version {API_VERSION}" in guide

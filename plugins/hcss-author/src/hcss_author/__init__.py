@@ -20,17 +20,18 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hcss_author.clouds import CloudGeneratorContract
     from hcss_author.contract import assert_registered
-    from hcss_author.elements import ElementContract, KnownElement, PlainScene
+    from hcss_author.elements import ElementContract, KnownElement
+    from hcss_author.extensions import CommandContract, EffectContract, LightContract, RaysContract, SectionContract
     from hcss_author.optics import OpticsContract, TransmittanceContract
     from hcss_author.radiance import RadianceModelContract
     from hcss_author.samples import (
-        StillScene,
         sample_atmosphere_inputs,
         sample_cloud_inputs,
         sample_element_inputs,
         sample_grid,
         sample_motion,
         sample_optics_inputs,
+        sample_scene,
         sample_sea_inputs,
         sample_sensor_inputs,
         sample_surface_inputs,
@@ -43,7 +44,9 @@ if TYPE_CHECKING:
     from hcss_twin.laws.samples import (
         PlainGas,
         PlainOptics,
+        PlainScene,
         PlainSea,
+        StillScene,
         sample_high_layer,
         sample_layer,
         sample_microphysics,
@@ -53,16 +56,21 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CloudGeneratorContract",
+    "CommandContract",
+    "EffectContract",
     "ElementContract",
     "KnownElement",
     "KnownSurface",
+    "LightContract",
     "OpticsContract",
     "PlainGas",
     "PlainOptics",
     "PlainScene",
     "PlainSea",
     "RadianceModelContract",
+    "RaysContract",
     "SeaModelContract",
+    "SectionContract",
     "SensorContract",
     "StillScene",
     "SurfaceContract",
@@ -81,6 +89,7 @@ __all__ = [
     "sample_optics_inputs",
     "sample_profile",
     "sample_radiance_inputs",
+    "sample_scene",
     "sample_sea_inputs",
     "sample_sensor_inputs",
     "sample_surface_inputs",
@@ -89,12 +98,16 @@ __all__ = [
 ]
 
 _HOME = {
+    "CommandContract": "extensions",
+    "EffectContract": "extensions",
+    "LightContract": "extensions",
+    "RaysContract": "extensions",
+    "SectionContract": "extensions",
     "CloudGeneratorContract": "clouds",
     "ElementContract": "elements",
     "KnownElement": "elements",
     "KnownSurface": "surfaces",
     "OpticsContract": "optics",
-    "PlainScene": "elements",
     "RadianceModelContract": "radiance",
     "SeaModelContract": "sea",
     "SensorContract": "sensor",
@@ -110,7 +123,7 @@ _HOME = {
 _SHARED = frozenset(
     (
         *("PlainGas", "PlainOptics", "PlainSea", "sample_high_layer", "sample_layer", "sample_microphysics"),
-        *("sample_profile", "sample_radiance_inputs"),
+        *("sample_profile", "sample_radiance_inputs", "PlainScene", "StillScene"),
     )
 )
 """Names of ``hcss_twin.laws.samples``; all others are in ``hcss_author.samples``."""

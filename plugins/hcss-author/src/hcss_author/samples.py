@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
+import logging
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 
-from hcss_twin.laws.samples import frozen, sample_layer, sample_profile
+from hcss_twin.laws.samples import StillScene, frozen, sample_layer, sample_profile
 from hcss_twin.providers import (
     Array,
     AtmosphereInputs,
@@ -22,13 +23,16 @@ from hcss_twin.providers import (
     Motion,
     OpticsInputs,
     Profile,
+    SceneInfo,
     SeaInputs,
     SensorBand,
     SensorInputs,
+    Sun,
     SurfaceInputs,
     View,
     planck,
 )
+from hcss_twin.providers.scene import LOGGER
 
 _USUAL_RANGE_CM1 = (500.0, 4000.0)
 
@@ -58,6 +62,12 @@ def still(inputs: CloudInputs) -> CloudInputs:
     return dataclasses.replace(inputs, motion=Motion(0.0, (0.0, 0.0), math.inf, 2.0))
 
 
+def sample_scene() -> SceneInfo:
+    """Return noon of an April day at 35 N 150 E, for providers that take the scene."""
+    noon = datetime(2024, 4, 20, 2, tzinfo=UTC)
+    return SceneInfo(noon, 35.0, 150.0, lambda time_s: Sun(24.0, 180.0, 1.005), logging.getLogger(LOGGER))
+
+
 def sample_sea_inputs(wind_speed_m_s: float = 8.0) -> SeaInputs:
     """Return a sea of 290 K under a westerly wind."""
     return SeaInputs(wind_speed_m_s=wind_speed_m_s, wind_from_deg=270.0, temperature_K=290.0, catalog=Catalog())
@@ -84,43 +94,6 @@ def sample_element_inputs(bands: int = 2) -> ElementInputs:
         black_body=lambda temperature_K: planck(peaks, temperature_K) * peaks**2 / 1e4,
         catalog=Catalog(),
     )
-
-
-class StillScene:
-    """``SensorInputs.scene_at`` of the kit: the measured frame at all times, or one that brightens with time.
-
-    Attributes
-    ----------
-    calls : list of (float, slice, slice)
-        Time, rows and columns of each call since the frame began.
-    change_per_s : float
-        Relative change of the radiance.
-    time_s : float
-        Of the frame that is measured.
-    """
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[float, slice, slice]] = []
-        self.change_per_s, self.time_s = 0.0, 0.0
-        self._radiance = frozen([])
-
-    def begin(self, radiance: Array, time_s: float) -> None:
-        """Take the frame that is measured, and its time."""
-        self._radiance, self.time_s, self.calls = radiance, time_s, []
-
-    @contextlib.contextmanager
-    def brightening(self, change_per_s: float) -> Iterator[None]:
-        """Let the scene brighten with time for a while."""
-        self.change_per_s = change_per_s
-        try:
-            yield
-        finally:
-            self.change_per_s = 0.0
-
-    def __call__(self, time_s: float, rows: slice, columns: slice) -> Array:
-        """Return a window of the frame at a time."""
-        self.calls.append((time_s, rows, columns))
-        return frozen(self._radiance[:, rows, columns] * (1.0 + self.change_per_s * (time_s - self.time_s)))
 
 
 def sample_surface_inputs(points_per_s: int = 0) -> SurfaceInputs:
