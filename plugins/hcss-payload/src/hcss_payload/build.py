@@ -22,12 +22,10 @@ from hcss_payload.sections import AttitudeSection, CameraSection, JitterSection,
 from hcss_payload.trajectory import Circular, Geostationary, PositionTable, Trajectory
 from hcss_payload.two_lines import TwoLineElements, read_two_lines
 from hcss_twin import Scenario
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import HcssError, Problem, ScenarioError, choose_from
 from hcss_twin.core.plugins import FAILURES, describe
 from hcss_twin.plan.sensor_geometry import smear_time_s
+from hcss_twin.providers import Catalog, HcssError, Kind, Problem, ScenarioError, choose_from
 from hcss_twin.providers.registry.registry import Registry
-from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.sensor import SensorSection, choose_sensor
 from hcss_twin.scenario.viewing import AGREEMENT
 

@@ -8,8 +8,8 @@ from hcss_payload.camera import Camera
 from hcss_payload.mesh import STEP, Mesh, MeshValues
 from hcss_payload.scene_plane import surface_place, to_scene
 from hcss_payload.shutter import Exposure
-from hcss_twin.core.arrays import Array
 from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.providers import Array
 
 
 class CameraPoints:

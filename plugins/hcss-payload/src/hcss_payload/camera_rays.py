@@ -28,9 +28,6 @@ from hcss_payload.sampled_pass import FIELD, sample_pass
 from hcss_payload.shutter import LEAST_SMEAR_PX, Shutter, exposure_of, instants_for, largest_smear_px
 from hcss_payload.zonal_disk import ZonalDisk
 from hcss_twin import Scenario
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic
@@ -41,7 +38,7 @@ from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.windows import Window
-from hcss_twin.providers import Grid, View
+from hcss_twin.providers import Array, Catalog, Grid, Problem, ScenarioError, View
 
 TIMES = 33
 """Times of the pass at which directions and extent are sampled."""

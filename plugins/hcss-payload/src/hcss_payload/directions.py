@@ -14,9 +14,8 @@ from typing import Protocol
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
 from hcss_twin.plan.directions import Directions
-from hcss_twin.providers import View
+from hcss_twin.providers import Array, View
 
 NARROWEST_RAD = 1e-5
 """Smallest half width of a strip: directions closer than this are one."""

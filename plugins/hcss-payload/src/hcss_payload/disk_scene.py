@@ -12,12 +12,10 @@ from hcss_payload.scene_plane import FARTHEST_DEG, surface_place
 from hcss_payload.trajectory import Trajectory
 from hcss_payload.zonal_disk import ZonalDisk, zonal_disk
 from hcss_twin import Scenario
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, to_earth_centred
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.lines_of_sight import SunTrack
+from hcss_twin.providers import Array, Catalog, Problem, ScenarioError
 from hcss_twin.scenario.bands import spectral_band
 
 SUNS = 3

@@ -12,7 +12,7 @@ from hcss_payload.checks import finite, unit_quaternion
 from hcss_payload.jitter import Jitter
 from hcss_payload.trajectory import Trajectory
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import (
     ECCENTRICITY_SQUARED,
     MEAN_EARTH_RADIUS_M,
@@ -12,6 +11,7 @@ from hcss_twin.physics.geodesy import (
     to_earth_centred,
     to_geographic_with_turn,
 )
+from hcss_twin.providers import Array
 
 FARTHEST_DEG = 85.0
 """Greatest angle from the centre of the plane, at which it is stretched across by half."""

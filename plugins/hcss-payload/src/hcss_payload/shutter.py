@@ -22,8 +22,8 @@ from hcss_payload.jitter import Jitter
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.rays import meet
 from hcss_payload.trajectory import Trajectory
-from hcss_twin.core.arrays import Array
 from hcss_twin.plan.rays import instants_s
+from hcss_twin.providers import Array
 
 PoseAt = Callable[[float], Pose]
 

@@ -20,13 +20,12 @@ from scipy.special import ndtr
 from hcss_payload.live.kernels import TABLE_HALF, TABLE_PER_VALUE
 from hcss_payload.live.octaves import SeenOctaves, shape_of
 from hcss_payload.live.prefilter import Sharpness, sharpness
-from hcss_twin.core.arrays import Array
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import View
+from hcss_twin.providers import Array, View
 
 SMALLEST_SIGMA = 0.005
 """Below, the cloud's edge is sharp: an interval of the table is as wide as twice the blur."""

@@ -8,7 +8,7 @@ from hcss_payload.build import payload_of, scene_of
 from hcss_payload.live.target import PointTarget
 from hcss_payload.live.twin import FINENESS, LiveTwin, PreparedPass
 from hcss_twin import Scenario
-from hcss_twin.core.catalog import Catalog
+from hcss_twin.providers import Catalog
 
 
 def live_pass(

@@ -14,12 +14,11 @@ from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.live.octaves import shape_of
 from hcss_payload.pose import Pose
 from hcss_payload.rays import meet
-from hcss_twin.core.arrays import Array
 from hcss_twin.engine.stages.element_paths import ElementPaths
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import View
+from hcss_twin.providers import Array, View
 
 FieldAt = Callable[[Array], float]
 

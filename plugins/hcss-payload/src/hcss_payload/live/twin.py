@@ -33,13 +33,12 @@ from hcss_payload.rays import geographic
 from hcss_payload.shutter import LEAST_SMEAR_PX, largest_smear_px
 from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
-from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
 from hcss_twin.plan.clouds import layer_seed
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.omissions import texture_of_sea
 from hcss_twin.plan.slant_paths import reference_height_m
-from hcss_twin.providers import Points, View
+from hcss_twin.providers import Array, Points, View
 
 __all__ = ["LiveTwin", "PointTarget", "PreparedPass"]
 

@@ -8,12 +8,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.sensor.noise import key_of, pixel_key, row_key, standard_normal
 from hcss_twin.models.sensor.parameters import PerBand, of_band, within
-from hcss_twin.providers import Measured, SensorDeclaration, SensorInputs
+from hcss_twin.providers import Array, Measured, Problem, ScenarioError, SensorDeclaration, SensorInputs
 
 PER_OCTAVE = 4
 """Sinusoids per octave."""
