@@ -14,8 +14,7 @@ from hcss_light.reference import levels_of, radiance_of_layers
 from hcss_light.slices import Slices
 from hcss_light.stage import shares_of
 from hcss_light.voxels import LightError
-from hcss_twin import Scenario
-from hcss_twin.core.netcdf import NetcdfFile
+from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stages.light import LARGEST_SQUARE
@@ -23,9 +22,8 @@ from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.choose_light import cloudy_layers, light_inputs
-from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Array, Sun
+from hcss_twin.providers import Array, NetcdfFile, Sun
 from hcss_twin.providers.light import LightInputs
 
 CHECKED_PIXELS, CHECKED_PHOTONS = 8, 1000

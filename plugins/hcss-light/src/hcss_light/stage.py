@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from hcss_light.slices import Field
 from hcss_light.tiles import Tiles
 from hcss_light.voxels import LightError
-from hcss_twin.core.arrays import Array
 from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -26,7 +25,7 @@ from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.clouds import wind_velocity_m_s
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, points_of
-from hcss_twin.providers import Sun
+from hcss_twin.providers import Array, Sun
 
 SQUARES_OF_FRAME = 64
 """Squares of a frame in memory."""
