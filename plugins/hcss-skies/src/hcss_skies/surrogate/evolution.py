@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import fftfreq, rfftfreq
 
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.fractal.lattice import lattice_normals, unit_offset
 from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
 from hcss_twin.models.clouds.fractal.rows import cubic_weights, split
+from hcss_twin.providers import Problem, ScenarioError
 
 _T = 2
 

@@ -20,11 +20,10 @@ from hcss_skies.surrogate.template import (
     read_template,
     underlying_magnitude,
 )
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.fractal.generator import displacement_pixels
 from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
 from hcss_twin.models.clouds.thickness import window_inside
-from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid
+from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Problem, ScenarioError
 
 EVOLVING_ITERATIONS = 4
 """Default number for every frame of evolving clouds.
