@@ -12,8 +12,8 @@ import click
 
 from hcss_evaluate.commands.image_options import cloud_options
 from hcss_twin.cli.options import EXISTING_FILE, FOLDER, NEW_FILE, force_option, json_option, require_writable
-from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.json_numbers import json_value
+from hcss_twin.providers import CatalogError
 
 
 def _odd(_context: click.Context, _option: click.Parameter, value: int) -> int:
@@ -98,7 +98,7 @@ def import_command(
         return
     if sample is not None:
         from hcss_evaluate.database.samples import sample as measured
-        from hcss_twin.core.catalog import Catalog
+        from hcss_twin.providers import Catalog
 
         found = measured(sample, Catalog())
         image, name = found.path(), sample if name is None else name
@@ -148,7 +148,7 @@ def import_command(
 def _list_samples(as_json: bool) -> None:
     from hcss_evaluate.database.samples import FOLDER as EXTRA
     from hcss_evaluate.database.samples import samples
-    from hcss_twin.core.catalog import Catalog
+    from hcss_twin.providers import Catalog
 
     known = samples(Catalog())
     if as_json:

@@ -14,9 +14,7 @@ import numpy as np
 
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
 from hcss_evaluate.errors import ImageOptionError
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError, CubeError, ImageError
-from hcss_twin.core.netcdf import NETCDF, NetcdfFile
+from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.reading import first_bytes, reading
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
@@ -24,6 +22,7 @@ from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, describe
 from hcss_twin.models.clouds.imagery.image import SatelliteImage, SeveralImagesError
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients, quiet
 from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.providers import Array, CatalogError, CubeError, ImageError, NetcdfFile
 
 _WAVELENGTH = re.compile(r"([0-9.]+) um")
 
@@ -150,7 +149,7 @@ def open_footage(
         except SeveralImagesError as error:
             raise error.chosen_with(f"variable (--{title.lower()}-variable)") from error
     from hcss_evaluate.comparison.cube_footage import cube_footage
-    from hcss_twin.cube.reader import open_cube
+    from hcss_twin import open_cube
 
     with reading(paths[0], CubeError):
         return cube_footage(title, stack.enter_context(open_cube(paths[0])), paths[0], choice, like)
