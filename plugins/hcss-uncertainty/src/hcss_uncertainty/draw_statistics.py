@@ -10,8 +10,6 @@ import numpy as np
 from hcss_evaluate.measures.morphology import morphology
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError, Problem, ScenarioError
 from hcss_twin.engine.certificate.part_sample import strata, stratum_names
 from hcss_twin.engine.stages.stage import SeenWindow
 from hcss_twin.engine.stream import PartMaker
@@ -19,6 +17,7 @@ from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import length
+from hcss_twin.providers import Array, ImageError, Problem, ScenarioError
 from hcss_uncertainty.pixel_maps import CLOUD
 
 if TYPE_CHECKING:

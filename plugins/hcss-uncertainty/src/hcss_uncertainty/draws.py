@@ -15,12 +15,13 @@ from hcss_sweep.axis import DISTRIBUTIONS
 from hcss_sweep.design import joined_keys, key_problems, keys_overlap, read_keys
 from hcss_sweep.points import ranges, value_at
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError, choose_from, count, shown
+from hcss_twin import Scenario
+from hcss_twin.core.errors import count, shown
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.providers import Array, Problem, ScenarioError, choose_from
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.scenario import UNCERTAIN, Scenario
+from hcss_twin.scenario.scenario import UNCERTAIN
 from hcss_uncertainty.draw_statistics import VARIABLES
 from hcss_uncertainty.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture, UncertainKey
 

@@ -18,7 +18,7 @@ from hcss_evaluate.posterior.posterior_file import PARAMETERS, Posterior, read_p
 from hcss_sweep.axis import axis_of
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 from hcss_twin.scenario.models import ScenarioModel
 
 _OF_POPULATION = ("mean_", "spread_")
