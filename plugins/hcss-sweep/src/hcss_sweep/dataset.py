@@ -18,15 +18,15 @@ from hcss_sweep.design import Design
 from hcss_sweep.errors import SweepError
 from hcss_sweep.folder import INDEX, LOG, PointRecord, is_cube_name
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write, require_file
-from hcss_twin.core.netcdf import NetcdfFile, open_with_xarray
+from hcss_twin.core.netcdf import open_with_xarray
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.packing import FILL
 from hcss_twin.cube.variables import LAYER
+from hcss_twin.providers import CubeError, NetcdfFile
 from hcss_twin.scenario.section_types import parse_instant
 
 if TYPE_CHECKING:

@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any, Self
 
 from hcss_sweep.axis import FORMS, SweptAxis, axis_of
-from hcss_twin.core.errors import Problem, ScenarioError, closest, shown
+from hcss_twin import Scenario
+from hcss_twin.core.errors import closest, shown
+from hcss_twin.providers import Problem, ScenarioError
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.overrides import key_parts
-from hcss_twin.scenario.scenario import SWEEP, Scenario, read_scenario_file
+from hcss_twin.scenario.scenario import SWEEP, read_scenario_file
 
 FOLDERS = ("sweeps", "scenarios")
 """Catalog folders in which names are looked up."""
