@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.coordinates import GRID_MAPPING
+from hcss_twin.providers import CubeError
 
 if TYPE_CHECKING:
     import xarray as xr
