@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin import Scenario, make_plan
 from hcss_twin.core.cache import TABLES, Store
 from hcss_twin.core.files import flush
 from hcss_twin.cube.writer import CubeWriter
@@ -31,10 +32,8 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.over_views import plans_over_views
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.engine.tables.table_key import table_key
-from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import CloudGenerator
-from hcss_twin.scenario.scenario import Scenario
 
 
 @dataclass
