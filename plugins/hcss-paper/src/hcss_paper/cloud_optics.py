@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics.mie import BulkOptics, MieOptics
 from hcss_twin.models.optics.size_distribution import projected_area_m1
 from hcss_twin.models.optics.spheres import phase_function
 from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
-from hcss_twin.providers import Microphysics, Optics, OpticsInputs
+from hcss_twin.providers import Array, Catalog, Microphysics, Optics, OpticsInputs
 from hcss_twin.reports.figures import new_figure
 from hcss_twin.scenario.cloud_types import load_cloud_type
 
