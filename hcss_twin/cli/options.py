@@ -14,6 +14,8 @@ import click
 
 from hcss_twin.core.files import is_device
 
+__all__ = ["Number", "force_option", "json_file_option", "load", "require_writable", "set_option"]
+
 
 class _Existing(click.Path):
     """A file or folder, where click allows pipes, sockets and devices, too."""
@@ -63,15 +65,20 @@ NEW_FILE = Output(dir_okay=False, path_type=Path)
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 force_option = click.option("--force", is_flag=True, help="Replace existing files.")
+"""The option ``--force``, which :func:`require_writable` takes."""
+
 json_file_option = click.option(
     "--json",
     "json_file",
     type=Output(dir_okay=False, allow_dash=True, path_type=Path),
     help="JSON file for all numbers; - prints them instead of the table.",
 )
+"""The option ``--json FILE``, as the parameter ``json_file``."""
+
 set_option = click.option(
     "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Change a key, for example view.zenith=40; repeat."
 )
+"""The option ``--set KEY=VALUE``, as the parameter ``assignments``, which :func:`load` takes."""
 
 
 def scenario_options(command: Any) -> Any:

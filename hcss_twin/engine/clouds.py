@@ -18,9 +18,10 @@ from hcss_twin.engine.scene_points import interpolated
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
-from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.plan.windows import Window, length, points_of
 from hcss_twin.providers import CloudGenerator, Grid
+
+__all__ = ["FrameClouds"]
 
 Thickness = NDArray[np.float32]
 
@@ -74,7 +75,7 @@ class FrameClouds:
     def _sampled(self, number: int, window: Window) -> Thickness:
         """Return the thickness of a layer where the rays of a window meet it."""
         scene, (generator, cloudy) = self._plan.scene, self._clouds[number]
-        height_m = reference_height_m(self._plan.layers[number])
+        height_m = self._plan.layers[number].reference_height_m
         row, column = scene.in_points(*self._rays.points_m(window, self._time_s, height_m))
         below = scene.around(row, column)
         if below is None or not cloudy:

@@ -23,6 +23,8 @@ from hcss_twin.plan.windows import Window, length, relative, windows
 if TYPE_CHECKING:
     from hcss_twin.engine.stages.placed_points import Piece
 
+__all__ = ["PartMaker"]
+
 
 def stream(
     plan: Plan, tables: RadianceTables | None, sample: PixelSample | None = None, frames: Sequence[int] | None = None

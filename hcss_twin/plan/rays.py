@@ -11,7 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,10 +32,9 @@ from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import Grid, View
 from hcss_twin.scenario.scenario import Scenario
 
-Range: TypeAlias = tuple[float, float]
+__all__ = ["Rays", "instants_s"]
 
-NOWHERE = -1e9
-"""Row and column of what is hidden."""
+Range: TypeAlias = tuple[float, float]
 
 
 class Rays(ABC):
@@ -62,7 +61,11 @@ class Rays(ABC):
         Instants of that time which the points of a pixel stand for.
     may_miss_ground : bool
         Whether some pixels may not see the ground, so that they are not computed.
+    NOWHERE : float
+        Row and column of what is hidden.
     """
+
+    NOWHERE: ClassVar[float] = -1e9
 
     image: Grid
     samples_per_pixel: int

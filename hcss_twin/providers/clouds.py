@@ -123,6 +123,11 @@ class CloudLayer:
         """Greatest geometric thickness."""
         return self.top_m - self.base_m
 
+    @property
+    def reference_height_m(self) -> float:
+        """Height at which the layer is seen: its base, or its top if it is anchored at the top."""
+        return self.base_m if self.anchor == "base" else self.top_m
+
     def cloud_top_m(self, thickness_m: Array) -> Array:
         """Altitude of the cloud top, same shape as ``thickness_m``."""
         if self.anchor == "base":

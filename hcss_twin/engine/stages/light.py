@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from itertools import product
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,19 +24,29 @@ from hcss_twin.plan.windows import Window, length, pixel_sums
 from hcss_twin.providers import Sun
 from hcss_twin.providers.light import InstantLight, LightTransport
 
-LARGEST_SQUARE, KEPT_SQUARES = 128, 32
-"""Points along the sides of a square of the lattice; small images are one square. Squares in memory."""
+__all__ = ["LightStage"]
+
+KEPT_SQUARES = 32
+"""Squares in memory."""
 
 
 class LightStage(Stage):
-    """Radiance of frames of a plan with light between columns of cloud."""
+    """Radiance of frames of a plan with light between columns of cloud.
+
+    Attributes
+    ----------
+    largest_square : int
+        Points along the sides of a square of the lattice; small images are one square.
+    """
+
+    largest_square: ClassVar[int] = 128
 
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
         assert plan.light is not None
         self._plan, self._name = plan, plan.light.name
         inputs, samples = light_inputs(plan, tables.spectrum.nodes), plan.samples_per_pixel
         self._transport: LightTransport = plan.light.transport(inputs)
-        pixels = min(max(plan.grid.rows, plan.grid.columns), max(LARGEST_SQUARE // samples, 1))
+        pixels = min(max(plan.grid.rows, plan.grid.columns), max(self.largest_square // samples, 1))
         self._pixels, self._layer, self._number = pixels, inputs.layer, inputs.number
         self._reach = [tuple(-(-points // samples) for points in both) for both in self._transport.reach]
         self._instant: tuple[float, Sun | None, InstantLight] | None = None

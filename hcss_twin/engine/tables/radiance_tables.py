@@ -17,6 +17,8 @@ from hcss_twin.engine.tables.view_states import fewest_states
 from hcss_twin.physics.quadrature import lagrange
 from hcss_twin.plan.accuracy import Budget
 
+__all__ = ["RadianceTables"]
+
 TOTAL = "radiance"
 
 
@@ -308,7 +310,7 @@ class TextureTables:
 
 @dataclass(frozen=True)
 class RadianceTables:
-    """Tables at time nodes.
+    """Tables of band radiance, W m-2 sr-1, at time nodes.
 
     Attributes
     ----------

@@ -19,6 +19,8 @@ from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.coverage import Field, FrameSummary, exceedance, highest_values
 from hcss_twin.providers import CloudLayer, Grid
 
+__all__ = ["field_thickness"]
+
 _f4 = np.float32
 
 
@@ -77,7 +79,7 @@ def thickness_in_frame(
 
 
 def field_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0, in_place: bool = False) -> Field:
-    """Return the thickness where V exceeds a fixed threshold, the normal quantile of the coverage (eqs 5 and 7).
+    """Return the thickness in m where V exceeds a fixed threshold, the normal quantile of the coverage (eqs 5 and 7).
 
     The coverage is exact on average over an unbounded field, and a pixel does not depend on others. In eq 7, p ranges
     from 1 - coverage to 1. Parameters and result are as for :func:`frame_thickness`, for any window; with ``in_place``

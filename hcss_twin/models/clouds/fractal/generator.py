@@ -19,6 +19,8 @@ from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, thickness_in_frame, window_inside
 from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Motion
 
+__all__ = ["FractalClouds"]
+
 STRIP_PIXELS = 2**21
 """Largest strip used to summarise a frame; bounds the memory for large frames."""
 

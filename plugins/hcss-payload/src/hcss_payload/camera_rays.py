@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_payload.build import Payload, payload_of
-from hcss_payload.camera_points import CameraPoints
+from hcss_payload.camera_points import CameraPoints, Window
 from hcss_payload.checks import PayloadError
 from hcss_payload.complete import complete
 from hcss_payload.directions import PassDirections, directions_around, view_of
@@ -30,14 +30,11 @@ from hcss_payload.zonal_disk import ZonalDisk
 from hcss_twin import Scenario
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic
+from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded, require_none
-from hcss_twin.plan.rays import NOWHERE, Range, Rays
-from hcss_twin.plan.scene_plane import ScenePlane
-from hcss_twin.plan.slant_paths import reference_height_m
+from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.surroundings import FilledIn
-from hcss_twin.plan.windows import Window
 from hcss_twin.providers import Array, Catalog, Grid, Problem, ScenarioError, View
 
 TIMES = 33
@@ -218,10 +215,10 @@ class CameraRays(Rays):
     def prepare(self, scenario: Scenario, assembly: Assembly, radiance: bool) -> None:
         """Raise a :class:`ScenarioError` that names what a camera cannot show yet."""
         super().prepare(scenario, assembly, radiance)
-        scene = ScenePlane(assembly.grid, scenario.image.samples_per_pixel)
+        scene = assembly.plane(scenario.image.samples_per_pixel)
         for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
             for layer, generator in zip(assembly.layers, assembly.generators, strict=True):
-                points = self._points_at(float(time_s), reference_height_m(layer))
+                points = self._points_at(float(time_s), layer.reference_height_m)
                 below = scene.around(*scene.in_points(*points.at_nodes()))
                 if below is not None:
                     scene.require_in_reach(generator, below, float(time_s))
@@ -265,7 +262,7 @@ class CameraRays(Rays):
             )
         return x, y
 
-    def bounds(self, time_s: float) -> tuple[Range, Range] | None:
+    def bounds(self, time_s: float) -> tuple[tuple[float, float], tuple[float, float]] | None:
         """Return what a frame sees of the rectangle of the pass.
 
         None with the limb: between the outermost rays of the mesh that meet the ground and the limb other pixels do.
@@ -312,7 +309,7 @@ class CameraRays(Rays):
             row, column = self.camera.pixels(np.einsum("...ji,...j->...i", turn, away))
         hidden = np.sum(away * up, axis=-1) >= 0.0  # below the horizon
         nowhere = hidden | np.isnan(row)
-        return np.where(nowhere, NOWHERE, row + 0.5), np.where(nowhere, NOWHERE, column + 0.5)
+        return np.where(nowhere, self.NOWHERE, row + 0.5), np.where(nowhere, self.NOWHERE, column + 0.5)
 
     def pixel_area_m2(
         self, row: float, column: float, time_s: float, point_m: tuple[float, float, float] | None = None
@@ -331,7 +328,7 @@ class CameraRays(Rays):
 
     def _position_m(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
         """Return Earth-fixed positions and vertical directions (..., 3) of points."""
-        latitude, longitude = to_geographic(x_m, y_m, *self._place_deg)
+        latitude, longitude, _ = to_geographic_with_turn(x_m, y_m, *self._place_deg)
         up = east_north_up(latitude, longitude)[2]
         return to_earth_centred(latitude, longitude) + np.asarray(altitude_m)[..., None] * up, up
 

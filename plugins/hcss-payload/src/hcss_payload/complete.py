@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_payload.camera_points import Window
 from hcss_payload.limb import Limb, tangent_heights_m
 from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT
 from hcss_payload.ray_geometry import GROUND, LIMB, SLANT, SPACE, FrameGeometry
-from hcss_twin.plan.windows import Window, length
 
 PIXELS_AT_ONCE = 2**19
 """Pixels whose coordinates are computed together: the lines of sight of a full disk would take 3 GB."""
@@ -32,7 +32,7 @@ def complete(
         Radiance of the limb; None if it is missing.
     """
     rows, columns = extent
-    shape, ground_variables = (length(rows), length(columns)), list(frame.values())
+    shape, ground_variables = (rows.stop - rows.start, columns.stop - columns.start), list(frame.values())
     specs = (*PIXEL_VARIABLES, TANGENT_HEIGHT) if shows_limb else PIXEL_VARIABLES
     for spec in specs:
         frame[spec.name] = np.empty(shape, dtype=spec.dtype)

@@ -14,8 +14,9 @@ from functools import lru_cache
 import numpy as np
 
 from hcss_payload.directions import PADDING
+from hcss_payload.earth import SEMI_MAJOR_AXIS_M
 from hcss_payload.scene_plane import surface_place, toward_camera
-from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, east_north_up, to_earth_centred
+from hcss_twin.physics.geodesy import east_north_up, to_earth_centred
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.lines_of_sight import SunTrack

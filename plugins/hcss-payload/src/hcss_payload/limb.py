@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
+from hcss_payload.earth import SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
 from hcss_payload.rays import geographic
-from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.providers import EARTH_RADIUS_M, Array, Path, Problem, Profile, ScenarioError, planck, to_space
 

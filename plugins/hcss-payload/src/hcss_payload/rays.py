@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcss_twin.physics.geodesy import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
+from hcss_payload.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
 from hcss_twin.providers import Array
 
 _ITERATIONS = 8

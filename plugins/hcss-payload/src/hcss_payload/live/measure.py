@@ -13,12 +13,16 @@ import numpy as np
 
 from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.models.sensor.blur import Weights
-from hcss_twin.models.sensor.noise import MAX_COUNTED
-from hcss_twin.models.sensor.philox import BLOCK, fill_normals
-from hcss_twin.models.sensor.rows import FEW
+from hcss_twin.models.sensor.philox import fill_normals
 
 TOGETHER = 8
 """Weights of a kernel that are applied in one pass over a row."""
+
+BLOCK = 64
+"""Columns for which normal numbers are drawn at once."""
+
+FEW, MAX_COUNTED = 100.0, 1e12
+"""Fewest and most electrons to expect that noise is drawn for as a function of a normal number, as of cubes."""
 
 _SQUARE_ROOT = np.int32(0x5F375A86)
 """Start of Newton's method for 1 / sqrt(x), from the bits of x (C. Lomont, Fast inverse square root, 2003)."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from hcss_payload.attitude import Attitude
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError, require_within
+from hcss_payload.earth import SEMI_MAJOR_AXIS_M
 from hcss_payload.examination import examine, examine_place
 from hcss_payload.frames import Frame
 from hcss_payload.jitter import Jitter
@@ -33,11 +34,8 @@ from hcss_payload.rays import geographic
 from hcss_payload.shutter import LEAST_SMEAR_PX, largest_smear_px
 from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
-from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
-from hcss_twin.plan.clouds import layer_seed
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.omissions import texture_of_sea
-from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.providers import Array, Points, View
 
 __all__ = ["LiveTwin", "PointTarget", "PreparedPass"]
@@ -197,7 +195,7 @@ class PreparedPass:
         times = np.linspace(start_s, end_s, _POSES if end_s > start_s else 1)
         doubts = examine(trajectory, start_s, end_s)
         poses = [pose_at(float(time), trajectory, attitude) for time in times]
-        height = reference_height_m(plan.layers[0])
+        height = plan.layers[0].reference_height_m
         seen = np.concatenate([seen_m(camera, pose, height) for pose in poses])
         centre_deg = plan.scenario.place.latitude, plan.scenario.place.longitude
         seen_deg = np.stack(geographic(seen)[:2], axis=-1)
@@ -232,7 +230,7 @@ class PreparedPass:
             (footprint.end_row - footprint.row + 2) * (footprint.end_column - footprint.column + 2)
             for footprint in footprints
         )
-        self.sky = Sky(layer_seed(plan.scenario.seed, 0), self._seen.of_tiles, self.interval_s, capacity, self._ahead)
+        self.sky = Sky(plan.scenario.seed, self._seen.of_tiles, self.interval_s, capacity, self._ahead)
         self.sky.require(footprints[0])
         self.sky.stalls = 0
         self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
