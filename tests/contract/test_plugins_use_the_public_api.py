@@ -40,8 +40,8 @@ FROZEN = {
 }
 PUBLIC = {name: set(names) for name, names in PAGE.public().items()} | FROZEN
 LEFT = {
-    "hcss-author": 48, "hcss-bench": 28, "hcss-evaluate": 109, "hcss-export": 11, "hcss-modtran": 16, "hcss-paper": 51,
-    "hcss-skies": 24, "hcss-sweep": 70, "hcss-uncertainty": 63
+    "hcss-author": 45, "hcss-bench": 26, "hcss-evaluate": 106, "hcss-export": 10, "hcss-modtran": 16, "hcss-paper": 49,
+    "hcss-skies": 20, "hcss-sweep": 65, "hcss-uncertainty": 58
 }  # fmt: skip
 """Packages that import names that are not public, and how many; the numbers may only fall."""
 

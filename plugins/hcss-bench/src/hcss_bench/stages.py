@@ -27,7 +27,6 @@ from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import cube_header, run
-from hcss_twin.engine.stages.stage import Frame
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.over_views import plans_over_views
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -204,9 +203,10 @@ def time_certificate(rounds: Rounds, prefix: str, scenario: Scenario) -> Certifi
     return rounds.time(prefix + CERTIFICATE, lambda: certify(plan, tables, sample.frames))
 
 
-def _time_frames(rounds: Rounds, prefix: str, plan: Plan, tables: RadianceTables) -> Frame:
+def _time_frames(rounds: Rounds, prefix: str, plan: Plan, tables: RadianceTables) -> dict[str, NDArray[Any]]:
     """Compute all frames and return the last one; time not spent on clouds counts as look-up."""
-    clock, frame = Clock(), Frame()
+    clock = Clock()
+    frame: dict[str, NDArray[Any]] = {}
     start = time.perf_counter()
     for computed in stream(with_timed_clouds(plan, clock), tables):
         frame = computed
@@ -216,7 +216,7 @@ def _time_frames(rounds: Rounds, prefix: str, plan: Plan, tables: RadianceTables
     return frame
 
 
-def _write(plan: Plan, tables: RadianceTables, frame: Frame, output: Path) -> None:
+def _write(plan: Plan, tables: RadianceTables, frame: dict[str, NDArray[Any]], output: Path) -> None:
     compression = plan.scenario.output.compression or None
     with CubeWriter(output, cube_header(plan, tables), compression=compression) as writer:
         for index in range(plan.frame_times_s.size):

@@ -14,7 +14,6 @@ from hcss_sweep.axis import FORMS, SweptAxis, axis_of
 from hcss_twin import Scenario
 from hcss_twin.core.errors import closest, shown
 from hcss_twin.providers import Problem, ScenarioError
-from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, read_scenario_file
 
@@ -205,8 +204,8 @@ def key_problems(
                 message = f"is {adjective}, but {other} is set to one value; allowed: one of them"
                 yield Problem(f"{section}.{key}", message)
         first = key.partition(".")[0]
-        if first not in ScenarioModel.model_fields:
-            guess = closest(first, (*ScenarioModel.model_fields, *options))
+        if first not in Scenario.model_fields:
+            guess = closest(first, (*Scenario.model_fields, *options))
             hint = f"; closest is '{guess}'" if guess else ""
             yield Problem(f"{section}.{key}", f"not a scenario key; {allowed}{hint}")
 

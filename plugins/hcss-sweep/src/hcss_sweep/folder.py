@@ -239,10 +239,11 @@ class SweepFolder:
 
 
 def _is_cube_of(path: Path, point: SweepPoint) -> bool:
-    from hcss_twin.cube.reader import scenario_text
+    from hcss_twin import open_cube
 
     try:
-        return scenario_text(path) == point.scenario.to_json()
+        with open_cube(path) as cube:
+            return bool(cube.attrs.get("hcss_scenario") == point.scenario.to_json())
     except CubeError:
         return False
 

@@ -12,9 +12,9 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
+from hcss_twin import __version__
 from hcss_twin.core.errors import OptionError
 from hcss_twin.providers import API_VERSION, HcssError, Kind, choose_from
-from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
     from hcss_twin.providers.registry.registry import Registry

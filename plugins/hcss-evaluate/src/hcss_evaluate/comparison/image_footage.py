@@ -16,8 +16,6 @@ from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, 
 from hcss_evaluate.errors import ImageOptionError
 from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.reading import first_bytes, reading
-from hcss_twin.cube.header import FORMAT_ATTRIBUTE
-from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, described, has_values_in_cloud_only
 from hcss_twin.models.clouds.imagery.image import SatelliteImage, SeveralImagesError
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients, quiet
@@ -157,10 +155,10 @@ def open_footage(
 
 def is_cube(path: Path) -> bool:
     """Whether a file is a cube of this package, complete or not."""
-    if is_zarr(path) and path.is_dir():
+    if path.suffix.lower() == ".zarr" and path.is_dir():
         return True
     if not path.is_file() or not first_bytes(path, CatalogError).startswith(NETCDF):
         return False
     with suppress(Exception), quiet(), NetcdfFile(path) as dataset:  # a damaged file of any kind
-        return FORMAT_ATTRIBUTE in dataset.ncattrs()
+        return "hcss_cube_format" in dataset.ncattrs()
     return False
