@@ -192,15 +192,6 @@ def require_two_files(given: Mapping[str, Path | None]) -> None:
         seen[path.absolute()] = option
 
 
-def write_json(path: Path, text: str) -> None:
-    """Write a JSON file; raises HcssError if it cannot be written."""
-    from hcss_twin.core.errors import HcssError
-    from hcss_twin.core.files import atomic_write
-
-    with atomic_write(path, HcssError, "JSON") as draft:
-        draft.write_text(text + "\n", encoding="utf-8")
-
-
 def with_size(path: Path) -> str:
     """Return the name and size of a file."""
     return f"{path}  {path.stat().st_size / 1e6:.1f} MB"

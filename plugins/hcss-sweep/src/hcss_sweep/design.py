@@ -14,7 +14,6 @@ from hcss_sweep.axis import FORMS, SweptAxis, axis_of
 from hcss_twin import Scenario
 from hcss_twin.core.errors import closest, shown
 from hcss_twin.providers import Problem, ScenarioError
-from hcss_twin.scenario.overrides import key_parts
 from hcss_twin.scenario.scenario import SWEEP, read_scenario_file
 
 FOLDERS = ("sweeps", "scenarios")
@@ -208,6 +207,14 @@ def key_problems(
             guess = closest(first, (*Scenario.model_fields, *options))
             hint = f"; closest is '{guess}'" if guess else ""
             yield Problem(f"{section}.{key}", f"not a scenario key; {allowed}{hint}")
+
+
+def key_parts(key: str) -> list[str]:
+    """Split a dotted key as scenarios do: ``clouds.KEY`` refers to the single layer."""
+    parts = key.split(".")
+    if parts[0] == "clouds" and len(parts) > 1 and parts[1] != "layers":
+        parts[1:1] = ["layers", "0"]
+    return parts
 
 
 def keys_overlap(one: str, other: str) -> bool:

@@ -11,9 +11,11 @@ from typing import Any
 import click
 
 from hcss_evaluate.commands.image_options import cloud_options
-from hcss_twin.cli.options import EXISTING_FILE, FOLDER, NEW_FILE, force_option, json_option, require_writable
+from hcss_twin.cli.options import EXISTING_FILE, NEW_FILE, force_option, json_option, require_writable
 from hcss_twin.core.json_numbers import json_value
 from hcss_twin.providers import CatalogError
+
+_FOLDER = click.Path(file_okay=False, path_type=Path)
 
 
 def _odd(_context: click.Context, _option: click.Parameter, value: int) -> int:
@@ -64,7 +66,7 @@ _LIST = "\0"
 @click.option("--observed", help="Time of observation; default: from the file.")
 @click.option("--source", help="Source of the image.")
 @click.option("--licence", help="Licence of the image; default: from the file.")
-@click.option("--to", "folder", default="clouds", type=FOLDER, help="Folder of the entries.")
+@click.option("--to", "folder", default="clouds", type=_FOLDER, help="Folder of the entries.")
 @force_option
 @json_option
 def import_command(
@@ -178,7 +180,7 @@ def clouds(context: click.Context, as_json: bool) -> None:
 clouds.add_command(import_command)
 
 _folder_option = click.option(
-    "--from", "folder", type=FOLDER, help="Folder of the entries; default: clouds, and the shipped entries."
+    "--from", "folder", type=_FOLDER, help="Folder of the entries; default: clouds, and the shipped entries."
 )
 
 

@@ -22,8 +22,9 @@ from hcss_twin.cli.options import (
     progress,
     require_two_files,
     require_writable,
-    write_json,
 )
+from hcss_twin.core.files import atomic_write
+from hcss_twin.providers import HcssError
 
 if TYPE_CHECKING:
     from hcss_evaluate.comparison.footage import EvaluationChoice, Method
@@ -298,7 +299,8 @@ def _answer(answer: str, text: str, output: Path | None, json_file: Path | None)
         click.echo(answer)
         return
     if json_file is not None:
-        write_json(json_file, answer)
+        with atomic_write(json_file, HcssError, "JSON") as draft:
+            draft.write_text(answer + "\n", encoding="utf-8")
     click.echo(text)
     for file in (output, json_file):
         if file is not None:
