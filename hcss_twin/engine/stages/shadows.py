@@ -108,6 +108,8 @@ class ShadowStage(Stage):
         tables.
     """
 
+    title = "shadows of clouds"
+
     def __init__(self, plan: Plan, of_surfaces: Sequence[Sequence[ShadowTables]]) -> None:
         self._plan, self._tables = plan, of_surfaces
         self._point_m = plan.grid.pixel_size_m / plan.samples_per_pixel

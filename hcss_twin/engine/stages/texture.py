@@ -37,6 +37,8 @@ class TextureStage(Stage):
         Along which the points of the plan differ.
     """
 
+    title = "texture of the clear sky"
+
     def __init__(
         self, plan: Plan, texture: Texture, tables: RadianceTables | None, axes: Sequence[PointAxis[Any]]
     ) -> None:

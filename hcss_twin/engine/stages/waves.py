@@ -32,6 +32,8 @@ class WaveStage(Stage):
         Number of the class of surface that has the waves.
     """
 
+    title = "waves as shapes"
+
     def __init__(self, plan: Plan, waves: PlannedWaves, tables: Sequence[RadianceTables], sea: int) -> None:
         self._plan, self._shapes, self._sea, self._tables = plan, waves.shapes, sea, tables
         self._samples = plan.samples_per_pixel

@@ -97,7 +97,7 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     if jitter is not None:
         assert isinstance(jitter, JitterSection)
         shaken = _named("jitter", lambda: _jitter(jitter, scenario.seed))
-    followed = (None, None) if scenario.sensor is None else _integration_of(scenario.sensor, catalog)
+    followed = (None, None) if scenario.sensor is None else integration_of(scenario.sensor, catalog)
     integration_s, integration_from = followed if camera.integration_time is None else (camera.integration_time, None)
     return Payload(
         optics,
@@ -113,10 +113,14 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     )
 
 
+SECTIONS = "camera", "orbit", "attitude", "jitter"
+"""Names of the sections of this package."""
+
+
 def scene_of(scenario: Scenario) -> Scenario:
     """Return a scenario without the sections of this package: sky and sea on the grid on the ground."""
     data = json.loads(scenario.to_json())
-    of_scene = {name: value for name, value in data.items() if name not in scenario.sections}
+    of_scene = {name: value for name, value in data.items() if name not in SECTIONS}
     return Scenario.from_dict(of_scene, base=scenario.base, origin=scenario.origin)
 
 
@@ -134,7 +138,7 @@ def _named(section: str, make: Callable[[], _T], file: str | None = None) -> _T:
         raise ScenarioError([Problem(name, message if known else text)]) from error
 
 
-def _integration_of(sensor: SensorSection, catalog: Catalog) -> tuple[float, str] | tuple[None, None]:
+def integration_of(sensor: SensorSection, catalog: Catalog) -> tuple[float, str] | tuple[None, None]:
     """Return the integration time in which motion smears what a sensor measures, and its key."""
     registry = Registry.discover()
     for index, stage in enumerate(sensor.stages or (sensor,)):
