@@ -55,6 +55,9 @@ NOTES = (
     "camera: clouds are met at the height of each layer's flat side",
 )
 
+BESIDE = "[camera], which has its own view and parallax"
+"""What :func:`excluded_beside_camera` is beside."""
+
 ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [place]"
 
 OUTSIDE = 0.02
@@ -84,7 +87,7 @@ def make_rays(scenario: Scenario, catalog: Catalog) -> CameraRays:
 
 def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> CameraRays:
     """Return the rays of a payload above a scenario; raises as :func:`make_rays`."""
-    require_none("[camera], which has its own view and parallax", excluded_beside_camera(scenario), "no [camera]")
+    require_none(BESIDE, excluded_beside_camera(scenario), "no [camera]")
     return CameraRays(scenario, payload, catalog)
 
 

@@ -1,18 +1,17 @@
-"""Live frames through the stages of cubes: whatever ``hcss run`` shows through a camera, from any pose near its pass."""
+"""Live frames through the stages of cubes: what ``hcss run`` shows through a camera, from any pose near its pass."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_payload.build import Payload
-from hcss_payload.camera_rays import excluded_beside_camera
+from hcss_payload.camera_rays import BESIDE, excluded_beside_camera
 from hcss_payload.frames import Frame
 from hcss_payload.live.live_rays import LiveRays
 from hcss_payload.live.prepared_pass import PreparedPass
@@ -35,7 +34,7 @@ from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.providers import Declaration, ElementPoint, ElementScene, Points
 
 MARGIN = 0.25
-"""Share of the detector's longer side by which frames may look beside those of the pass, unless another is asked for."""
+"""Share of the detector's longer side by which frames may look beside those of the pass, by default."""
 
 _TICKS_PER_S, _BETWEEN = 10**6, 2**40
 """Frames between those of the scenario are numbered for sensors by their time in microseconds, above this number."""
@@ -44,7 +43,7 @@ _STEP_S = 1e-3
 """Time before and after a frame from which the velocity of targets in the plane of the scene follows."""
 
 
-@dataclass
+@dataclass(eq=False)
 class LiveTargets:
     """The point targets of a frame as elements of the scene.
 
@@ -58,9 +57,8 @@ class LiveTargets:
 
     place_deg: tuple[float, float]
     now: Sequence[PointTarget] = ()
-
-    declares: ClassVar[Declaration] = Declaration()
-    variables: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    declares: Declaration = field(default_factory=Declaration)
+    variables: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     def pixels(self, time_s: float, rows: slice, columns: slice, scene: ElementScene) -> Sequence[ElementPoint]:
         """Return the targets at a time; those below the ground are not there."""
@@ -134,9 +132,7 @@ class ScenePass(PreparedPass):
         made = list[LiveRays]()
 
         def rays(planned: Scenario, catalog: Catalog) -> LiveRays:
-            require_none(
-                "[camera], which has its own view and parallax", excluded_beside_camera(planned), "no [camera]"
-            )
+            require_none(BESIDE, excluded_beside_camera(planned), "no [camera]")
             made.append(LiveRays(planned, payload, catalog, margin))
             return made[0]
 

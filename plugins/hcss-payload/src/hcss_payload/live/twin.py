@@ -160,13 +160,11 @@ class LiveTwin:
             except PayloadError as error:
                 if self.method == "fast":
                     raise
-                why.append(str(error))
+                why.append(f"this pass ({error})")
         prepared = ScenePass(self.scenario, payload, start_s, end_s, targets, self._margin_px)
         if why:
-            prepared.notes = (
-                f"frames are those of cubes, since fast frames have not: {'; '.join(why)}",
-                *prepared.notes,
-            )
+            reason = f"frames are those of cubes, since fast frames do not show {'; '.join(why)}"
+            prepared.notes = (reason, *prepared.notes)
         return prepared
 
     def _planned(self) -> tuple[Plan, tuple[Omission, ...]] | None:
