@@ -30,12 +30,16 @@ class ScenePlane:
     grid: Grid
     samples: int
 
+    @property
+    def point_m(self) -> float:
+        """Distance between points."""
+        return self.grid.pixel_size_m / self.samples
+
     def in_points(self, x_m: Array, y_m: Array) -> tuple[Array, Array]:
         """Return row and column (...), in points, of places eastward and northward from the centre (...)."""
-        point_m = self.grid.pixel_size_m / self.samples
         return (
-            y_m / point_m + 0.5 * (self.grid.rows * self.samples - 1),
-            x_m / point_m + 0.5 * (self.grid.columns * self.samples - 1),
+            y_m / self.point_m + 0.5 * (self.grid.rows * self.samples - 1),
+            x_m / self.point_m + 0.5 * (self.grid.columns * self.samples - 1),
         )
 
     def around(self, row: Array, column: Array) -> Window | None:

@@ -94,7 +94,7 @@ def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> Camer
 def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
     """Return what cannot be computed with a camera in orbit."""
     view, platform, slant = scenario.view, scenario.platform, scenario.slant
-    speed, resolved = scenario.motion.platform_speed != 0.0, scenario.sea.waves == "on"
+    speed = scenario.motion.platform_speed != 0.0
     return (
         Excluded("view.zenith", view.zenith != 0.0, "another view", "to leave it out"),
         Excluded("view.azimuth", view.azimuth != 0.0, "another view", "to leave it out"),
@@ -110,9 +110,7 @@ def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
             "parallax of flat layers",
             "'auto', which follows the lines of sight",
         ),
-        Excluded("slant.shadows", slant.shadows == "on", "shadows", "'auto' or 'off'"),
         Excluded("output.derived", bool(scenario.output.derived), "a derived variable", "none"),
-        Excluded("sea.waves", resolved, "a sea of resolved waves", "'auto' or 'off'"),
     )
 
 
@@ -244,10 +242,10 @@ class CameraRays(Rays):
         scene = ScenePlane(assembly.grid, scenario.image.samples_per_pixel)
         for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
             for layer, generator in zip(assembly.layers, assembly.generators, strict=True):
-                points = self._points_at(float(time_s), reference_height_m(layer))
-                below = scene.around(*scene.in_points(*points.at_nodes()))
-                if below is not None:
-                    scene.require_in_reach(generator, below, float(time_s))
+                for height_m in (reference_height_m(layer), *((0.0,) if assembly.slant.shadows else ())):
+                    below = scene.around(*scene.in_points(*self._points_at(float(time_s), height_m).at_nodes()))
+                    if below is not None:
+                        scene.require_in_reach(generator, below, float(time_s))
         self._limb = Limb(assembly) if self._payload.beyond == "limb" and radiance else None
 
     def layout(self, scenario: Scenario) -> ImageLayout:
