@@ -90,9 +90,14 @@ class FastPass(PreparedPass):
     ) -> None:
         super().__init__(plan, payload, start_s, end_s, targets)
         camera, trajectory, attitude, jitter = payload.camera, payload.trajectory, payload.attitude, payload.jitter
-        self._camera, self._threads, self._jitter, self.omissions = camera, threads, jitter, omissions
+        self._camera, self._threads, self.omissions = camera, threads, omissions
         times = np.linspace(start_s, end_s, _POSES if end_s > start_s else 1)
         doubts = examine(trajectory, start_s, end_s)
+        self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
+        integration_s = payload.integration_s
+        smear = largest_smear_px(camera, trajectory, attitude, jitter, times, integration_s)
+        if smear >= LEAST_SMEAR_PX:
+            self.omissions += (_smear_of_scene(smear, integration_s, self._sensor is not None),)
         poses = [pose_at(float(time), trajectory, attitude) for time in times]
         height = reference_height_m(plan.layers[0])
         seen = np.concatenate([seen_m(camera, pose, height) for pose in poses])
@@ -131,11 +136,6 @@ class FastPass(PreparedPass):
         self.sky = Sky(layer_seed(plan.scenario.seed, 0), self._seen.of_tiles, self.interval_s, capacity, self._ahead)
         self.sky.require(footprints[0])
         self.sky.stalls = 0
-        self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
-        integration_s = payload.integration_s
-        smear = largest_smear_px(camera, trajectory, attitude, jitter, times, integration_s)
-        if smear >= LEAST_SMEAR_PX:
-            self.omissions += (_smear_of_scene(smear, integration_s, self._sensor is not None),)
         self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="live") if self._threads > 1 else None
         blocks = self._nodes.shape[0] - 1
         count = min(blocks, 1 if self._pool is None else _STRIPS_PER_THREAD * self._threads)

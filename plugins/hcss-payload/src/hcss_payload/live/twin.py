@@ -73,7 +73,7 @@ class LiveTwin:
         if margin_px is not None:
             require_within("margin_px", margin_px, 0.0, 65536.0, "pixels")
         if method not in get_args(Method):
-            raise PayloadError(f"method: {choose_from(str(method), get_args(Method))}")
+            raise PayloadError(f"method: '{method}'; {choose_from(str(method), get_args(Method))}")
         self.scenario, self.camera, self.method = scenario, camera, method
         self._threads, self._fineness, self._margin_px = threads, fineness, margin_px
         self._fast: tuple[Plan, tuple[Omission, ...]] | None = None
