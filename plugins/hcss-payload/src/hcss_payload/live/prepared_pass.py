@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,6 +21,9 @@ from hcss_payload.pose import Pose
 from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.plan import Plan
+
+_ROUNDING = 1e-9
+"""Of sums of parts."""
 
 _LATER_S = 0.01
 """Time after the start of a pass of the frame that is measured."""
@@ -43,14 +47,17 @@ class FrameCost:
     def of_rate(self, rate_hz: float | None = None) -> str:
         """Return how many frames a second there are, and which parts are too slow for as many as are asked for."""
         text = f"{1e3 * self.seconds:.3g} ms a frame, {1.0 / self.seconds:.3g} a second"
-        if rate_hz is None or self.seconds * rate_hz <= 1.0:
+        most_s = math.inf if rate_hz is None else (1.0 + _ROUNDING) / rate_hz
+        if rate_hz is None or self.seconds <= most_s:
             return text
         slow, rest = list[str](), self.seconds
         for part, seconds in sorted(self.parts.items(), key=lambda item: -item[1]):
-            if rest * rate_hz <= 1.0:
+            if rest <= most_s:
                 break
             slow.append(f"{part} {1e3 * seconds:.3g} ms")
             rest -= seconds
+        if rest > most_s:
+            slow.append(f"the rest {1e3 * rest:.3g} ms")
         return f"{text}; too slow for {rate_hz:g} ({1e3 / rate_hz:.3g} ms): {', '.join(slow)}"
 
 
