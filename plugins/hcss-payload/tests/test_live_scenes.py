@@ -43,6 +43,12 @@ SCENES = {
     "a coast": SPAIN | {"surfaces": {"provider": "coast"}},
     "small elements": {"elements": [{"provider": "point-sources", "parameters": {"tracks": [SHIP, PLUME]}}]},
     "shadows": {"slant": {"shadows": "on"}, "time": "2024-04-20T02:30:00Z", "bands": ["mwir"]},
+    "waves as shapes": {
+        "accuracy": 0.02,
+        "sea": {"waves": "on", "model": "rough-sea", "temperature": 295.0, "wind_speed": 10.0},
+        "time": "2024-04-20T02:30:00Z",
+        "bands": ["mwir"],
+    },
     "texture of the sea": {"sea": {"temperature_texture": 0.3}},
     "lines read in turn": {"camera": {"line_time": 2e-3}},
     "a scene that smears": {"camera": {"integration_time": 0.022, "points": 4}} | PUSH_BROOM,
