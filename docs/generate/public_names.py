@@ -72,7 +72,8 @@ TOPICS = (
         "Frames in parts",
         True,
         ("hcss_twin.engine.compile", "hcss_twin.engine.tables.radiance_tables", "hcss_twin.engine.tables.look_up",
-         "hcss_twin.engine.stream", "hcss_twin.engine.clouds", "hcss_twin.engine.stages.element_paths"),
+         "hcss_twin.engine.stream", "hcss_twin.engine.clouds", "hcss_twin.engine.scene_around",
+         "hcss_twin.engine.stages.element_paths"),
     ),
     Topic(
         "Sensors",

@@ -8,13 +8,13 @@ the direction of view.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.engine.scene_points import interpolated
+from hcss_twin.engine.scene_points import at_rays, interpolated
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
@@ -52,13 +52,24 @@ class FrameClouds:
 
         Outside the scene, only for generators with ``thickness_around_m``.
         """
-        thickness_of = self._of_scene if self._plan.is_grid else self._sampled
-        return [thickness_of(number, window) for number in range(len(self._clouds))]
+        return [
+            at_rays(
+                self._plan,
+                window,
+                self._time_s,
+                layer.reference_height_m,
+                partial(self._of_scene, number),
+                interpolated,
+                self._rays,
+            )
+            for number, layer in enumerate(self._plan.layers)
+        ]
 
     def _of_scene(self, number: int, window: Window) -> Thickness:
         """Return the thickness of a layer at the points of a window of the scene's plane."""
         rows, columns = (points_of(pixels, self._plan.scene.samples) for pixels in window)
         generator, cloudy = self._clouds[number]
+        self._plan.scene.require_in_reach(generator, window, self._time_s)
         thickness: Thickness
         if not cloudy:
             thickness = np.zeros((length(rows), length(columns)), dtype=np.float32)
@@ -71,17 +82,6 @@ class FrameClouds:
         else:
             thickness = generator.thickness_m(self._time_s, rows, columns)
         return thickness
-
-    def _sampled(self, number: int, window: Window) -> Thickness:
-        """Return the thickness of a layer where the rays of a window meet it."""
-        scene, (generator, cloudy) = self._plan.scene, self._clouds[number]
-        height_m = self._plan.layers[number].reference_height_m
-        row, column = scene.in_points(*self._rays.points_m(window, self._time_s, height_m))
-        below = scene.around(row, column)
-        if below is None or not cloudy:
-            return np.zeros(row.shape, dtype=np.float32)
-        scene.require_in_reach(generator, below, self._time_s)
-        return interpolated(self._of_scene(number, below), row, column, scene.corner_of(below))
 
     @cached_property
     def _whole(self) -> list[Thickness | None]:

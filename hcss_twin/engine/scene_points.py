@@ -1,23 +1,86 @@
-"""Values between the points of the scene, where rays meet it."""
+"""Values at the points of the scene, and between them, where rays meet it."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.rays import Rays
+from hcss_twin.plan.windows import Window
+
+Values = TypeVar("Values", bound=NDArray[Any])
+
+ANYWHERE: Window = slice(0, 1), slice(0, 1)
+"""Pixel of the scene whose values rays get that all miss it."""
+
+
+def at_rays(
+    plan: Plan,
+    window: Window,
+    time_s: float,
+    height_m: float,
+    of_scene: Callable[[Window], Values],
+    between: Callable[[Values, Array, Array, tuple[int, int]], Values],
+    rays: Rays | None = None,
+) -> Values:
+    """Return values (..., y, x) at the points of a window of the image, whose rays see the scene at a height.
+
+    Parameters
+    ----------
+    of_scene : callable
+        Returns the values (..., Y, X) at the points of a window of the scene's plane, in or around it.
+    between : callable
+        :func:`nearest`, :func:`linear` or :func:`interpolated`; on a grid on the ground, rays see the points of the
+        scene themselves.
+    rays : Rays, optional
+        By default those of the plan.
+    """
+    if plan.is_grid:
+        return of_scene(window)
+    scene = plan.scene
+    row, column = scene.in_points(*(rays or plan.rays).points_m(window, time_s, height_m))
+    below = scene.around(row, column) or ANYWHERE
+    return between(of_scene(below), row, column, scene.corner_of(below))
 
 
 def nearest(values: NDArray[Any], row: Array, column: Array, corner: tuple[int, int]) -> NDArray[Any]:
-    """Return the values (Y, X) of points from a corner on, nearest to places (y, x); those of the edge beyond it."""
+    """Return the values (..., Y, X) of points from a corner on, nearest to places (y, x), or of the edge beyond it."""
     y, x = (
         np.clip(np.rint(np.nan_to_num(position)).astype(np.int64) - first, 0, size - 1)
-        for position, first, size in zip((row, column), corner, values.shape, strict=True)
+        for position, first, size in zip((row, column), corner, values.shape[-2:], strict=True)
     )
-    return values[y, x]
+    return values[..., y, x]
+
+
+def linear(values: NDArray[np.float32], row: Array, column: Array, corner: tuple[int, int]) -> NDArray[np.float32]:
+    """Return the values (K, Y, X) of points from a corner on, interpolated at places (y, x); 0 where they are NaN."""
+    result = np.empty((len(values), *row.shape), dtype=np.float32)
+    _linear(result, np.ascontiguousarray(values), row, column, *corner)
+    return result
+
+
+@kernel()
+def _linear(result, fields, row, column, first_row, first_column):  # type: ignore[no-untyped-def]
+    """Interpolate fields (K, Y, X) at places (y, x) between their points, of which all have neighbours."""
+    for i in range(row.shape[0]):
+        for j in range(row.shape[1]):
+            if not (row[i, j] == row[i, j] and column[i, j] == column[i, j]):
+                result[:, i, j] = 0.0
+                continue
+            # Whole parts first: a place has the same bits whatever the window.
+            top, left = np.floor(row[i, j]), np.floor(column[i, j])
+            y, x = row[i, j] - top, column[i, j] - left
+            up, side = np.int64(top) - first_row, np.int64(left) - first_column
+            for k in range(fields.shape[0]):
+                near = (1.0 - x) * fields[k, up, side] + x * fields[k, up, side + 1]
+                far = (1.0 - x) * fields[k, up + 1, side] + x * fields[k, up + 1, side + 1]
+                result[k, i, j] = np.float32((1.0 - y) * near + y * far)
 
 
 def interpolated(

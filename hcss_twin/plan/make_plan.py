@@ -112,7 +112,8 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         assembly = replace(assembly, directions=given.directions)
     texture = _texture(scenario, assembly)
     assembly = replace(assembly, has_texture=texture is not None)
-    assembly = replace(assembly, slant=assembly.slant.beside("shadows", excluded_beside_shadows(assembly.model)))
+    beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns is not None)
+    assembly = replace(assembly, slant=assembly.slant.beside("shadows", beside_shadows))
     probe_last_frame(assembly, float(times[-1]))
     size = image.rows, image.columns
     extent = (slice(0, size[0]), slice(0, size[1])) if image.window is None else image.window.slices(*size)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from hcss_twin.plan.few_columns import (
 from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.one_direction import one_direction
 from hcss_twin.plan.slant_paths import sea_sun_terms
-from hcss_twin.plan.sunlight import SunFrames, low_sun
+from hcss_twin.plan.sunlight import SunFrames, low_sun, toward_glint
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -132,14 +133,16 @@ def largest_glint_share(assembly: Assembly, sun: SunFrames) -> float:
     """Return the largest share of sea-reflected direct sunlight in the clear radiance of any band.
 
     Evaluated at three frames with the sun above the horizon: the first, the last, and the one with the sun's mirror
-    direction nearest to the view, with a safety factor. If the radiance model does not declare the terms of this
+    direction nearest to the view, with a safety factor; of a camera, also toward the views nearest to the mirror
+    directions. If the radiance model does not declare the terms of this
     sunlight, all sunlight is used.
     """
     model, grid = assembly.model, assembly.spectral_grid
     named = sea_sun_terms(model) or tuple(model.solar_terms)
     share, frames = 0.0, (sun.mirror(assembly.view), int(sun.up[0]), int(sun.up[-1]))
-    for _, position in sun.at(frames) if named else ():
-        terms = assembly.clear(grid.wavenumber_cm1, position)
+    suns = [position for _, position in sun.at(frames)] if named else []
+    for scene, position in product(toward_glint(assembly, suns), suns):
+        terms = scene.clear(grid.wavenumber_cm1, position)
         bands = {name: grid.weights_cm1 @ np.asarray(values) for name, values in terms.items()}
         glint = np.sum([bands[name] for name in named], axis=0)
         total = np.sum(list(bands.values()), axis=0)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, TypeAlias
 
@@ -114,6 +114,10 @@ class Rays(ABC):
     def bounds(self, time_s: float) -> tuple[Range, Range] | None:
         """Return what part of ``directions`` along x and y a frame sees, in which fewer tables do; None: any."""
         return None
+
+    def frame_key(self, time_s: float) -> Hashable:
+        """Return what tells the rays of a frame from those of others; by default its time, which decides over them."""
+        return time_s
 
     def still(self) -> Rays:
         """Return the same rays at the middle of the integration time alone."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.core.kernels import kernel
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import CloudGenerator, Grid
 
@@ -30,13 +31,17 @@ class ScenePlane:
     grid: Grid
     samples: int
 
+    @property
+    def point_m(self) -> float:
+        """Distance between points."""
+        return self.grid.pixel_size_m / self.samples
+
     def in_points(self, x_m: Array, y_m: Array) -> tuple[Array, Array]:
-        """Return row and column (...), in points, of places eastward and northward from the centre (...)."""
-        point_m = self.grid.pixel_size_m / self.samples
-        return (
-            y_m / point_m + 0.5 * (self.grid.rows * self.samples - 1),
-            x_m / point_m + 0.5 * (self.grid.columns * self.samples - 1),
-        )
+        """Return row and column (...), in points, of places eastward and northward from the centre (...).
+
+        Half a point beyond the outermost centres is still inside the image: such places are moved to these.
+        """
+        return self._in_points(y_m, self.grid.rows), self._in_points(x_m, self.grid.columns)
 
     def around(self, row: Array, column: Array) -> Window | None:
         """Return the pixels that hold points (...); None if all are NaN."""
@@ -68,13 +73,28 @@ class ScenePlane:
             return
         raise ScenarioError([Problem("image", message)])
 
+    def _in_points(self, place_m: Array, size: int) -> Array:
+        position = np.empty(place_m.shape)
+        _to_points(position.reshape(-1), np.ascontiguousarray(place_m).reshape(-1), self.point_m, size * self.samples)
+        return position
+
     def _around(self, position: Array, size: int) -> slice:
-        """Return the pixels that hold positions along one axis; those that end on the border stay inside."""
+        """Return the pixels that hold positions along one axis, and the neighbours between which they are."""
         least, most = float(np.nanmin(position)), float(np.nanmax(position))
         low, high = int(np.floor(least)), int(np.floor(most)) + 2
-        # Half a point beyond the outermost centres is still inside the image.
-        if least >= -0.5:
-            low = max(low, 0)
-        if most <= size * self.samples - 0.5:
+        if most <= size * self.samples - 1:  # at the outermost centre there is nothing to interpolate
             high = min(high, size * self.samples)
         return slice(low // self.samples, -(-high // self.samples))
+
+
+@kernel()
+def _to_points(position, place_m, point_m, size):  # type: ignore[no-untyped-def]
+    """Set positions (N,) along an axis of so many points, from places (N,); those of the outer half at its centre."""
+    last = size - 1.0
+    for n in range(place_m.size):
+        at = place_m[n] / point_m + 0.5 * last
+        if -0.5 <= at < 0.0:
+            at = 0.0
+        elif last < at <= last + 0.5:
+            at = last
+        position[n] = at

@@ -61,6 +61,10 @@ class BuiltSensor(Effect):
     from_scene: bool = False
     edge_note: str | None = None
 
+    def measuring(self, names: tuple[str, ...]) -> BuiltSensor:
+        """Return the sensor with the measured radiance and the named variables, whatever was requested."""
+        return replace(self, variables=measured_variables(names))
+
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes for users."""

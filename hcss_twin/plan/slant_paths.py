@@ -31,11 +31,15 @@ def sea_sun_terms(model: RadianceModel) -> tuple[str, ...]:
     return tuple(name for name in model.terms if name in named)
 
 
-def excluded_beside_shadows(model: RadianceModel) -> tuple[Excluded, ...]:
-    """Return what shadows cannot be computed with, of the radiance model."""
+def excluded_beside_shadows(model: RadianceModel, own_suns: bool) -> tuple[Excluded, ...]:
+    """Return what shadows cannot be computed with, of the radiance model and of places with suns of their own."""
+    disk = "a full disk, over which the sun's direction changes by more than shadows from one sun allow,"
     terms = "a radiance model without sea_sun_terms, which does not say which terms a shadow weakens,"
     others = "a model that does ('as-printed' and 'physical' do)"
-    return (Excluded("radiance.model", not sea_sun_terms(model), terms, others),)
+    return (
+        Excluded("radiance.model", not sea_sun_terms(model), terms, others),
+        Excluded("image", own_suns, disk, "a part of the Earth with one sun"),
+    )
 
 
 LARGEST_SUN_DEG = 85.0
@@ -239,7 +243,7 @@ def slant_paths(
     Parameters
     ----------
     on_grid : bool
-        Whether pixels are a grid on the ground; others have parallax by themselves, and no shadows yet.
+        Whether pixels are a grid on the ground; others have parallax by themselves.
 
     Raises
     ------
@@ -259,9 +263,7 @@ def slant_paths(
     high = f"frames with the sun up to {LARGEST_SUN_DEG:g} deg or below the horizon"
     geometry = Excluded("image", not on_grid, "an image that is no grid on the ground", "a grid on the ground")
     paths = SlantPaths(options, view, sun_zenith_deg[up], sun_azimuth_deg[up])
-    return paths.beside("shadows", [Excluded("time", bool(low.size), sun, high), geometry]).beside(
-        "parallax", [geometry]
-    )
+    return paths.beside("shadows", [Excluded("time", bool(low.size), sun, high)]).beside("parallax", [geometry])
 
 
 def enlarged(grid: Grid, margin: tuple[int, int]) -> Grid:

@@ -90,11 +90,38 @@ class SunFrames:
     def mirror(self, view: View) -> int:
         """Frame with the sun above the horizon whose mirror direction is nearest to the view."""
         up = self.up
-        sun, seen = np.radians(self.zenith_deg[up]), math.radians(view.zenith_deg)
-        turn = np.radians(view.azimuth_deg - self.azimuth_deg[up])
-        # Cosine between the view and the mirror direction, whose bearing is opposite to the sun's.
-        nearness = math.cos(seen) * np.cos(sun) - math.sin(seen) * np.sin(sun) * np.cos(turn)
-        return int(up[np.argmax(nearness)])
+        return int(up[np.argmax(_nearness(view, self.zenith_deg[up], self.azimuth_deg[up]))])
+
+
+def _nearness(view: View, zenith_deg: Array, azimuth_deg: Array) -> Array:
+    """Cosine between a view and the mirror directions of suns, whose bearings are opposite to those of the suns."""
+    sun, seen = np.radians(zenith_deg), math.radians(view.zenith_deg)
+    turn = np.radians(view.azimuth_deg - azimuth_deg)
+    nearness: Array = math.cos(seen) * np.cos(sun) - math.sin(seen) * np.sin(sun) * np.cos(turn)
+    return nearness
+
+
+_PLACES = np.linspace(-1.0, 1.0, 17).tolist()
+"""Positions along either side of a rectangle of directions, among which that nearest to the mirror is sought."""
+
+
+def toward_glint(assembly: Assembly, suns: Iterable[Sun | None]) -> list[Assembly]:
+    """Return a scene toward the views that bounds on sunlight from the sea need: its own, and those nearest to glint.
+
+    Parameters
+    ----------
+    suns : iterable of Sun or None
+        For each, the direction of view that is nearest to its mirror direction.
+    """
+    if assembly.directions is None:
+        return [assembly]
+    every = assembly.directions.at((x, y) for x in _PLACES for y in _PLACES)
+    nearest = [
+        max(every, key=lambda view: float(_nearness(view, np.array(sun.zenith_deg), np.array(sun.azimuth_deg))))
+        for sun in suns
+        if sun is not None
+    ]
+    return [assembly, *(assembly.toward(view) for view in dict.fromkeys(nearest))]
 
 
 def _same(one: Sun | None, other: Sun | None) -> bool:

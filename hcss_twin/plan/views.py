@@ -21,7 +21,6 @@ from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.axis import Axis, place
-from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.directions import Views
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
@@ -227,7 +226,6 @@ def choose_views(
         return None
     if x == y == 0 and not has_directions:
         return None
-    _require_one_view(scenario, assembly, tolerance)
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
     tolerance *= 1.0 if has_directions or assembly.air_over_field is None else AIR_SHARE
     if assembly.own_suns is not None and assembly.air_over_field is not None and most in (x, y):
@@ -308,23 +306,3 @@ def _few(assembly: Assembly) -> FewColumns:
 
 def _what_varies(assembly: Assembly) -> str:
     return "view" if assembly.air_over_field is None else "air or the view"
-
-
-def _require_one_view(scenario: Scenario, assembly: Assembly, tolerance: float) -> None:
-    without = "no platform.altitude" + ("" if assembly.air_over_field is None else " and one profile")
-    why = f"the {_what_varies(assembly)} changes the radiance over the image by more than {tolerance:.1e}"
-    require_none(
-        f"a view of each pixel ({why})",
-        excluded_beside_views(scenario, assembly),
-        f"a smaller image, a lower accuracy, or {without}",
-    )
-
-
-def excluded_beside_views(scenario: Scenario, assembly: Assembly) -> tuple[Excluded, ...]:
-    """Return what cannot be computed with views that differ between pixels."""
-    no_grid, slant = assembly.directions is not None, scenario.slant
-    return (
-        Excluded("slant.shadows", no_grid and slant.shadows == "on", "shadows", "'off'"),
-        Excluded("slant.parallax", no_grid and slant.parallax == "on", "parallax", "'off'"),
-        Excluded("sea.waves", no_grid and scenario.sea.waves == "on", "resolved waves", "'off'"),
-    )

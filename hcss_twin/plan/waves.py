@@ -21,6 +21,7 @@ from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.plan.combinations import Excluded, why_not
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SKIP_SHARE, Omission, omitted
+from hcss_twin.plan.sunlight import toward_glint
 from hcss_twin.plan.windows import whole_image
 from hcss_twin.providers import Grid, Sun, View, WaveShapes
 from hcss_twin.scenario.scenario import Scenario
@@ -36,11 +37,7 @@ the waves change."""
 def wave_bound(
     assembly: Assembly, rms: tuple[float, float], wind_from_deg: float, suns: Sequence[Sun | None], any_pixel: bool
 ) -> float:
-    """Return the greatest relative change of clear radiance in any band.
-
-    Thermal radiance of the sea changes with its emissivity under a sky without emission, and reflected sunlight
-    changes with the glint that reaches the sensor through the air, at most all sunlight of clear sky. Both are upper
-    limits.
+    """Return the greatest relative change of clear radiance in any band, toward the views of a scene.
 
     Parameters
     ----------
@@ -54,6 +51,19 @@ def wave_bound(
         Sun positions to evaluate.
     any_pixel : bool
         Whether to cover the tilts of any pixel, rather than those within three standard deviations.
+    """
+    scenes = toward_glint(assembly, suns)
+    return max(_bound_toward(scene, rms, wind_from_deg, suns, any_pixel) for scene in scenes)
+
+
+def _bound_toward(
+    assembly: Assembly, rms: tuple[float, float], wind_from_deg: float, suns: Sequence[Sun | None], any_pixel: bool
+) -> float:
+    """Return the greatest relative change toward one view.
+
+    Thermal radiance of the sea changes with its emissivity under a sky without emission, and reflected sunlight
+    changes with the glint that reaches the sensor through the air, at most all sunlight of clear sky. Both are upper
+    limits.
     """
     grid = assembly.spectral_grid
     places = np.unique(np.concatenate([_sample(weights) for weights in grid.weights_cm1]))
@@ -158,7 +168,7 @@ def excluded_beside_waves(scenario: Scenario, assembly: Assembly) -> tuple[Exclu
         Excluded(
             "sea.model", not able, f"the sea model '{scenario.sea.model}', without waves as shapes,", "'rough-sea'"
         ),
-        Excluded("image", assembly.directions is not None, "an image that is no grid on the ground", "a grid"),
+        Excluded("image", assembly.own_suns is not None, "a full disk, whose places have suns of their own,", "a part"),
         Excluded("radiance.light", light.is_between_columns, "light between columns", "'columns'"),
     )
 

@@ -31,6 +31,7 @@ from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.stages.element_paths import ElementPaths
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.stream import PartMaker
@@ -67,10 +68,21 @@ from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_stages import build_stages, smear_of_sensor
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import views_over_image
-from hcss_twin.providers import Array, CatalogError, Grid, HcssError, Leg, ScenarioError, SensorInputs, View, planck
+from hcss_twin.providers import (
+    Array,
+    CatalogError,
+    Grid,
+    HcssError,
+    Leg,
+    ScenarioError,
+    SensorBand,
+    SensorInputs,
+    View,
+    planck,
+)
 from hcss_twin.providers import Path as LightPath
 from hcss_twin.providers.light import LightInputs
-from hcss_twin.scenario.bands import sensor_bands, spectral_band
+from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import Angle, Duration, InstrumentLength, Length, Number, Whole
 
@@ -279,7 +291,6 @@ def test_a_plan_says_what_it_computes_and_what_it_leaves_out(plan, scenario):
     assert 0.0 < left_out[-1].bound < 0.1
     bands = [spectral_band(band, plan.catalog) for band in scenario.bands]
     assert [(band.lower_um, band.upper_um) for band in bands] == [(10.5, 11.0)]
-    assert [band.name for band in sensor_bands(bands)] == ["lwir"]
 
 
 def test_parts_of_frames_are_those_of_the_cube(plan, tables, scenario, tmp_path):
@@ -296,6 +307,19 @@ def test_parts_of_frames_are_those_of_the_cube(plan, tables, scenario, tmp_path)
     kelvin = BrightnessTemperature(plan.spectral_grid, ["lwir"])(frame["radiance"])
     expected = brightness_temperature(cube)
     np.testing.assert_allclose(kelvin, np.asarray(expected)[1, :, 3:9, 5:20], atol=2e-4)
+
+
+def test_the_scene_around_a_frame_contains_it_at_any_time(plan, tables):
+    window, time_s = (slice(0, 16), slice(0, 20)), float(plan.frame_times_s[1])
+    frame, _ = PartMaker(plan, tables).part(1, window)
+    sensor = plan.sensor.measuring(())
+    around = SceneAround(plan, tables, sensor)
+    wide, _ = around.frame(1, frame["radiance"])
+    (rows, columns), (outer_rows, outer_columns) = sensor.cube, sensor.given
+    top, left = rows.start - outer_rows.start, columns.start - outer_columns.start
+    np.testing.assert_array_equal(wide[:, top : top + 16, left : left + 20], frame["radiance"])
+    again, _ = around.at(1, time_s, slice(0, 16), slice(0, 20))
+    np.testing.assert_array_equal(again, frame["radiance"])
 
 
 def test_nothing_is_between_the_sensor_and_what_is_above_the_air_and_the_clouds(plan):
@@ -320,9 +344,13 @@ def test_light_gets_the_scene_of_the_plan(plan, tables):
 
 def test_the_stages_of_a_sensor_are_built_and_examined(plan, scenario):
     inputs = SensorInputs(
-        bands=sensor_bands(plan.bands), grid=plan.grid, platform_speed_m_s=0.0, frame_interval_s=5.0, seed=1,
+        bands=tuple(SensorBand(band.name, band.wavelength_um, band.response) for band in plan.bands),
+        grid=plan.grid,
+        platform_speed_m_s=0.0,
+        frame_interval_s=5.0,
+        seed=1,
         catalog=plan.catalog,
-    )  # fmt: skip
+    )
     (stage,) = build_stages(scenario.sensor, inputs)
     measured, _ = stage.measure(np.full((1, 16, 20), 8.0, np.float32), 0, 0.0)
     assert np.mean(measured.radiance) == pytest.approx(8.0, rel=1e-2)

@@ -50,7 +50,9 @@ class Numbered:
 
 def of(plan, generator):
     assembly = SimpleNamespace(generators=(generator,), cloudy_layers=(True,))
-    return SimpleNamespace(assembly=assembly, grid=plan.grid, scene=plan.scene, is_grid=True, rays=plan.rays)
+    return SimpleNamespace(
+        assembly=assembly, layers=plan.layers, grid=plan.grid, scene=plan.scene, is_grid=True, rays=plan.rays
+    )
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,8 @@ from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.over_views import GridViews
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.combinations import present
 from hcss_twin.plan.rays import GridRays
-from hcss_twin.plan.views import ImageViews, ViewAxis, excluded_beside_views
+from hcss_twin.plan.views import ImageViews, ViewAxis
 from hcss_twin.providers import Grid
 
 GRID = Grid(30, 41, 5000.0)
@@ -87,14 +86,3 @@ def test_a_frame_is_the_weighted_sum_of_look_ups_in_whatever_strips(layers, samp
             at = slice(top * samples, bottom * samples), slice(left * samples, right * samples)
             viewed.fill(pieces, [each[at] for each in thickness], samples, (top, left))
         assert np.array_equal(pieces, whole)
-
-
-def test_only_an_image_that_is_no_grid_excludes_slant_paths_and_waves_beside_its_views():
-    slant, sea = SimpleNamespace(shadows="on", parallax="on"), SimpleNamespace(waves="on")
-    scenario = SimpleNamespace(slant=slant, sea=sea)
-    grid, camera = (
-        [item.field for item in present(excluded_beside_views(scenario, SimpleNamespace(directions=directions)))]
-        for directions in (None, object())
-    )
-    assert grid == []
-    assert camera == ["slant.shadows", "slant.parallax", "sea.waves"]

@@ -61,7 +61,7 @@ class PixelSample:
     ----------
     plan : Plan
         Its ``output.certificate`` is the number of pixels to draw; fewer if a pixel has more than four points,
-        unless rays other than a grid's have as many anyway.
+        unless rays other than a grid's have as many, without waves.
 
     Attributes
     ----------
@@ -74,7 +74,8 @@ class PixelSample:
         self.frames: list[SampledPixels] = []
         asked, frames = plan.scenario.output.certificate, plan.frame_times_s.size
         count = asked
-        if plan.is_grid:  # pixels of other rays have views of their own, which cost more than their points
+        # Pixels of other rays have views of their own, which cost more than their points unless each has its own wave.
+        if plan.is_grid or plan.waves is not None:
             count = min(asked, max(1, POINTS_PER_PIXEL * asked // plan.samples_per_pixel**2))
         if plan.tops or plan.point_effects:  # each point has a model of its own
             count = min(count, PIXELS_WITH_TOPS)

@@ -7,8 +7,9 @@ numerical choices, for the exact column of each pixel and without tables
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -223,11 +224,12 @@ def _perturbations(plan: Plan, time_s: float, rows: Sequence[int], columns: Sequ
     """Perturbation (M, 2) of each pixel by the texture of clear sky, in steps; (M, 0) without texture."""
     if plan.texture is None:
         return np.empty((len(rows), 0))
-    from hcss_twin.plan.texture import TextureFields  # not for scenes without texture
+    from hcss_twin.engine.stages.texture import texture_of  # not for scenes without texture
+    from hcss_twin.plan.texture import TextureFields
 
     fields = TextureFields(plan.scenario, plan.assembly, plan.texture)
     at_pixels = [
-        np.ravel(fields.at(time_s, slice(row, row + 1), slice(column, column + 1)))
+        np.ravel(texture_of(plan, fields, time_s, (slice(row, row + 1), slice(column, column + 1))))
         for row, column in zip(rows, columns, strict=True)
     ]
     return np.array(at_pixels, dtype=np.float64).reshape(-1, 2)
@@ -247,18 +249,24 @@ def _columns(plan: Plan, quantities: Quantities, points: Sequence[SampledPoint],
     suns = [different[index][0] for index in both[:, 0].astype(int)]
     views = [different[index][1] for index in both[:, 0].astype(int)] if plan.views is not None else ()
 
-    def under_one_sun(columns: Array) -> Array:
-        return quantities.of(references.terms(plan, columns, suns[:1] * len(columns)))
+    def solved(terms_of: Callable[..., Array]) -> Array:
+        """Quantities (S, N, Q, B) of the columns in S states; of rays without a grid from few, under one sun."""
+        if plan.is_grid:
+            return quantities.of(terms_of(columns, suns, views))
 
-    if plan.is_grid:
-        known = quantities.of(references.terms(plan, columns, suns, views))
-    else:
-        known = solve_many(under_one_sun, columns, plan.accuracy.relative)
+        def of_some(some: Array) -> Array:
+            states = quantities.of(terms_of(some, suns[:1] * len(some), ()))
+            return np.moveaxis(states, 0, 1).reshape(len(some), -1, states.shape[-1])
+
+        few = solve_many(of_some, columns, plan.accuracy.relative)
+        return np.moveaxis(few.reshape(len(columns), -1, len(quantities.names), few.shape[-1]), 1, 0)
+
+    (known,) = solved(lambda *of_columns: references.terms(plan, *of_columns)[None])
     of_points: Array = known[which.ravel()]
     if plan.texture is not None:
         from hcss_twin.plan.texture import Expansion  # not for scenes without texture
 
-        of_columns = quantities.of(references.perturbed(plan, columns, suns, views))
+        of_columns = solved(partial(references.perturbed, plan))
         warmer, drier = np.array([point.perturbation for point in points]).T[..., None, None]
         of_points = of_points + Expansion(of_columns[:, which.ravel()])(warmer, drier)
     return of_points

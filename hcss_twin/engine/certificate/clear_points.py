@@ -20,13 +20,14 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.engine.certificate.reference_columns import References
 from hcss_twin.engine.stages.scene_stages import SceneTables
 from hcss_twin.engine.stages.shadows import ShadowStage
+from hcss_twin.engine.stages.waves import slopes_of
 from hcss_twin.engine.tables.radiance_tables import interval
-from hcss_twin.engine.tables.view_states import weights_of_nodes
+from hcss_twin.engine.tables.view_states import view_states
 from hcss_twin.plan.numerics import reference_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.plan.waves import to_wind
-from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.plan.windows import Window
 from hcss_twin.providers import Sun, View
 from hcss_twin.providers.column_states import ColumnSetting, spectra_of
 
@@ -73,10 +74,10 @@ class ClearPoints:
 
     def _slopes(self, time_s: float, pixel: Window) -> Array:
         """Return the slopes (2, P), upwind and crosswind."""
-        plan, (rows, columns) = self._plan, (points_of(at, self._plan.samples_per_pixel) for at in pixel)
+        plan = self._plan
         if plan.waves is None:
             return np.zeros((2, plan.samples_per_pixel**2))
-        slopes = plan.waves.shapes.slopes(time_s, rows, columns).reshape(2, -1).astype(np.float64)
+        slopes = slopes_of(plan, plan.waves.shapes, time_s, pixel).reshape(2, -1).astype(np.float64)
         reach = np.array(plan.waves.reach)[:, None]
         clipped: Array = np.clip(to_wind(plan.scenario.sea.wind_from) @ slopes, -reach, reach)
         return clipped
@@ -100,8 +101,8 @@ class ClearPoints:
             of_views.append((1.0 - weight) * levels[index] + weight * levels[min(index + 1, len(levels) - 1)])
         if not of_views:
             return np.ones((len(self._plan.assembly.model.terms), len(self._plan.bands)))
-        up, across = weights_of_nodes(self._plan, pixel)
-        level: Array = np.tensordot(np.outer(up[0], across[0]).ravel(), np.array(of_views), 1)
+        states = view_states(self._plan, np.array(of_views), time_s)
+        level: Array = np.tensordot(states.weights(pixel)[0, 0], states.values, 1)
         return level
 
 

@@ -22,6 +22,8 @@ _LOCATION, _VIEW, _SUN = GEOMETRY[:2], GEOMETRY[2:4], GEOMETRY[4:]
 class DerivedStage(Stage):
     """Variables of the variable providers of a scene."""
 
+    title = "variables of plugins"
+
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._geometry = {name for provider in plan.assembly.derived for name in provider.needs if name in GEOMETRY}

@@ -64,6 +64,8 @@ _SEED_KEY = 2**18
 class ElementStage(Stage):
     """Elements of a scene."""
 
+    title = "elements"
+
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._paths = ElementPaths(plan)

@@ -7,6 +7,7 @@ so that a pixel has the same bits in all of them.
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Hashable
 from itertools import product
 from typing import Any, ClassVar
 
@@ -41,6 +42,8 @@ class LightStage(Stage):
 
     largest_square: ClassVar[int] = 128
 
+    title = "light between columns"
+
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
         assert plan.light is not None
         self._plan, self._name = plan, plan.light.name
@@ -49,7 +52,7 @@ class LightStage(Stage):
         pixels = min(max(plan.grid.rows, plan.grid.columns), max(self.largest_square // samples, 1))
         self._pixels, self._layer, self._number = pixels, inputs.layer, inputs.number
         self._reach = [tuple(-(-points // samples) for points in both) for both in self._transport.reach]
-        self._instant: tuple[float, Sun | None, InstantLight] | None = None
+        self._instant: tuple[Hashable, Sun | None, InstantLight] | None = None
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
@@ -60,9 +63,10 @@ class LightStage(Stage):
         self, radiance: NDArray[np.float32], window: Window, in_part: Window, time_s: float, clouds: Any, look_up: Any
     ) -> None:
         """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
-        if self._instant is None or self._instant[0] != time_s:
+        key = self._plan.rays.frame_key(time_s)
+        if self._instant is None or self._instant[0] != key:
             sun, last = self._plan.sun_at(time_s), self._instant
-            self._instant = time_s, sun, last[2] if last is not None and last[1] == sun else self._transport.at(sun)
+            self._instant = key, sun, last[2] if last is not None and last[1] == sun else self._transport.at(sun)
             self._squares = OrderedDict()
         side = self._pixels
         for row, column in product(*(range(pixels.start // side, -(-pixels.stop // side)) for pixels in window)):

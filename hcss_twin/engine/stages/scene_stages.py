@@ -57,6 +57,8 @@ class SceneTables:
 class LookUpStage(Stage):
     """Radiance of independent columns, from the tables."""
 
+    title = "look-up of the radiance"
+
     def __init__(self, plan: Plan) -> None:
         self._layers, self._samples = len(plan.layers), plan.samples_per_pixel
 
@@ -74,6 +76,8 @@ class LookUpStage(Stage):
 
 class RadianceStage(Stage):
     """Radiance of complete parts, its terms, and the brightness temperature."""
+
+    title = "terms and temperatures"
 
     def __init__(self, scene: SceneTables) -> None:
         plan = scene.plan

@@ -8,8 +8,10 @@ it extends from the layer's flat side by the thickness. For a uniform layer the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +20,14 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import kernel
 from hcss_twin.cube.variables import SHADOW_MASK
+from hcss_twin.engine.scene_points import at_rays, interpolated
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.radiance_tables import ShadowTables
-from hcss_twin.engine.tables.view_states import view_states, weights_of_nodes
+from hcss_twin.engine.tables.view_states import OneView, ViewStates, view_states
 from hcss_twin.physics.geometry import displacement_m
-from hcss_twin.physics.polynomial_rows import weigh_row
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.plan.point_shifts import PointShifts
+from hcss_twin.plan.windows import Window, length, points_of
 from hcss_twin.providers import CloudGenerator, CloudLayer, Sun
 
 Thickness = NDArray[np.float32]
@@ -108,12 +111,15 @@ class ShadowStage(Stage):
         tables.
     """
 
+    title = "shadows of clouds"
+
     def __init__(self, plan: Plan, of_surfaces: Sequence[Sequence[ShadowTables]]) -> None:
         self._plan, self._tables = plan, of_surfaces
-        self._point_m = plan.grid.pixel_size_m / plan.samples_per_pixel
-        self._shifts = [plan.assembly.slant.of_view(layer, self._point_m) for layer in plan.layers]
-        self.at = cached_method(self._shadows, 1)
-        """Returns the :class:`InstantShadows` at a time; None if there are none."""
+        self._point_m = plan.scene.point_m
+        self._shifts: list[tuple[int, int] | PointShifts | None] = [None] * len(plan.layers)
+        if plan.is_grid:
+            self._shifts = [plan.assembly.slant.of_view(layer, self._point_m) for layer in plan.layers]
+        self._at = cached_method(self._shadows, 1)
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
         """Subtract the sunlight that clouds keep from the clear points, and fill the mask if requested."""
@@ -127,14 +133,18 @@ class ShadowStage(Stage):
         kept_back = np.zeros((0, 0, 0), dtype=np.float32)
         if self._plan.waves is not None and part.radiance.size:
             window.kept_back = kept_back = np.zeros((len(self._plan.bands), *in_cloud.shape[1:]), dtype=np.float32)
-        weights = weights_of_nodes(self._plan, window.window)
-        for surface, of_surface in enumerate(shadows.of_surfaces):
-            clear, corner = window.clear_points(surface), (rows.start, columns.start)
-            _cast(part.radiance, mask, kept_back, *corner, samples, clear, in_cloud, of_surface, *weights)
+        corner, shaded = (rows.start, columns.start), bool(np.any(in_cloud))
+        for surface, of_surface in enumerate(shadows.of_surfaces if shaded else ()):
+            clear, weights = window.clear_points(surface), of_surface.states.weights(window.window)
+            _cast(part.radiance, mask, kept_back, *corner, samples, clear, in_cloud, of_surface.tables, weights)
         window.shaded = mask[window.inside] > 0
 
-    def _shadows(self, time_s: float) -> InstantShadows | None:
-        """Return the shadows at one instant; None if there are none."""
+    def at(self, time_s: float) -> InstantShadows | None:
+        """Return the shadows at a time; None if there are none."""
+        return self._at(time_s, self._plan.rays.frame_key(time_s))
+
+    def _shadows(self, time_s: float, key: Hashable) -> InstantShadows | None:
+        """Return the shadows at a time, seen through the rays of a key."""
         plan, sun = self._plan, self._plan.sun_track.at(time_s)
         if not sun.is_up:
             return None
@@ -147,9 +157,20 @@ class ShadowStage(Stage):
         return InstantShadows(plan, self._tables, time_s, sun, paths) if any(paths) else None
 
 
-OfSurface = tuple[Array, Array, Array, Array]
-"""Fraction (L,) of the longest path per metre of height in cloud; ``depth`` (R, L, N, B) and ``loss`` (R, Q, B) of R
-states, as in :class:`ShadowTables`; and ``shares`` (Y, X, R) of the states, as in :class:`ViewStates`."""
+class OfSurface(NamedTuple):
+    """What shadows take from a class of surface.
+
+    Attributes
+    ----------
+    tables : tuple of ndarray
+        Fraction (L,) of the longest path per metre of height in cloud; ``depth`` (R, L, N, B) and ``loss`` (R, Q, B) of
+        the states, as in :class:`ShadowTables`.
+    states : ViewStates
+        R states of the tables toward all views.
+    """
+
+    tables: tuple[Array, Array, Array]
+    states: ViewStates
 
 
 class InstantShadows:
@@ -181,47 +202,52 @@ class InstantShadows:
 
     def in_cloud(self, window: Window) -> Thickness:
         """Vertical path length in each layer's cloud of the sun's paths to the points of a window (L, y, x)."""
-        plan = self._plan
-        rows, columns = (points_of(pixels, plan.samples_per_pixel) for pixels in window)
-        heights = np.zeros((len(plan.layers), rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
+        plan, samples = self._plan, self._plan.samples_per_pixel
+        heights = np.zeros((len(plan.layers), *(length(pixels) * samples for pixels in window)), dtype=np.float32)
         for layer, generator, paths in zip(heights, plan.assembly.generators, self._paths, strict=True):
             if paths is not None:
-                layer[:] = paths.heights_m(generator, self._time_s, rows, columns)
+                of_scene = partial(self._heights_m, generator, paths)
+                layer[:] = at_rays(plan, window, self._time_s, 0.0, of_scene, interpolated)
         return heights
+
+    def _heights_m(self, generator: CloudGenerator, paths: SunPaths, window: Window) -> Thickness:
+        """Vertical path length in a layer's cloud of the sun's paths to the points of a window of the scene's plane."""
+        scene = self._plan.scene
+        scene.require_in_reach(generator, window, self._time_s)
+        return paths.heights_m(generator, self._time_s, *(points_of(pixels, scene.samples) for pixels in window))
 
 
 def _toward_views(plan: Plan, tables: Sequence[ShadowTables], time_s: float, sun: Sun) -> OfSurface:
     """Return what shadows take from one class of surface."""
     if not tables:
         layers = len(plan.layers)
-        return np.zeros(layers), np.zeros((1, layers, 2, 0)), np.zeros((1, 0, 0)), np.ones((1, 1, 1))
+        nothing = np.zeros(layers), np.zeros((1, layers, 2, 0)), np.zeros((1, 0, 0))
+        return OfSurface(nothing, OneView(nothing[2]))
     intervals = max(of_view.depth.shape[2] for of_view in tables) - 1
     loss, depth = (
         np.stack(of_views) for of_views in zip(*(each.at(time_s, intervals) for each in tables), strict=True)
     )
     both = np.concatenate([values.reshape(len(tables), -1) for values in (loss, depth)], axis=1)
-    states = view_states(plan, both)
+    states = view_states(plan, both, time_s)
     losses, depths = np.split(states.values, [loss[0].size], axis=1)
     share = 1.0 / (math.cos(math.radians(sun.zenith_deg)) * tables[0].longest_m)
-    return share, depths.reshape(-1, *depth.shape[1:]), losses.reshape(-1, *loss.shape[1:]), states.shares
+    return OfSurface((share, depths.reshape(-1, *depth.shape[1:]), losses.reshape(-1, *loss.shape[1:])), states)
 
 
 @kernel()
 def _cast(  # type: ignore[no-untyped-def]
-    radiance, mask, kept_back, row, column, samples, clear, in_cloud, of_surface, over_rows, over_columns
+    radiance, mask, kept_back, row, column, samples, clear, in_cloud, tables, weights
 ):
     """Shade clear points of a class of surface.
 
-    ``kept_back`` (B, y, x) of each point, or empty; ``of_surface``: :data:`OfSurface`; ``over_rows`` (y, Y) and
-    ``over_columns`` (x, X): weights of the nodes of the view.
+    ``kept_back`` (B, y, x) of each point, or empty; ``tables`` of :class:`OfSurface`, and ``weights`` (y, x, R) of its
+    states.
     """
-    part, depth, loss, shares = of_surface
+    part, depth, loss = tables
     layers, intervals, bands, states = depth.shape[1], depth.shape[2] - 1, depth.shape[3], depth.shape[0]
     share = 1.0 / (samples * samples)
     sums, path = np.empty(bands), np.empty(bands)
-    weights = np.empty((over_columns.shape[0], states))
     for y in range(clear.shape[0] // samples):
-        weighed = False
         for x in range(clear.shape[1] // samples):
             shaded = False
             sums[:] = 0.0
@@ -234,9 +260,6 @@ def _cast(  # type: ignore[no-untyped-def]
                         height = np.float64(in_cloud[n, i, j])
                         if height <= 0.0:
                             continue
-                        if not weighed:
-                            weighed = True
-                            weigh_row(weights, over_rows[y], over_columns, shares)
                         if not met:
                             met = True
                             path[:] = 0.0
@@ -249,7 +272,7 @@ def _cast(  # type: ignore[no-untyped-def]
                             found = 0.0
                             for r in range(states):
                                 low = depth[r, n, k, b]
-                                found += weights[x, r] * (low + inside * (depth[r, n, k + 1, b] - low))
+                                found += weights[y, x, r] * (low + inside * (depth[r, n, k + 1, b] - low))
                             path[b] += found
                     if met:
                         shaded = True
@@ -265,7 +288,7 @@ def _cast(  # type: ignore[no-untyped-def]
                 for b in range(bands):
                     lost = 0.0
                     for r in range(states):
-                        lost += weights[x, r] * loss[r, q, b]
+                        lost += weights[y, x, r] * loss[r, q, b]
                     if lost != 0.0:
                         left = np.float64(radiance[q * bands + b, row + y, column + x])
                         left -= lost * sums[b] * share

@@ -146,7 +146,15 @@ class PixelObserver(Protocol):
 
 
 class Stage:
-    """One stage of all parts of a scene; the base of what :func:`hcss_twin.engine.stages.stages_of` returns."""
+    """One stage of all parts of a scene; the base of what :func:`hcss_twin.engine.stages.stages_of` returns.
+
+    Attributes
+    ----------
+    title : str
+        What it computes, for those who ask what takes how long.
+    """
+
+    title = "a stage"
 
     def begin(self, part: FramePart) -> None:
         """Prepare for the windows of a part; by default nothing."""

@@ -10,6 +10,8 @@ from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 class SurfaceStage(Stage):
     """Tells which surface lies below each point."""
 
+    title = "surfaces"
+
     def __init__(self, ground: Ground) -> None:
         self._ground = ground
 

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import kernel
 from hcss_twin.cube.variables import SEA_TEMPERATURE, WATER_VAPOUR_FACTOR
+from hcss_twin.engine.scene_points import at_rays, linear
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.frame_look_up import FrameLookUp, FrameLookUps
 from hcss_twin.engine.tables.point_axis import PointAxis
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.texture import VAPOUR_PLACES, Texture, TextureFields
-from hcss_twin.plan.windows import Window, length, points_of
+from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 
 Thickness = NDArray[np.float32]
 
@@ -36,6 +38,8 @@ class TextureStage(Stage):
     axes : sequence of PointAxis
         Along which the points of the plan differ.
     """
+
+    title = "texture of the clear sky"
 
     def __init__(
         self, plan: Plan, texture: Texture, tables: RadianceTables | None, axes: Sequence[PointAxis[Any]]
@@ -65,7 +69,7 @@ class TextureStage(Stage):
     def _change(self, part: FramePart, in_part: Window, window: Window, thickness_m: Sequence[Thickness]) -> None:
         """Change radiance and truth at a place in a part, which is a window of the image."""
         radiance, truth, time_s, (rows, columns) = part.radiance, part.truth, part.time_s, window
-        warmer, drier = self._fields.at(time_s, rows, columns)
+        warmer, drier = texture_of(self._plan, self._fields, time_s, window)
         if SEA_TEMPERATURE in truth:
             kelvin = np.float32(self._texture.steps[0]) * warmer
             truth[SEA_TEMPERATURE][in_part] = np.float32(self._plan.assembly.sea_temperature_K) + kelvin
@@ -73,7 +77,8 @@ class TextureStage(Stage):
             truth[WATER_VAPOUR_FACTOR][in_part] = 1.0 - np.float32(self._texture.steps[1]) * drier
         if not self._states or not radiance.size:
             return
-        look_ups, samples = self._look_ups(time_s), self._plan.samples_per_pixel
+        look_ups = self._look_ups(time_s, self._plan.rays.frame_key(time_s))
+        samples = self._plan.samples_per_pixel
         sea = self._texture.temperature_K > 0.0
         places = np.array(VAPOUR_PLACES[: len(look_ups) - sea], np.float32)
         step = max(1, PIXELS_AT_ONCE // warmer.shape[1])
@@ -87,8 +92,33 @@ class TextureStage(Stage):
             strip_radiance = radiance[:, in_part[0].start + strip.start : in_part[0].start + strip.stop, in_part[1]]
             _apply(strip_radiance, states, sea, warmer[strip], drier[strip], places, self._square, self._mixed)
 
-    def _look_ups_at(self, time_s: float) -> list[FrameLookUp]:
+    def _look_ups_at(self, time_s: float, key: Hashable) -> list[FrameLookUp]:
+        """Return the look-up in each state at a time, seen through the rays of a key."""
         return [state.at(time_s) for state in self._states]
+
+
+def texture_of(plan: Plan, fields: TextureFields, time_s: float, window: Window) -> tuple[Thickness, Thickness]:
+    """Return how far the pixels (y, x) of a window of the image are perturbed, as :meth:`TextureFields.at`.
+
+    The fields are means over the pixels of the scene. Other rays than those of a grid see them between the centres of
+    these, and their pixels are means over their points.
+    """
+    if plan.is_grid:
+        return fields.at(time_s, *window)
+    samples = plan.scene.samples
+
+    def of_scene(below: Window) -> NDArray[np.float32]:
+        around = (slice(pixels.start - 1, pixels.stop + 1) for pixels in below)  # to interpolate within the outer ones
+        return np.stack(fields.at(time_s, *around))
+
+    def between(fields: NDArray[np.float32], row: Array, column: Array, corner: tuple[int, int]) -> Thickness:
+        of_pixels = (row + 0.5) / samples - 0.5, (column + 0.5) / samples - 0.5
+        return linear(fields, *of_pixels, (corner[0] // samples - 1, corner[1] // samples - 1))
+
+    warmer, drier = at_rays(plan, window, time_s, 0.0, of_scene, between)
+    per = plan.samples_per_pixel
+    of_pixels = (np.asarray(pixel_sums(of_points, per) / per**2, np.float32) for of_points in (warmer, drier))
+    return next(of_pixels), next(of_pixels)
 
 
 def _in_state(tables: RadianceTables, number: int) -> RadianceTables:

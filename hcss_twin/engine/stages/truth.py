@@ -59,6 +59,8 @@ class Truth(Stage):
         If nothing in the engine fills a requested truth variable.
     """
 
+    title = "truth variables"
+
     def __init__(self, plan: Plan, tops_m: Mapping[int, TopsAt] = MappingProxyType({})) -> None:
         self._layers = plan.layers
         self._profile = plan.assembly.profile

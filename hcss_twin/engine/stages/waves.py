@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.engine.scene_points import at_rays, nearest
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.engine.tables.view_states import view_states, weights_of_nodes
-from hcss_twin.physics.polynomial_rows import weigh_row
+from hcss_twin.engine.tables.view_states import ViewStates, view_states
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.waves import PlannedWaves, to_wind
-from hcss_twin.plan.windows import pixel_sums, points_of
+from hcss_twin.plan.windows import Window, pixel_sums, points_of
+from hcss_twin.providers import WaveShapes
 
 SLOPES = ("sea_slope_x", "sea_slope_y")
 
@@ -32,10 +33,12 @@ class WaveStage(Stage):
         Number of the class of surface that has the waves.
     """
 
+    title = "waves as shapes"
+
     def __init__(self, plan: Plan, waves: PlannedWaves, tables: Sequence[RadianceTables], sea: int) -> None:
         self._plan, self._shapes, self._sea, self._tables = plan, waves.shapes, sea, tables
         self._samples = plan.samples_per_pixel
-        self._moves = any(len(of_view.time_s) > 1 for of_view in tables)
+        self._moves = not plan.is_grid or any(len(of_view.time_s) > 1 for of_view in tables)
         self._at = cached_method(self._changes, 1)
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
@@ -45,32 +48,45 @@ class WaveStage(Stage):
         wanted = [name for name in SLOPES if name in truth]
         if not self._tables and not wanted:
             return
-        rows, columns = (points_of(pixels, self._samples) for pixels in window.window)
-        slopes = self._shapes.slopes(part.time_s, rows, columns)
+        slopes = slopes_of(self._plan, self._shapes, part.time_s, window.window)
         for name in wanted:
             sums = pixel_sums(slopes[SLOPES.index(name)], self._samples)
             truth[name][inside] = sums / self._samples**2
         if not self._tables:
             return
-        tables, shares, to_nodes = self._at(part.time_s if self._moves else 0.0)
+        time_s = part.time_s if self._moves else 0.0
+        states, to_nodes = self._at(time_s, self._plan.rays.frame_key(time_s))
         kept_back = window.kept_back
-        if kept_back is None or tables.shape[1] == 1:
+        if kept_back is None or states.values.shape[1] == 1:
             kept_back = np.zeros((0, 0, 0), np.float32)
-        weights = weights_of_nodes(self._plan, window.window)
+        weights = states.weights(window.window)
         radiance, samples = part.radiance[:, *inside], self._samples
-        _add(radiance, tables, shares, *weights, kept_back, to_nodes, slopes, clear, samples)
+        _add(radiance, states.values, weights, kept_back, to_nodes, slopes, clear, samples)
 
-    def _changes(self, time_s: float) -> tuple[NDArray[np.float32], Array, NDArray[np.float32]]:
-        """Return the tables (R, 1 or 2, C, N, M) of R states at a time, and their shares.
+    def _changes(self, time_s: float, key: Hashable) -> tuple[ViewStates, NDArray[np.float32]]:
+        """Return the states (R, 1 or 2, C, N, M) of the tables at a time, seen through the rays of a key.
 
-        The last (2, 2) turns slopes along x and y to places in the tables, counted from their middle.
+        The second (2, 2) turns slopes along x and y to places in the tables, counted from their middle.
         """
         waves = [(tables.waves, tables.time_s) for tables in self._tables if tables.waves is not None]
         sizes = np.max([of_view.change[0].shape[:2] for of_view, _ in waves], axis=0)
         toward_all = np.stack([of_view.at(time_s, times, tuple(sizes.tolist())) for of_view, times in waves])
-        states = view_states(self._plan, toward_all)
+        states = view_states(self._plan, toward_all, time_s)
+        states = replace(states, values=np.ascontiguousarray(states.values, np.float32))
         to_nodes = to_wind(self._plan.scenario.sea.wind_from) * (0.5 * (sizes - 1) / waves[0][0].reach)[:, None]
-        return np.ascontiguousarray(states.values, np.float32), states.shares, to_nodes.astype(np.float32)
+        return states, to_nodes.astype(np.float32)
+
+
+def slopes_of(plan: Plan, shapes: WaveShapes, time_s: float, window: Window) -> NDArray[np.float32]:
+    """Return the slopes (2, y, x) of the sea at the points of a window of the image, along x and y.
+
+    Between the points of the scene it is the nearest one that rays see: a mean of neighbours would be flatter.
+    """
+
+    def of_scene(below: Window) -> NDArray[np.float32]:
+        return shapes.slopes(time_s, *(points_of(pixels, plan.scene.samples) for pixels in below))
+
+    return at_rays(plan, window, time_s, 0.0, of_scene, nearest)
 
 
 @kernel()
@@ -103,11 +119,11 @@ def _between(table, up, cross, j, k, n):  # type: ignore[no-untyped-def]
 
 @kernel()
 def _add(  # type: ignore[no-untyped-def]
-    radiance, tables, shares, over_rows, over_columns, kept_back, to_nodes, slopes, clear, samples
+    radiance, tables, weights, kept_back, to_nodes, slopes, clear, samples
 ):
     """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the tables.
 
-    ``shares``, ``over_rows`` and ``over_columns`` as in shadows; ``kept_back`` (B, y, x) at points, or empty.
+    ``weights`` (y, x, R) of the states in ``tables``; ``kept_back`` (B, y, x) at points, or empty.
     ``to_nodes`` (2, 2) turns slopes along x and y into places in the table, counted from its middle.
     """
     channels, rows, columns = radiance.shape
@@ -118,13 +134,12 @@ def _add(  # type: ignore[no-untyped-def]
     k, m = np.empty(points, np.int32), np.empty(points, np.int32)
     sums = np.empty((channels, columns), np.float32)
     states, kinds = tables.shape[:2]
-    of_row, weights = np.empty((columns, states)), np.empty((states, columns), np.float32)
+    of_row = np.empty((states, columns), np.float32)
     share = np.float32(1 / (samples * samples))
     shaded, nothing = kept_back.shape[0] > 0, np.empty(0, np.float32)
     for y in range(rows):
         sums[:] = 0
-        weigh_row(of_row, over_rows[y], over_columns, shares)
-        weights[:] = of_row.T
+        of_row[:] = weights[y].T
         for i in range(y * samples, (y + 1) * samples):
             _cubic(up, k, to_nodes[0, 0] * slopes[0, i] + to_nodes[0, 1] * slopes[1, i] + middle_up, last_up)
             _cubic(cross, m, to_nodes[1, 0] * slopes[0, i] + to_nodes[1, 1] * slopes[1, i] + middle_cross, last_cross)
@@ -133,7 +148,7 @@ def _add(  # type: ignore[no-untyped-def]
                     whole, sunlit = tables[r, 0, c], tables[r, kinds - 1, c]
                     kept = kept_back[c % bands, i] if shaded else nothing
                     for x in range(columns):
-                        weight = weights[r, x]
+                        weight = of_row[r, x]
                         for j in range(x * samples, (x + 1) * samples):
                             if clear[i, j]:
                                 found = _between(whole, up, cross, j, k[j], m[j])

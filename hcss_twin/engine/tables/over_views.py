@@ -111,6 +111,20 @@ def views_of_frame(plan: Plan, time_s: float, tables: DenseTable) -> tuple[Frame
     assert plan.views is not None
     if plan.is_grid:
         return GridViews(plan.views, plan.grid), None
+    ends = np.array([*product(*((0, 1, core.shape[2] - 1) for core in tables.columns.cores))], dtype=np.intp)
+    sample = np.concatenate((tables.clear.T, *(tables.columns.values(ends) if tables.columns.cores else ()))).T
+    return nodes_of_frame(plan, time_s, sample)
+
+
+def nodes_of_frame(plan: Plan, time_s: float, sample: Array) -> tuple[FrameViews, Array | None]:
+    """Return the views of a frame of rays that form no grid, and the weights of the plan's nodes, as for tables.
+
+    Parameters
+    ----------
+    sample : ndarray (M, V)
+        Values at all nodes of the plan, which the polynomials of the frame must tell.
+    """
+    assert plan.views is not None
     orders = plan.views.order_x, plan.views.order_y
     whole = FrameViews(plan.rays, time_s, (0.0, 0.0), (1.0, 1.0), orders)
     bounds = None if max(orders) == 0 else plan.rays.bounds(time_s)
@@ -119,8 +133,6 @@ def views_of_frame(plan: Plan, time_s: float, tables: DenseTable) -> tuple[Frame
     clipped = [(max(-1.0, min(low, 1.0)), max(-1.0, min(high, 1.0))) for low, high in bounds]
     middle = tuple(0.5 * (low + high) for low, high in clipped)
     half = tuple(max(0.5 * (high - low), 1e-9) for low, high in clipped)
-    ends = np.array([*product(*((0, 1, core.shape[2] - 1) for core in tables.columns.cores))], dtype=np.intp)
-    sample = np.concatenate((tables.clear.T, *(tables.columns.values(ends) if tables.columns.cores else ()))).T
     test = np.linspace(-1.0, 1.0, 7)
     x, y = (coordinates.ravel() for coordinates in np.meshgrid(middle[0] + half[0] * test, middle[1] + half[1] * test))
     true = whole.weights(x, y).T @ sample

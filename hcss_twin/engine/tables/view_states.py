@@ -1,4 +1,4 @@
-"""Tables toward all views of a grid as combinations of few states, and the weights of pixels in them.
+"""Tables toward all views as combinations of few states, and the weights of pixels in them.
 
 What shadows take and what waves change depends on the view as the radiance of columns does: it has tables at the same
 nodes, and the same polynomials through them give that of a pixel. One view is one state with weight 1.
@@ -6,6 +6,7 @@ nodes, and the same polynomials through them give that of a pixel. One view is o
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,70 +14,119 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import kernel
+from hcss_twin.engine.tables.fewest_states import LOST, MANY_STATES, fewest_states
+from hcss_twin.engine.tables.over_views import nodes_of_frame
+from hcss_twin.engine.tables.point_axis import FrameAxis
+from hcss_twin.physics.polynomial_rows import weigh_row
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length
 
-MANY_STATES = 4
-"""States from which on it pays to look for fewer."""
-
-LOST = 1e-5
-"""Largest relative error of fewer states."""
-
-
-def fewest_states(every: Array, size: Array, lost: float) -> tuple[Array, Array]:
-    """Return the fewest states (R, V) and weights (S, R) whose combinations equal tables (S, V) within an error.
-
-    Radiance is nearly a sum of few products of a function of the cloud and one of the direction: of the 16 tables
-    toward a frame of a camera 4 or 5 combinations tell all of them within 1e-5. They are the singular vectors of the
-    table of all tables.
-
-    Parameters
-    ----------
-    size : ndarray (S, V) or (V,)
-        To which the error ``lost`` is relative.
-    """
-    largest = np.max(np.abs(every), axis=0)
-    scale = np.where(largest > 0.0, largest, 1.0)
-    of_table, strength, of_column = np.linalg.svd(every / scale, full_matrices=False)
-    for count in range(1, strength.size + 1):
-        weights, states = of_table[:, :count], strength[:count, None] * of_column[:count] * scale
-        if np.max(np.abs(weights @ states - every) / size) <= lost:
-            break
-    return weights, states
+WEIGHTS_AT_ONCE = 2**20
+"""Pixels times nodes whose weights are in memory together, of rays that form no grid."""
 
 
 @dataclass(frozen=True)
-class ViewStates:
-    """States of tables toward all views.
+class ViewStates(ABC):
+    """States of tables toward all views at an instant; by default of one view.
 
     Attributes
     ----------
     values : ndarray (R, ...)
         Tables of the states.
-    shares : ndarray (Y, X, R)
-        Of the states in the table toward each node of the view.
     """
 
     values: NDArray[Any]
+
+    @abstractmethod
+    def weights(self, window: Window) -> Array:
+        """Return the weights (y, x, R) of the states in the pixels of a window of the image."""
+
+
+class OneView(ViewStates):
+    """The only state."""
+
+    def weights(self, window: Window) -> Array:
+        """Return 1."""
+        rows, columns = (length(pixels) for pixels in window)
+        return np.ones((rows, columns, 1))
+
+
+@dataclass(frozen=True)
+class GridStates(ViewStates):
+    """States of a grid on the ground.
+
+    Attributes
+    ----------
+    shares : ndarray (Y, X, R)
+        Of the states in the table toward each node of the view.
+    across, up : ndarray (columns, X) and (rows, Y)
+        Weights of the nodes of the view in the columns and rows of the image.
+    """
+
     shares: Array
+    across: Array
+    up: Array
+
+    def weights(self, window: Window) -> Array:
+        """Return the weights of a window, row by row."""
+        rows, columns = self.up[window[0]], self.across[window[1]]
+        found = np.empty((len(rows), len(columns), self.shares.shape[2]))
+        _weigh_rows(found, rows, columns, self.shares)
+        return found
 
 
-def view_states(plan: Plan, tables: NDArray[Any]) -> ViewStates:
-    """Return the states of tables (K, ...) toward the nodes of the view, or toward the one view."""
+@dataclass(frozen=True)
+class RayStates(ViewStates):
+    """States of one frame of other rays.
+
+    Attributes
+    ----------
+    shares : ndarray (N, R)
+        Of the states in the table toward each node of the frame.
+    axis : FrameAxis
+        Views of the pixels between these nodes.
+    """
+
+    shares: Array
+    axis: FrameAxis
+
+    def weights(self, window: Window) -> Array:
+        """Return the weights of a window, pixel by pixel."""
+        rows, columns = window
+        found = np.empty((length(rows), length(columns), self.shares.shape[1]))
+        step = max(1, WEIGHTS_AT_ONCE // (length(columns) * len(self.shares)))
+        for first in range(rows.start, rows.stop, step):
+            strip = slice(first, min(first + step, rows.stop))
+            (pixels,) = self.axis.groups((strip, columns), 1)
+            of_nodes = pixels.weights[:, 0].T
+            found[strip.start - rows.start : strip.stop - rows.start].reshape(-1, found.shape[2])[:] = (
+                of_nodes @ self.shares
+            )
+        return found
+
+
+@kernel()
+def _weigh_rows(found, rows, columns, shares):  # type: ignore[no-untyped-def]
+    """Set the weights (y, x, R) of states from those of the nodes of the view."""
+    for y in range(rows.shape[0]):
+        weigh_row(found[y], rows[y], columns, shares)
+
+
+def view_states(plan: Plan, tables: NDArray[Any], time_s: float) -> ViewStates:
+    """Return the states of tables (K, ...) toward the nodes of the view, or toward the one view, at an instant."""
     if plan.views is None:
-        return ViewStates(tables, np.ones((1, 1, 1)))
-    weights, every = np.eye(len(tables)), tables.reshape(len(tables), -1).astype(np.float64)
-    if len(tables) > MANY_STATES and every.size:
+        return OneView(tables)
+    every, axis = tables.reshape(len(tables), -1).astype(np.float64), None
+    if not plan.is_grid:
+        axis, of_plan = nodes_of_frame(plan, time_s, every)
+        every = every if of_plan is None else of_plan @ every
+    shares = np.eye(len(every))
+    if len(every) > MANY_STATES and every.size:
         largest = np.max(np.abs(every), axis=0)
-        weights, every = fewest_states(every, np.where(largest > 0.0, largest, 1.0), LOST)
+        shares, every = fewest_states(every, np.where(largest > 0.0, largest, 1.0), LOST)
+    values = every.reshape(-1, *tables.shape[1:])
+    if axis is not None:
+        return RayStates(values, shares, axis)
     nodes = plan.views.order_y + 1, plan.views.order_x + 1
-    return ViewStates(every.reshape(-1, *tables.shape[1:]), weights.reshape(*nodes, -1))
-
-
-def weights_of_nodes(plan: Plan, window: Window) -> tuple[Array, Array]:
-    """Return the weights of the nodes of the view in a window of the image: of its rows (y, Y) and columns (x, X)."""
-    if plan.views is None:
-        rows, columns = (np.ones((length(pixels), 1)) for pixels in window)
-        return rows, columns
-    across, up = plan.views.weights(plan.grid)
-    return up[window[0]], across[window[1]]
+    return GridStates(values, shares.reshape(*nodes, -1), *plan.views.weights(plan.grid))

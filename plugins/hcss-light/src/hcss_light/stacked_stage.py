@@ -26,6 +26,8 @@ class StackedStage(LightStage):
     def _square(self, first: tuple[int, int], clouds: Any) -> tuple[Array, Array, Array]:
         """Return amounts (L, y, x), share and change of radiance (B, y, x) of the points of a square."""
         assert self._instant is not None
+        time_s = self._instant[0]
+        assert isinstance(time_s, float)  # the key of frames of a grid on the ground
         plan, samples, side = self._plan, self._plan.samples_per_pixel, self._pixels
         transport: Any = self._transport
         near = [tuple(-(-points // samples) for points in both) for both in transport.reach_of_light]
@@ -41,7 +43,7 @@ class StackedStage(LightStage):
         layers = clouds.thickness_m(window)
         thickness = [layers[number] for number in self._numbers]
         shares = [
-            shares_of(plan, number, self._instant[0], window, layer_thickness, edges)
+            shares_of(plan, number, time_s, window, layer_thickness, edges)
             for number, layer_thickness, edges in zip(self._numbers, thickness, transport.edges_m, strict=True)
         ]
         inner = [

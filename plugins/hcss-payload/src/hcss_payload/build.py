@@ -111,10 +111,14 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     )
 
 
+SECTIONS = "camera", "orbit", "attitude", "jitter"
+"""Names of the sections of this package."""
+
+
 def scene_of(scenario: Scenario) -> Scenario:
     """Return a scenario without the sections of this package: sky and sea on the grid on the ground."""
     data = json.loads(scenario.to_json())
-    of_scene = {name: value for name, value in data.items() if name not in scenario.sections}
+    of_scene = {name: value for name, value in data.items() if name not in SECTIONS}
     return Scenario.from_dict(of_scene, base=scenario.base, origin=scenario.origin)
 
 

@@ -42,9 +42,16 @@ class CameraPoints:
         ]
         self._which = exposure.shutter.which(per_pixel) if len(self._instants) > 1 else None
         self._per_pixel = per_pixel
+        self._last: tuple[Window, tuple[Array, Array]] | None = None
 
     def window(self, window: Window) -> tuple[Array, Array]:
-        """Return x and y (y, x) of the points of a window of pixels."""
+        """Return x and y (y, x) of the points of a window of pixels; the last one is kept."""
+        if self._last is None or self._last[0] != window:
+            self._last = None  # one window at a time in memory
+            self._last = window, self._window(window)
+        return self._last[1]
+
+    def _window(self, window: Window) -> tuple[Array, Array]:
         per = self._per_pixel
         points = [slice(pixels.start * per, pixels.stop * per) for pixels in window]
         places = self._instants[0].window(*points)
@@ -53,7 +60,7 @@ class CameraPoints:
                 of_instant = instant.window(*points)
                 for y, x in np.argwhere(self._which == number):
                     places[y::per, x::per] = of_instant[y::per, x::per]
-        return places[..., 0], places[..., 1]
+        return np.ascontiguousarray(places[..., 0]), np.ascontiguousarray(places[..., 1])
 
     def at_nodes(self) -> tuple[Array, Array]:
         """Return x and y (N,) that the nodes of the meshes see."""

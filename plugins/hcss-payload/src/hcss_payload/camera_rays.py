@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
@@ -50,6 +49,9 @@ NOTES = (
     "camera: clouds are met at the height of each layer's flat side",
 )
 
+BESIDE = "[camera], which has its own view and parallax"
+"""What :func:`excluded_beside_camera` is beside."""
+
 ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [place]"
 
 OUTSIDE = 0.02
@@ -79,14 +81,14 @@ def make_rays(scenario: Scenario, catalog: Catalog) -> CameraRays:
 
 def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> CameraRays:
     """Return the rays of a payload above a scenario; raises as :func:`make_rays`."""
-    require_none("[camera], which has its own view and parallax", excluded_beside_camera(scenario), "no [camera]")
+    require_none(BESIDE, excluded_beside_camera(scenario), "no [camera]")
     return CameraRays(scenario, payload, catalog)
 
 
 def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
     """Return what cannot be computed with a camera in orbit."""
     view, platform, slant = scenario.view, scenario.platform, scenario.slant
-    speed, resolved = scenario.motion.platform_speed != 0.0, scenario.sea.waves == "on"
+    speed = scenario.motion.platform_speed != 0.0
     return (
         Excluded("view.zenith", view.zenith != 0.0, "another view", "to leave it out"),
         Excluded("view.azimuth", view.azimuth != 0.0, "another view", "to leave it out"),
@@ -102,18 +104,33 @@ def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
             "parallax of flat layers",
             "'auto', which follows the lines of sight",
         ),
-        Excluded("slant.shadows", slant.shadows == "on", "shadows", "'auto' or 'off'"),
         Excluded("output.derived", bool(scenario.output.derived), "a derived variable", "none"),
-        Excluded("sea.waves", resolved, "a sea of resolved waves", "'auto' or 'off'"),
     )
 
 
 class CameraRays(Rays):
-    """Rays of a camera in orbit."""
+    """Rays of a camera in orbit.
+
+    Parameters
+    ----------
+    margin_px : float
+        Around the detector, within which radiance is known, too: for poses other than those of the payload.
+
+    Attributes
+    ----------
+    gives_coordinates : bool
+        Whether frames get the coordinates of their pixels.
+    """
 
     directions: PassDirections
+    gives_coordinates = True
+    beyond_directions = (
+        f"attitude: a pixel looks beyond the directions of {TIMES} times of the pass, which are examined; allowed: "
+        "attitudes that turn smoothly between the first and the last frame, or a shorter sequence"
+    )
+    """Message about a pixel whose direction has no radiance."""
 
-    def __init__(self, scenario: Scenario, payload: Payload, catalog: Catalog) -> None:
+    def __init__(self, scenario: Scenario, payload: Payload, catalog: Catalog, margin_px: float = 0.0) -> None:
         self._payload, self._scenario = payload, scenario
         self._largest_deg = LARGEST_WITH_LIMB_DEG if payload.beyond == "limb" else LARGEST_ZENITH_DEG
         self.camera = payload.camera
@@ -121,10 +138,10 @@ class CameraRays(Rays):
         frames = scenario.frames
         first, last = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
         self._times_s = (frames.first + np.arange(frames.count, dtype=np.float64)) * frames.interval
-        self._last: tuple[float, FrameGeometry] | None = None
+        self._last: tuple[Hashable, FrameGeometry] | None = None
         self._limb: Limb | None = None
         self._points: dict[float, CameraPoints] = {}
-        self._points_s = math.nan
+        self._points_key: Hashable = None
         self.may_miss_ground = payload.beyond != "refuse"
         # The same times for every list of frames between the same ends: tables depend on them.
         times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
@@ -132,7 +149,7 @@ class CameraRays(Rays):
             doubts = examine(payload.trajectory, first, last)
         self._shutter = self._shutter_over(times)
         jitter = payload.jitter
-        margin = 0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad
+        margin = margin_px + (0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad)
         seen = sample_pass(self.camera, self._geometry, self._require_ground, times, margin, self._largest_deg)
         self.directions, footprints = directions_around(seen.toward, seen.limit_deg), seen.footprint_m
         self.climate = climate_of(scenario, catalog, payload.climate)
@@ -178,11 +195,12 @@ class CameraRays(Rays):
         raise ScenarioError([Problem("camera.beyond", message)])
 
     def _geometry(self, time_s: float) -> FrameGeometry:
-        if self._last is None or self._last[0] != time_s:
+        key = self.frame_key(time_s)
+        if self._last is None or self._last[0] != key:
             with _named():
                 pose = self._payload.pose(time_s)
             lines = self._shutter.lines(time_s, self.camera, self._payload.pose)
-            self._last = time_s, FrameGeometry(self.camera, pose, self._centre, lines, self._largest_deg)
+            self._last = key, FrameGeometry(self.camera, pose, self._centre, lines, self._largest_deg)
         return self._last[1]
 
     def _shutter_over(self, times_s: Array) -> Shutter:
@@ -218,10 +236,10 @@ class CameraRays(Rays):
         scene = assembly.plane(scenario.image.samples_per_pixel)
         for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
             for layer, generator in zip(assembly.layers, assembly.generators, strict=True):
-                points = self._points_at(float(time_s), layer.reference_height_m)
-                below = scene.around(*scene.in_points(*points.at_nodes()))
-                if below is not None:
-                    scene.require_in_reach(generator, below, float(time_s))
+                for height_m in (layer.reference_height_m, *((0.0,) if assembly.slant.shadows else ())):
+                    below = scene.around(*scene.in_points(*self._points_at(float(time_s), height_m).at_nodes()))
+                    if below is not None:
+                        scene.require_in_reach(generator, below, float(time_s))
         self._limb = Limb(assembly) if self._payload.beyond == "limb" and radiance else None
 
     def layout(self, scenario: Scenario) -> ImageLayout:
@@ -240,8 +258,8 @@ class CameraRays(Rays):
         return self._points_at(time_s, height_m).window(window)
 
     def _points_at(self, time_s: float, height_m: float) -> CameraPoints:
-        if self._points_s != time_s:
-            self._points_s, self._points = time_s, {}
+        if self._points_key != (key := self.frame_key(time_s)):
+            self._points_key, self._points = key, {}
         if height_m not in self._points:
             exposure = exposure_of(self._shutter, time_s, self.camera, self._payload.pose)
             self._points[height_m] = CameraPoints(
@@ -256,10 +274,7 @@ class CameraRays(Rays):
         seen = (np.where(ground[..., None], vector, 1.0) for vector in (rays.toward, rays.position_m))
         x, y = (np.where(ground, coordinate, np.nan) for coordinate in self.directions.places(*seen))
         if np.any(np.abs(x) > 1.0 + OUTSIDE) or np.any(np.abs(y) > 1.0 + OUTSIDE):
-            raise PayloadError(
-                f"attitude: a pixel looks beyond the directions of {TIMES} times of the pass, which are examined; "
-                "allowed: attitudes that turn smoothly between the first and the last frame, or a shorter sequence"
-            )
+            raise PayloadError(self.beyond_directions)
         return x, y
 
     def bounds(self, time_s: float) -> tuple[tuple[float, float], tuple[float, float]] | None:
@@ -334,7 +349,8 @@ class CameraRays(Rays):
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Add the coordinates of the pixels; set space to 0 and what is not computed to missing."""
-        complete(frame, self._geometry(time_s), extent, self._payload.beyond == "limb", self._limb)
+        shows_limb = self._payload.beyond == "limb"
+        complete(frame, self._geometry(time_s), extent, shows_limb, self._limb, self.gives_coordinates)
 
 
 @contextmanager

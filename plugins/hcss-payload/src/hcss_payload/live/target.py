@@ -72,9 +72,13 @@ class PointTarget:
         """
         if self.temperature_K is not None:
             raise PayloadError(f"target.temperature_K: {self.temperature_K:g} K; allowed: none for a server's targets")
+        self.require_bands(bands)
+        return [self.latitude_deg, self.longitude_deg, self.altitude_m, *self.velocity_m_s, *self.intensity]
+
+    def require_bands(self, bands: int) -> None:
+        """Raise a :class:`PayloadError` if it has another number of bands."""
         if len(self.intensity) != bands:
             raise PayloadError(f"target.intensity: {len(self.intensity)} values; allowed: {bands}, one a band")
-        return [self.latitude_deg, self.longitude_deg, self.altitude_m, *self.velocity_m_s, *self.intensity]
 
     @classmethod
     def of_values(cls, values: Sequence[float]) -> PointTarget:
@@ -139,7 +143,7 @@ class TargetLight:
 
     def prepare(self, target: PointTarget) -> None:
         """Compute the light of targets like one, at its altitude and of its colour."""
-        self._require_bands(target)
+        target.require_bands(len(self._plan.bands))
         key = target.altitude_m, target.temperature_K
         if key not in self._own:
             self._own[key] = self._along(*key)
@@ -156,15 +160,9 @@ class TargetLight:
         """Return the shares (T, 1 + N, B) along the pass."""
         return np.stack([self._shares(zenith, altitude_m, temperature_K) for zenith in self._zeniths_deg])
 
-    def _require_bands(self, target: PointTarget) -> None:
-        if len(target.intensity) != len(self._plan.bands):
-            raise PayloadError(
-                f"target.intensity: {len(target.intensity)} values; allowed: {len(self._plan.bands)}, one a band"
-            )
-
     def _arriving(self, target: PointTarget) -> Array:
         """Return the shares (T, 1 + N, B) of a target."""
-        self._require_bands(target)
+        target.require_bands(len(self._plan.bands))
         arriving = self._own.get((target.altitude_m, target.temperature_K))
         if arriving is not None:
             return arriving
