@@ -19,7 +19,7 @@ from hcss_twin.providers import SensorBand
 from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import Number
 
-__all__ = ["sensor_bands", "spectral_band"]
+__all__ = ["spectral_band"]
 
 
 class ResponseBand(ScenarioSection):

@@ -10,14 +10,12 @@ from numpy.typing import NDArray
 
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError
-from hcss_payload.live.measure import Kernels, measure_rows
-from hcss_twin.models.sensor.blur import Weights
+from hcss_payload.live.measure import Kernels, Weights, measure_rows
 from hcss_twin.models.sensor.noise import key_of
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_stages import build_stages
-from hcss_twin.providers import Grid, Points, SensorInputs
-from hcss_twin.scenario.bands import sensor_bands
+from hcss_twin.providers import Grid, Points, SensorBand, SensorInputs
 
 Each = Callable[[Callable[[Any], None], list[Any]], None]
 
@@ -65,7 +63,7 @@ class LiveSensor:
         section = plan.scenario.sensor
         assert section is not None
         inputs = SensorInputs(
-            bands=sensor_bands(plan.bands),
+            bands=tuple(SensorBand(band.name, band.wavelength_um, band.response) for band in plan.bands),
             grid=Grid(camera.rows, camera.columns, 1.0),
             platform_speed_m_s=0.0,
             frame_interval_s=plan.assembly.motion.frame_interval_s,
