@@ -78,7 +78,7 @@ TOPICS = (
     Topic(
         "Sensors",
         True,
-        ("hcss_twin.plan.sensor_geometry", "hcss_twin.plan.sensor_stages", "hcss_twin.models.sensor.blur",
+        ("hcss_twin.plan.sensor_geometry", "hcss_twin.plan.sensor_stages",
          "hcss_twin.models.sensor.noise", "hcss_twin.models.sensor.parameters", "hcss_twin.models.sensor.philox"),
     ),
     Topic(

@@ -14,7 +14,7 @@ import click
 
 from hcss_twin.core.files import is_device
 
-__all__ = ["Number", "force_option", "json_file_option", "load", "require_writable", "set_option"]
+__all__ = ["Number", "force_option", "json_file_option", "load", "require_writable", "set_option", "write_json"]
 
 
 class _Existing(click.Path):
@@ -190,6 +190,15 @@ def require_two_files(given: Mapping[str, Path | None]) -> None:
         if path.absolute() in seen:
             raise click.UsageError(f"{seen[path.absolute()]} and {option} are both {path}; allowed: different files")
         seen[path.absolute()] = option
+
+
+def write_json(path: Path, text: str) -> None:
+    """Write a JSON file; raises HcssError if it cannot be written."""
+    from hcss_twin.core.errors import HcssError
+    from hcss_twin.core.files import atomic_write
+
+    with atomic_write(path, HcssError, "JSON") as draft:
+        draft.write_text(text + "\n", encoding="utf-8")
 
 
 def with_size(path: Path) -> str:

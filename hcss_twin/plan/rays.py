@@ -32,7 +32,7 @@ from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import Grid, View
 from hcss_twin.scenario.scenario import Scenario
 
-__all__ = ["Rays", "instants_s"]
+__all__ = ["Rays"]
 
 Range: TypeAlias = tuple[float, float]
 

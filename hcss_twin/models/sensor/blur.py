@@ -27,8 +27,6 @@ from hcss_twin.models.sensor.point_spread import (
 from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
 from hcss_twin.providers import Points, SensorBand, SensorInputs
 
-__all__ = ["Weights"]
-
 MOST_WEIGHTS = 768
 """Weights of kernels along rows and columns up to which a sum over pixels is faster than transforms of the image."""
 

@@ -17,9 +17,8 @@ from hcss_twin.cli.options import (
     require_two_files,
     require_writable,
     set_option,
+    write_json,
 )
-from hcss_twin.core.files import atomic_write
-from hcss_twin.providers import HcssError
 
 _ACCURACIES = ("1e-1", "1e-2", "1e-3", "1e-4", "1e-5")
 
@@ -102,8 +101,7 @@ def bench(
     text = json.dumps({model: result.as_dict() for model, result in found.items()}, indent=1)
     click.echo(text if printed else "\n\n".join(map(bench_text, found.values())))
     if json_file is not None and not printed:
-        with atomic_write(json_file, HcssError, "JSON") as draft:
-            draft.write_text(text + "\n", encoding="utf-8")
+        write_json(json_file, text)
     if plot is not None:
         draw_bench(found, plot)
     if not printed:

@@ -9,9 +9,7 @@ from typing import Any
 import click
 import numpy as np
 
-from hcss_twin.cli.options import force_option, json_file_option, load, require_writable, set_option
-from hcss_twin.core.files import atomic_write
-from hcss_twin.providers import HcssError
+from hcss_twin.cli.options import force_option, json_file_option, load, require_writable, set_option, write_json
 
 
 @click.command()
@@ -62,8 +60,7 @@ def reference(
         f"{pixels} pixels, {photons} photons each; bias and rms relative to the mean, noise of Monte Carlo removed"
     )
     if json_file is not None:
-        with atomic_write(json_file, HcssError, "JSON") as draft:
-            draft.write_text(text + "\n", encoding="utf-8")
+        write_json(json_file, text)
 
 
 def _line(band: dict[str, Any]) -> str:

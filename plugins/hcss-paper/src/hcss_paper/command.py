@@ -9,8 +9,16 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import NEW_FILE, Stop, force_option, progress, require_two_files, require_writable, with_size
-from hcss_twin.core.files import atomic_write
+from hcss_twin.cli.options import (
+    NEW_FILE,
+    Stop,
+    force_option,
+    progress,
+    require_two_files,
+    require_writable,
+    with_size,
+    write_json,
+)
 from hcss_twin.providers import HcssError
 
 EXIT_FAILED = 1
@@ -70,9 +78,7 @@ def reproduce(
     write_page(output, reproduction_page(results, seed))
     click.echo(with_size(output))
     if json_file is not None:
-        text = json.dumps({result.item.name: result.as_dict() for result in results}, indent=1)
-        with atomic_write(json_file, HcssError, "JSON") as draft:
-            draft.write_text(text + "\n", encoding="utf-8")
+        write_json(json_file, json.dumps({result.item.name: result.as_dict() for result in results}, indent=1))
         click.echo(str(json_file))
     if any(outcome.result is None for outcome in results):
         sys.exit(EXIT_FAILED)

@@ -22,9 +22,8 @@ from hcss_twin.cli.options import (
     progress,
     require_two_files,
     require_writable,
+    write_json,
 )
-from hcss_twin.core.files import atomic_write
-from hcss_twin.providers import HcssError
 
 if TYPE_CHECKING:
     from hcss_evaluate.comparison.footage import EvaluationChoice, Method
@@ -299,8 +298,7 @@ def _answer(answer: str, text: str, output: Path | None, json_file: Path | None)
         click.echo(answer)
         return
     if json_file is not None:
-        with atomic_write(json_file, HcssError, "JSON") as draft:
-            draft.write_text(answer + "\n", encoding="utf-8")
+        write_json(json_file, answer)
     click.echo(text)
     for file in (output, json_file):
         if file is not None:

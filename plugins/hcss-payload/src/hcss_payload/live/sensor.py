@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError
-from hcss_payload.live.measure import Kernels, measure_rows
-from hcss_twin.models.sensor.blur import Weights
+from hcss_payload.live.measure import Kernels, Weights, measure_rows
 from hcss_twin.models.sensor.noise import key_of
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor_geometry import examine_geometry
