@@ -20,6 +20,7 @@ from hcss_twin.cli.options import (
     assigned,
     force_option,
     json_option,
+    print_json,
     progress,
     require_two_files,
     require_writable,
@@ -46,7 +47,10 @@ def report_command(source: Path, output: Path | None, force: bool, as_json: bool
     from hcss_twin.reports.report import report
 
     page = report(source, output, replace=force)
-    click.echo(json.dumps({"report": str(page), "bytes": page.stat().st_size}) if as_json else with_size(page))
+    if as_json:
+        print_json({"report": str(page), "bytes": page.stat().st_size})
+    else:
+        click.echo(with_size(page))
 
 
 @click.command()
@@ -89,7 +93,7 @@ def sense(
         about = json.loads(measured.attrs[SENSOR_ATTRIBUTE])
         variables = [str(data_var) for data_var in measured.data_vars]
     if as_json:
-        click.echo(json.dumps({"cube": str(output), "variables": variables, "sensor": about}))
+        print_json({"cube": str(output), "variables": variables, "sensor": about})
         return
     click.echo(f"{with_size(output)}: {about['title']}")
     click.echo(f"  variables   {', '.join(variables)}")
@@ -144,7 +148,10 @@ def verify(
         click.echo("recomputing the radiance ...", err=True)
     with announce_compilation(partial(click.echo, err=True)):
         result = verify_cube(cube, base, frames, partial(progress, context.ensure_object(Stop)), data)
-    click.echo(json.dumps(result.as_dict()) if as_json else verification_text(result))
+    if as_json:
+        print_json(result.as_dict())
+    else:
+        click.echo(verification_text(result))
     if not result.passed:
         sys.exit(EXIT_DIFFERENT)
 
@@ -173,7 +180,7 @@ def volume(
     picture = draw_volume(columns, output)
     if as_json:
         named = None if occupancy is None else str(occupancy)
-        click.echo(json.dumps({"picture": str(picture), "occupancy": named, "voxels": voxels}))
+        print_json({"picture": str(picture), "occupancy": named, "voxels": voxels})
         return
     click.echo(str(picture))
     if occupancy is not None and voxels is not None:
@@ -199,7 +206,7 @@ def cache(context: click.Context, as_json: bool) -> None:
     kinds = {kind: _count(Store(kind, suffix).kept()) for kind, suffix in KINDS.items()}
     if as_json:
         folder = None if root is None else str(root)
-        click.echo(json.dumps({"folder": folder, "limit_bytes": limit, "kinds": kinds}))
+        print_json({"folder": folder, "limit_bytes": limit, "kinds": kinds})
         return
     click.echo(f"{'no cache folder' if root is None else root}")
     for kind, count in kinds.items():
@@ -216,7 +223,7 @@ def clear(kinds: tuple[str, ...], as_json: bool) -> None:
 
     removed = {kind: _count(Store(kind, KINDS[kind]).clear()) for kind in kinds or KINDS}
     if as_json:
-        click.echo(json.dumps({"removed": removed}))
+        print_json({"removed": removed})
         return
     for kind, count in removed.items():
         click.echo(f"{kind}: {count['files']} files removed, {count['bytes'] / 1e6:.1f} MB")

@@ -6,6 +6,8 @@ import gc
 import io
 import itertools
 import json
+import logging
+import os
 import signal
 import sys
 import warnings
@@ -27,6 +29,8 @@ from hcss_twin.cli.options import (
     force_option,
     json_option,
     load,
+    only_answers,
+    print_json,
     progress,
     require_writable,
     scenario_options,
@@ -38,6 +42,9 @@ COLLECTIONS = (50_000, 20, 50)
 """Objects between two searches for cycles when one scene is computed, and how rarely older objects are searched: with
 Python's 700 and 10 a run spends 4 % of its time on objects of libraries, of which none are garbage. In sweeps, cycles
 of objects would stay in memory."""
+
+TRACEBACK = "HCSS_TRACEBACK"
+"""Environment variable; set, errors in the code of plugins are shown as Python does."""
 
 EXIT_FAILED = 1
 EXIT_BAD_SCENARIO = EXIT_BAD_OPTION = 2
@@ -102,7 +109,7 @@ def run(
             or None,
             **({} if measured is None else {"sensor_cube": str(measured)}),
         }
-        click.echo(json.dumps({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)}))
+        print_json({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)})
     else:
         click.echo(f"{output}  {cube_bytes(output) / 1e6:.1f} MB")
         if measured is not None:
@@ -133,7 +140,10 @@ def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
 
     with announce_compilation(partial(click.echo, err=True)):
         made = make_plan(load(scenario, assignments))
-    click.echo(json.dumps(describe(made)) if as_json else plan_text(made))
+    if as_json:
+        print_json(describe(made))
+    else:
+        click.echo(plan_text(made))
 
 
 @cli.command()
@@ -149,16 +159,22 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
         with announce_compilation(partial(click.echo, err=True)):
             if (check := check_of(scenario)) is not None:
                 checked = check(scenario, assigned(assignments))
-                click.echo(json.dumps({"valid": True, **checked.values}) if as_json else f"valid: {checked.text}")
+                if as_json:
+                    print_json({"valid": True, **checked.values})
+                else:
+                    click.echo(f"valid: {checked.text}")
                 return
             loaded = load(scenario, assignments)
             make_plan(loaded)
     except ScenarioError as error:
         if not as_json:
             raise
-        click.echo(json.dumps({"valid": False, "problems": [vars(problem) for problem in error.problems]}))
+        print_json({"valid": False, "problems": [vars(problem) for problem in error.problems]})
         sys.exit(EXIT_BAD_SCENARIO)
-    click.echo(json.dumps({"valid": True, "scenario": json.loads(loaded.to_json())}) if as_json else "valid")
+    if as_json:
+        print_json({"valid": True, "scenario": json.loads(loaded.to_json())})
+    else:
+        click.echo("valid")
 
 
 @cli.command()
@@ -186,7 +202,10 @@ def preview(
     paths = draw_preview(
         cube, output or cube.parent, kelvin=kelvin, frames=frames, animation=animation, variable=variable, replace=force
     )
-    click.echo(json.dumps([str(path) for path in paths]) if as_json else "\n".join(map(str, paths)))
+    if as_json:
+        print_json([str(path) for path in paths])
+    else:
+        click.echo("\n".join(map(str, paths)))
 
 
 @cli.command()
@@ -201,7 +220,10 @@ def plugins(name: str | None, as_json: bool) -> None:
         from hcss_twin.reports.provider_text import described, provider_text
 
         providers = described(registry, name)
-        click.echo(json.dumps(providers) if as_json else "\n\n".join(map(provider_text, providers)))
+        if as_json:
+            print_json(providers)
+        else:
+            click.echo("\n\n".join(map(provider_text, providers)))
         return
     commands, broken, remarks = cli.plugin_commands()
     entries, broken, remarks = registry.entries(), [*registry.broken, *broken], [*registry.remarks, *remarks]
@@ -225,7 +247,7 @@ def plugins(name: str | None, as_json: bool) -> None:
             ],
             "remarks": [{**vars(remark.origin), "topic": remark.topic, "remark": remark.text} for remark in remarks],
         }
-        click.echo(json.dumps(answer))
+        print_json(answer)
         return
     rows = [(f"{entry.kind.human}s", entry.name, entry.summary, entry.origin) for entry in entries]
     rows += [
@@ -254,7 +276,7 @@ def scenarios(as_json: bool) -> None:
         for name in catalog.names("scenarios", ".toml")
     }
     if as_json:
-        click.echo(json.dumps(titles))
+        print_json(titles)
         return
     width = max(map(len, titles), default=0) + 2
     for name, title in titles.items():
@@ -267,7 +289,8 @@ def schema() -> None:
     from hcss_twin.scenario.plugin_sections import owned_schemas
     from hcss_twin.scenario.reference import json_schema
 
-    click.echo(json.dumps(json_schema(owned_schemas()), indent=1))
+    with only_answers():
+        print_json(json_schema(owned_schemas()), indent=1)
 
 
 for _command in (atmosphere, cache, report_command, sense, verify, volume):
@@ -283,6 +306,7 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):  # some file names are not text, and some terminals lack letters
             stream.reconfigure(errors="backslashreplace")
     warnings.showwarning = _show_warning
+    logging.getLogger("hcss_twin.providers").addHandler(_Shown(logging.WARNING))
     stop = Stop()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
@@ -299,6 +323,15 @@ def main() -> None:
         sys.exit(EXIT_TERMINATED if stop.signal == signal.SIGTERM else EXIT_INTERRUPTED)
     finally:
         gc.freeze()  # Python would search everything for cycles before it ends, .15 s
+
+
+class _Shown(logging.Handler):
+    """Prints what providers log, as a message."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one record: level, provider, and text."""
+        whose = record.name.removeprefix("hcss_twin.providers.")
+        click.echo(f"{record.levelname.lower()}: {whose}: {record.getMessage()}", err=True)
 
 
 def _show_warning(
@@ -337,6 +370,14 @@ def _run(stop: Stop) -> None:
         from hcss_twin.core.memory import out_of_memory
 
         click.echo(f"error: {out_of_memory(error)}", err=True)
+        sys.exit(EXIT_FAILED)
+    except Exception as error:
+        from hcss_twin.core.plugins import plugin_at_fault
+
+        culprit = "" if TRACEBACK in os.environ else plugin_at_fault(error)
+        if not culprit:
+            raise
+        click.echo(f"error: {culprit}; {TRACEBACK}=1 shows the traceback", err=True)
         sys.exit(EXIT_FAILED)
 
 

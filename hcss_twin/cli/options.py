@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import math
 import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, TextIO
 
 import click
 
@@ -63,7 +65,49 @@ class Output(click.Path):
 NEW = Output(path_type=Path)
 NEW_FILE = Output(dir_okay=False, path_type=Path)
 
-json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+_answers: TextIO | None = None
+"""Where answers in JSON go while everything else that is printed goes to stderr."""
+
+
+@contextlib.contextmanager
+def only_answers() -> Iterator[None]:
+    """Let :func:`print_json` alone write to stdout: what plugins print, and libraries and workers, goes to stderr."""
+    global _answers
+    if _answers is not None:  # the outermost command has begun
+        yield
+        return
+    given, kept = sys.stdout, None
+    with contextlib.suppress(OSError, ValueError, AttributeError):  # stdout is no file, or closed
+        given.flush()
+        if given.fileno() == 1 and sys.stderr.fileno() == 2:
+            kept = os.dup(1)  # libraries in C and processes of this one write to number 1
+            os.dup2(2, 1)
+    _answers = given if kept is None else os.fdopen(kept, "w", encoding="utf-8", errors="backslashreplace")
+    sys.stdout = sys.stderr
+    try:
+        yield
+    finally:
+        _answers.flush()
+        sys.stdout = given
+        if kept is not None:
+            os.dup2(kept, 1)
+            _answers.close()
+        _answers = None
+
+
+def print_json(value: Any, indent: int | None = None) -> None:
+    """Print the answer of a command with :data:`json_option`."""
+    click.echo(json.dumps(value, indent=indent), file=_answers)
+
+
+def _answers_only(context: click.Context, _option: click.Parameter, value: Any) -> Any:
+    """Keep stdout for the answer, if the option asks for one there."""
+    if value is True or str(value) == "-":
+        context.with_resource(only_answers())
+    return value
+
+
+json_option = click.option("--json", "as_json", is_flag=True, callback=_answers_only, help="Print the result as JSON.")
 force_option = click.option("--force", is_flag=True, help="Replace existing files.")
 """The option ``--force``, which :func:`require_writable` takes."""
 
@@ -71,6 +115,7 @@ json_file_option = click.option(
     "--json",
     "json_file",
     type=Output(dir_okay=False, allow_dash=True, path_type=Path),
+    callback=_answers_only,
     help="JSON file for all numbers; - prints them instead of the table.",
 )
 """The option ``--json FILE``, as the parameter ``json_file``."""
@@ -193,7 +238,10 @@ def require_two_files(given: Mapping[str, Path | None]) -> None:
 
 
 def write_json(path: Path, text: str) -> None:
-    """Write a JSON file; raises HcssError if it cannot be written."""
+    """Write a JSON file, or print it for a path of ``-``; raises HcssError if it cannot be written."""
+    if str(path) == "-":
+        click.echo(text, file=_answers)
+        return
     from hcss_twin.core.errors import HcssError
     from hcss_twin.core.files import atomic_write
 

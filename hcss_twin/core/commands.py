@@ -19,7 +19,16 @@ from typing import Any, TypeVar
 import pluggy
 
 from hcss_twin.core.errors import HcssError, ProviderError, choose_from, closest
-from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, BrokenPlugin, Origin, Remark, describe, slow_import
+from hcss_twin.core.plugins import (
+    FAILURES,
+    OWN_DISTRIBUTION,
+    BrokenPlugin,
+    Origin,
+    Remark,
+    describe,
+    prints_to_stderr,
+    slow_import,
+)
 
 PROJECT = "hcss_twin"
 """Project name shared by hook markers, plugin managers and entry point groups."""
@@ -111,9 +120,10 @@ class PluginCommand:
         module, _, name = self.spec.target.partition(":")
         label = f"command '{self.spec.name}' of {self.origin}"
         try:
-            command = getattr(import_module(module), name)
+            with prints_to_stderr():
+                command = getattr(import_module(module), name)
         except FAILURES as error:
-            raise HcssError(f"{label}: import of '{self.spec.target}' failed: {describe(error)}") from error
+            raise HcssError(f"{label}: import of '{self.spec.target}' failed: {describe(error, module)}") from error
         if not isinstance(command, click.Command):
             raise HcssError(f"{label}: '{self.spec.target}' is {type(command).__name__}, allowed: a click.Command")
         return command
@@ -148,12 +158,15 @@ def collect(
             if isinstance(entry_point, BaseException):
                 raise entry_point
             begin = time.perf_counter()
-            plugin = entry_point.load()
+            with prints_to_stderr():
+                plugin = entry_point.load()
+                found = _specs(plugin)
             remarks += slow_import(origin, entry_point.value, time.perf_counter() - begin)
-            for spec in _specs(plugin):
+            for spec in found:
                 claims[spec.name].append(PluginCommand(spec, origin))
         except FAILURES as error:
-            refuse(origin, str(error) if isinstance(error, ProviderError) else describe(error), error)
+            where = "" if isinstance(entry_point, BaseException) else entry_point.value
+            refuse(origin, str(error) if isinstance(error, ProviderError) else describe(error, where), error)
     commands = {}
     for name, claimants in claims.items():
         group = name.rpartition(" ")[0]

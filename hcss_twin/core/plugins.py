@@ -5,11 +5,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import re
+import sys
+import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
+
+from hcss_twin.core.errors import HcssError, ProviderDefect
 
 OWN_DISTRIBUTION = "hcss-twin"
 """Distribution that contains the default providers."""
@@ -94,12 +99,81 @@ MOVING = "docs/how-to/moving-to-api-3.md"
 """Page that tells how to move a plugin to the present version of the provider API."""
 
 
-def describe(error: BaseException) -> str:
-    """Describe an exception in one line; of a plugin that imports what this package had, name the page that helps."""
+def describe(error: BaseException, where: str = "") -> str:
+    """Describe an exception in one line; of a plugin that imports what this package had, name the page that helps.
+
+    ``where``, the name of a module or object of the plugin, adds file and line in its package.
+    """
     text = " ".join(str(error).split())
     if isinstance(error, ImportError) and (error.name or "").partition(".")[0] == "hcss_twin":
         text += f"; plugins written for an older provider API import it: {MOVING}"
-    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+    named = f"{type(error).__name__}: {text}" if text else type(error).__name__
+    return named + (place(error, package_of(where)) if where else "")
+
+
+def place(error: BaseException, package: str) -> str:
+    """Return file, line and function of the innermost call in a package, as an addition to a message, or nothing."""
+    if isinstance(error, SyntaxError) and error.filename is not None:
+        return f", at {error.filename}:{error.lineno}"
+    found = ""
+    for frame, line in traceback.walk_tb(error.__traceback__):
+        if _package_of(frame.f_globals) == package:
+            function = "" if frame.f_code.co_name == "<module>" else f" in {frame.f_code.co_name}()"
+            found = f", at {frame.f_code.co_filename}:{line}{function}"
+    return found
+
+
+@contextlib.contextmanager
+def naming_plugin(what: str, where: str) -> Iterator[None]:
+    """Turn an accident in the code of a plugin into an error that names it, with file and line.
+
+    Parameters
+    ----------
+    what : str
+        Whose code runs, and which function.
+    where : str
+        Name of a module or object of the plugin.
+
+    Raises
+    ------
+    ProviderDefect
+    """
+    try:
+        yield
+    except HcssError:
+        raise
+    except FAILURES as error:
+        raise ProviderDefect(f"{what} raised {describe(error, where)}") from error
+
+
+def plugin_at_fault(error: BaseException) -> str:
+    """Return the distribution and version of the plugin that raised an error, with its file and line.
+
+    Nothing if it was not a plugin: if, of the calls in this package and in plugins, the innermost is of this package.
+    """
+    plugins = {package_of(entry.value): origin for origin, entry in _all_entry_points()}
+    own, innermost = package_of(__name__), ""
+    plugins.pop(own, None)
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        package = _package_of(frame.f_globals)
+        innermost = package if package == own or package in plugins else innermost
+    return f"{plugins[innermost]}: {describe(error, innermost)}" if innermost in plugins else ""
+
+
+def package_of(target: str) -> str:
+    """Return the package of ``package.module:Object``, or of a module."""
+    return target.partition(":")[0].partition(".")[0]
+
+
+def _package_of(module: dict[str, Any]) -> str:
+    return package_of(str(module.get("__name__", "")))
+
+
+@contextlib.contextmanager
+def prints_to_stderr() -> Iterator[None]:
+    """Send to stderr what the import of a plugin prints: answers of commands are for other programs."""
+    with contextlib.redirect_stdout(sys.stderr):
+        yield
 
 
 def normalised(distribution: str) -> str:
@@ -133,6 +207,15 @@ def installed(group: str) -> Iterator[tuple[Origin, importlib.metadata.EntryPoin
             continue
         for entry_point in selected:
             yield Origin(entry_point.name, name, version), entry_point
+
+
+def _all_entry_points() -> Iterator[tuple[Origin, importlib.metadata.EntryPoint]]:
+    """Yield the entry points of all groups of this package."""
+    for distribution in importlib.metadata.distributions():
+        with contextlib.suppress(*FAILURES):  # metadata of a package that may be unrelated
+            for entry_point in distribution.entry_points:
+                if re.fullmatch(r"hcss_twin(\..*)?", entry_point.group):
+                    yield Origin(entry_point.name, *_identity(distribution)), entry_point
 
 
 def _identity(distribution: importlib.metadata.Distribution) -> tuple[str, str]:

@@ -16,7 +16,7 @@ import pluggy
 
 from hcss_twin.core.commands import PROJECT, hookspec
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.core.plugins import FAILURES, Origin, describe, installed
+from hcss_twin.core.plugins import FAILURES, Origin, describe, installed, naming_plugin
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,13 @@ class PluginSection:
         try:
             return getattr(import_module(module), name)
         except FAILURES as error:
-            raise ProviderError(f"section '{self.spec.name}' of {self.origin}: {describe(error)}") from error
+            raise ProviderError(f"section '{self.spec.name}' of {self.origin}: {describe(error, target)}") from error
+
+    def make(self, target: str, *given: Any) -> Any:
+        """Call the function of a target; an accident in it is a :class:`ProviderDefect`."""
+        function = self.load(target)
+        with naming_plugin(f"section '{self.spec.name}' of {self.origin}: {target.partition(':')[2]}()", target):
+            return function(*given)
 
 
 def plugin_sections() -> dict[str, PluginSection]:
@@ -83,5 +89,6 @@ def plugin_sections() -> dict[str, PluginSection]:
                     raise ProviderError(f"'{spec.name}' is also a section of {known[spec.name].origin}")
                 known[spec.name] = PluginSection(spec, origin)
         except FAILURES as error:
-            raise ProviderError(f"the sections of {origin} cannot be used: {describe(error)}") from error
+            where = "" if isinstance(entry_point, BaseException) else entry_point.value
+            raise ProviderError(f"the sections of {origin} cannot be used: {describe(error, where)}") from error
     return known

@@ -23,10 +23,11 @@ from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.cube.variables import ELEMENT_PLACE, ELEMENT_POINT_RADIANCE, ELEMENT_RATE
 from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
-from hcss_twin.plan.builder import numbered
+from hcss_twin.plan.builder import numbered, scene_of
 from hcss_twin.plan.description import describe_providers
+from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.sensor import BuiltSensor
-from hcss_twin.providers import Grid, Points, SensorInputs
+from hcss_twin.providers import Grid, Points, SceneInfo, SensorInputs
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.bands import Bands, sensor_bands, spectral_band
 from hcss_twin.scenario.viewing import pixel_size_and_speed
@@ -98,6 +99,8 @@ class CleanCube:
         Seconds after the start.
     scenario : mapping
         In JSON form.
+    scene : SceneInfo
+        What a sensor may know of it.
     binned : float
         Pixels of the scenario along the side of one of the cube, which may be subsampled or averaged.
     """
@@ -106,6 +109,7 @@ class CleanCube:
     frame_numbers: NDArray[np.int64]
     times_s: NDArray[np.float64]
     scenario: Mapping[str, Any]
+    scene: SceneInfo
     binned: float = 1.0
 
     @property
@@ -142,6 +146,8 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         scenario = _with_integration_times(recorded)
         interval_s = float(scenario["frames"]["interval"])
         start = np.datetime64(_utc(scenario["time"]), "ns")
+        start_time = datetime.fromisoformat(scenario["time"])
+        place = float(scenario["place"]["latitude"]), float(scenario["place"]["longitude"])
         seed = int(scenario["seed"])
         pixel_size_m, speed_m_s = pixel_size_and_speed(scenario)
         image = int(scenario["image"]["rows"]), int(scenario["image"]["columns"])
@@ -161,7 +167,8 @@ def read_clean(dataset: xr.Dataset, name: str, base: Path | None) -> CleanCube:
         catalog=Catalog(base=base or Path.cwd()),
         corner=corner_in_image(dataset, image, pixel_size_m),
     )
-    cube = CleanCube(inputs, numbers, times_s, scenario, grid.pixel_size_m / pixel_size_m)
+    scene = scene_of(SunTrack(start_time, *place, inputs.platform_speed_m_s))
+    cube = CleanCube(inputs, numbers, times_s, scenario, scene, grid.pixel_size_m / pixel_size_m)
     if cube.has_elements:
         require_points(dataset.variables, name)
     return cube

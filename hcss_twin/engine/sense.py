@@ -256,7 +256,7 @@ def section_of(sensor: Any) -> SensorSection:
 
 
 def _build(section: SensorSection, cube: CleanCube, name: str) -> BuiltSensor:
-    sensor = alone(make_sensor(section, cube.inputs))
+    sensor = alone(make_sensor(section, cube.inputs, scene=cube.scene))
     examine_geometry(cube.scenario, sensor.stages, cube.binned)
     for stage in sensor.stages:
         if stage.instants is not None:

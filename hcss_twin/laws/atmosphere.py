@@ -11,6 +11,7 @@ from hcss_twin.laws.law import Inapplicable, Law, at_least, at_most, near, range
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import Array, AtmosphereInputs
+from hcss_twin.providers.common import FRACTION_TOLERANCE
 
 SLANT_TOLERANCE = 0.03
 """Allowed difference between the transmittance at 60 degrees and that of the vertical path crossed twice.
@@ -66,6 +67,24 @@ def there_is_less_air_above_higher_altitudes(provider: Any, wavenumber_cm1: Arra
         raise Inapplicable("the air is transparent or opaque at all wavenumbers")
     ratio = np.log(np.maximum(high[measurable], 1e-300)) / np.log(sea[measurable])
     at_most("optical depth above 6 km over that above the sea", np.mean(ratio), 0.85)
+
+
+def grazing_paths_transmit_less(provider: Any, wavenumber_cm1: Array, tolerance: float = FRACTION_TOLERANCE) -> None:
+    """T is in [0, 1], does not grow toward the horizon, and falls there where the vertical path absorbs."""
+    low, high = provider.declares.valid.get("view_zenith", (0.0, 90.0))
+    zenith = [angle for angle in (0.0, 60.0, 75.0, 80.0, 85.0, 88.0, 89.5) if low <= angle <= high]
+    if len(zenith) < 2 or not _in_range(provider, 0.0):
+        raise Inapplicable("the provider's range of zenith angles or altitudes is too small")
+    through = provider.transmittance(wavenumber_cm1, [to_space(0.0, angle) for angle in zenith])
+    near("T", through, 0.5, atol=0.5 + FRACTION_TOLERANCE)
+    at_most("growth of T toward the horizon", np.diff(through, axis=0), tolerance)
+    absorbs = (through[0] < 0.999) & (through[0] > 1e-6)
+    if zenith[0] == 0.0 and np.any(absorbs):
+        for slant, less, angle in zip(through[:-1], through[1:], zenith[1:], strict=True):
+            measurable = absorbs & (slant > 1e-4)
+            if np.any(measurable):
+                change = float(np.max((less / slant)[measurable] - 1.0))
+                at_most(f"relative growth of T toward zenith {angle:g} deg", change, -1e-5)
 
 
 def air_ends_at_the_top_of_the_profile(provider: Any, inputs: AtmosphereInputs, wavenumber_cm1: Array) -> None:
@@ -177,6 +196,7 @@ LAWS: tuple[Law, ...] = (
     dividing_a_leg_changes_nothing,
     slant_path_at_60_degrees_is_the_vertical_path_twice,
     there_is_less_air_above_higher_altitudes,
+    grazing_paths_transmit_less,
     air_ends_at_the_top_of_the_profile,
     path_radiance_is_that_of_air_at_its_temperatures,
     low_air_shines_with_the_temperature_of_low_air,

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.laws.law import at_least, at_most, near, require
-from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer
+from hcss_twin.laws.law import Inapplicable, Law, at_least, at_most, near, require
+from hcss_twin.providers import CloudGenerator, CloudInputs, CloudLayer, Motion
 from hcss_twin.providers.common import THICKNESS_TOLERANCE
+
+Make = Callable[[CloudInputs], CloudGenerator]
+"""Maps inputs to the generator under test."""
 
 TIMES_S = (0.0, 7.0, 3600.0)
 """Times of the frames."""
@@ -22,6 +28,87 @@ def thickness_stays_within_the_layer(
     """0, or between the minimum and maximum thickness of the layer."""
     for time_s in possible(provider, inputs, times_s):
         within_layer(whole(provider, inputs, time_s), inputs.layer)
+
+
+def windows_equal_the_whole(provider: Any, inputs: CloudInputs) -> None:
+    """Any tiling gives the same field, for tileable generators and those with frame summaries."""
+    time_s = possible(provider, inputs, (0.0, 4.0))[-1]
+    part = provider.thickness_m
+    if not provider.declares.tileable:
+        if not hasattr(provider, "frame_summary"):
+            raise Inapplicable("not tileable: the engine asks for whole frames only")
+        part = functools.partial(provider.thickness_in_frame_m, summary=provider.frame_summary(time_s))
+    field, (rows, columns) = whole(provider, inputs, time_s), (inputs.grid.rows, inputs.grid.columns)
+    for window in (
+        (slice(0, (rows + 6) // 7), slice(0, columns)),
+        (slice(rows // 9, rows - rows // 3), slice(columns // 4, columns // 4 + 1)),
+        (slice(rows - 1, rows), slice(columns - (columns + 15) // 16, columns)),
+    ):
+        same = np.array_equal(part(time_s, *window), field[window])
+        require(same, f"rows {window[0]}, columns {window[1]} at {time_s:g} s are not those of the whole frame")
+
+
+def declared_time_matters(make: Make, inputs: CloudInputs) -> None:
+    """Frames differ where clouds move and the generator declares time."""
+    provider = make(inputs)
+    if "time" not in (provider.declares.depends_on or ()):
+        raise Inapplicable("the generator does not declare time")
+    first, *later = possible(provider, inputs, (0.0, 4.0, 60.0, 600.0, 3600.0))
+    frame = whole(provider, inputs, first)
+    if np.all(frame == frame.flat[0]):
+        raise Inapplicable("the field is even")
+    changes = [not np.array_equal(frame, whole(provider, inputs, time_s)) for time_s in later]
+    require(any(changes), "declares time, which does not matter")
+
+
+def frozen_field_only_translates(make: Make, inputs: CloudInputs) -> None:
+    """A platform that moves by whole pixels sees the same pixels again, shifted, if shapes are frozen.
+
+    The same holds for wind: the image moves over the clouds with platform minus wind velocity.
+    """
+    step = inputs.grid.pixel_size_m
+    for platform, wind, columns, rows in (
+        (step, (0.0, 0.0), 3, 0),
+        (0.0, (0.0, step), 0, -3),
+        (2.0 * step, (step, -step), 3, 3),
+    ):
+        motion = Motion(
+            platform_speed_m_s=platform, cloud_velocity_m_s=wind, evolution_time_s=np.inf, frame_interval_s=1.0
+        )
+        moving = replace(inputs, motion=motion)
+        provider = make(moving)
+        if provider.declares.evolves or not provider.declares.tileable:
+            raise Inapplicable("evolves, or normalises each frame")
+        before, after = whole(provider, moving), whole(provider, moving, 3.0)
+        height, width = before.shape
+        top, left = max(rows, 0), max(columns, 0)
+        seen_again = before[top : height + min(rows, 0), left : width + min(columns, 0)]
+        top, left = max(-rows, 0), max(-columns, 0)
+        now = after[top : height - max(rows, 0), left : width - max(columns, 0)]
+        share = float(np.mean(now != seen_again))
+        require(
+            share == 0.0, f"{share:.0%} of the pixels are not those {columns} columns and {rows} rows on, 3 s before"
+        )
+
+
+def seed_matters(make: Make, inputs: CloudInputs) -> None:
+    """Other seeds give other fields, except of a generator with ``image_coverage``, which is given its picture."""
+    if hasattr(make(inputs), "image_coverage"):
+        raise Inapplicable("the fields are given, not drawn")
+    fields = [whole(make(replace(inputs, seed=seed)), inputs) for seed in (1, 2, 3)]
+    if all(np.all(field > 0.0) or not np.any(field) for field in fields):
+        raise Inapplicable("every field is all clear or all cloud")
+    require(not np.array_equal(fields[0], fields[1]), "seeds 1 and 2 give the same field")
+    require(not np.array_equal(fields[1], fields[2]), "seeds 2 and 3 give the same field")
+
+
+LAWS: tuple[Law, ...] = (
+    thickness_stays_within_the_layer,
+    windows_equal_the_whole,
+    declared_time_matters,
+    frozen_field_only_translates,
+)
+"""Laws of any generator; ``seed_matters`` is one of those that draw their fields."""
 
 
 def within_layer(field: NDArray[np.float32], layer: CloudLayer) -> None:

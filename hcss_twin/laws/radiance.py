@@ -141,6 +141,34 @@ def black_cloud_absorbs_by_its_thickness(make: Make, inputs: RadianceInputs, wav
     _near(terms, expected)
 
 
+def slanted_cloud_absorbs_by_its_slant_path(make: Make, inputs: RadianceInputs, wavenumber_cm1: Array) -> None:
+    """A black cloud seen at 40 and 60 degrees absorbs as one of thickness over cosine; thicker ones pass less."""
+    layer = dataclasses.replace(sample_layer(), temperature_K=250.0)
+    optics = PlainOptics(cross_section_m2=2.5e-11, albedo=0.0, asymmetry=0.0)
+    thickness = np.array([[60.0], [200.0], [400.0], [780.0]])
+    sea, cloud = (planck(wavenumber_cm1, kelvin) for kelvin in (295.0, 250.0))
+    for zenith in (40.0, 60.0):
+        view = View(zenith, 90.0)
+        scene = _scene(make, inputs, optics=optics, layers=(layer,), view=view, sea_temperature_K=295.0)
+        slant = thickness / np.cos(np.radians(zenith))
+        through = np.exp(-layer.microphysics.number_density_m3 * 2.5e-11 * slant)
+        seen = _total(scene.cloudy(wavenumber_cm1, thickness))
+        near(f"radiance at zenith {zenith:g} deg", seen, through * sea + (1.0 - through) * cloud, rtol=EXACT)
+        at_most("change of radiance of a colder cloud as it grows", np.diff(seen, axis=0), 0.0)
+
+
+def opaque_cloud_has_the_temperature_of_its_top(make: Make, inputs: RadianceInputs, wavenumber_cm1: Array) -> None:
+    """Air and cloud at the altitude of the top, for clouds that grow upward and for those that hang from a top."""
+    optics = PlainOptics(cross_section_m2=1e-5, albedo=0.0, asymmetry=0.0)
+    hanging = dataclasses.replace(sample_high_layer(), anchor="top")
+    for layer, thickness in ((sample_high_layer(), 500.0), (sample_high_layer(), 1900.0), (hanging, 500.0)):
+        scene = _scene(make, inputs, optics=optics, layers=(layer,))
+        top_m = float(layer.cloud_top_m(np.array(thickness)))
+        expected = planck(wavenumber_cm1, float(sample_profile().temperature_at(top_m)))
+        seen = _total(scene.cloudy(wavenumber_cm1, np.array([[thickness]])))[0]
+        near(f"radiance of an opaque cloud with its top at {top_m:g} m", seen, expected, rtol=EXACT)
+
+
 def opaque_cloud_has_a_temperature_of_its_altitude(make: Make, inputs: RadianceInputs, wavenumber_cm1: Array) -> None:
     """Between that of the air at its top and at its base, through transparent air."""
     layer = sample_high_layer()
@@ -208,6 +236,8 @@ LAWS: tuple[Law, ...] = (
     isothermal_air_radiates_what_it_absorbs,
     nothing_at_night_is_brighter_than_the_hottest_thing,
     black_cloud_absorbs_by_its_thickness,
+    slanted_cloud_absorbs_by_its_slant_path,
+    opaque_cloud_has_the_temperature_of_its_top,
     opaque_cloud_has_a_temperature_of_its_altitude,
     sunlight_of_the_sea_is_irradiance_times_brdf,
     sunlight_adds,

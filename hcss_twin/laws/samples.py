@@ -1,8 +1,9 @@
-"""Analytic providers and sample inputs of the laws of radiance models."""
+"""Analytic providers, scenes and sample inputs of the laws."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,14 @@ from hcss_twin.providers import (
     AtmosphereDeclaration,
     CloudLayer,
     ColumnSetting,
+    ElementInputs,
     Microphysics,
     OpticsDeclaration,
     RadianceInputs,
     SeaDeclaration,
+    SightPath,
     SingleScattering,
+    Sun,
     View,
 )
 
@@ -73,6 +77,62 @@ class PlainGas:
         path_of = np.repeat(np.arange(len(paths)), [len(path.legs) for path in paths])
         mass = np.bincount(path_of, airmass_of_legs(self._profile, legs) @ self._weights, len(paths))
         return np.repeat(np.exp(-self._vertical_depth * mass)[:, None], wavenumber_cm1.size, axis=1)
+
+
+class PlainScene:
+    """A scene of grey air without clouds, for element providers: an ``ElementScene``."""
+
+    def __init__(self, inputs: ElementInputs, sun: Sun | None = None, seed: int = 1) -> None:
+        self._inputs = inputs
+        self.sun, self.random = sun, np.random.default_rng(seed)
+
+    def project(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
+        """Return row and column of points, without parallax and motion."""
+        grid = self._inputs.grid
+        return y_m / grid.pixel_size_m + 0.5 * grid.rows, x_m / grid.pixel_size_m + 0.5 * grid.columns
+
+    def path(self, x_m: float, y_m: float, altitude_m: float) -> SightPath:
+        """Return air whose optical depth of 0.3 falls off over 8 km."""
+        transmittance = np.full(len(self._inputs.bands), np.exp(-0.3 * np.exp(-altitude_m / 8e3)))
+        emission = (1.0 - transmittance) * self._inputs.black_body(260.0)
+        return SightPath(transmittance, emission, np.ones_like(transmittance))
+
+
+class StillScene:
+    """``SensorInputs.scene_at`` of the kit: the measured frame at all times, or one that brightens with time.
+
+    Attributes
+    ----------
+    calls : list of (float, slice, slice)
+        Time, rows and columns of each call since the frame began.
+    change_per_s : float
+        Relative change of the radiance.
+    time_s : float
+        Of the frame that is measured.
+    """
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[float, slice, slice]] = []
+        self.change_per_s, self.time_s = 0.0, 0.0
+        self._radiance = frozen([])
+
+    def begin(self, radiance: Array, time_s: float) -> None:
+        """Take the frame that is measured, and its time."""
+        self._radiance, self.time_s, self.calls = radiance, time_s, []
+
+    @contextlib.contextmanager
+    def brightening(self, change_per_s: float) -> Iterator[None]:
+        """Let the scene brighten with time for a while."""
+        self.change_per_s = change_per_s
+        try:
+            yield
+        finally:
+            self.change_per_s = 0.0
+
+    def __call__(self, time_s: float, rows: slice, columns: slice) -> Array:
+        """Return a window of the frame at a time."""
+        self.calls.append((time_s, rows, columns))
+        return frozen(self._radiance[:, rows, columns] * (1.0 + self.change_per_s * (time_s - self.time_s)))
 
 
 _WELL_MIXED = {"co2": 4.2e-4, "n2o": 3.3e-7, "co": 1.5e-7, "ch4": 1.9e-6, "o2": 0.2095}

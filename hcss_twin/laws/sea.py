@@ -8,6 +8,7 @@ import numpy as np
 
 from hcss_twin.laws.law import Inapplicable, Law, at_least, at_most, near, range_ends, require
 from hcss_twin.providers import Array, SeaInputs, SeaModel
+from hcss_twin.providers.common import FRACTION_TOLERANCE
 
 MU_OUT, MU_IN = np.array([1.0, 0.95, 0.9, 0.7, 0.5, 0.8]), np.array([0.9, 0.9, 0.5, 0.75, 0.5, 0.3])
 AZIMUTH = np.array([0.0, np.pi, 2.5, 3.0, np.pi, 1.0])
@@ -62,6 +63,17 @@ def sunlight_is_reflected_to_the_side_of_the_glint(provider: SeaModel, wavenumbe
     at_least("BRDF at relative azimuth 180 deg, with 1.05 times that elsewhere,", brdf[-1], least)
 
 
+def grazing_light_is_emitted_and_reflected(provider: SeaModel, wavenumber_cm1: Array) -> None:
+    """Near the horizon, to a cosine of 0.001, emissivity is in [0, 1], and the BRDF finite and not negative."""
+    grazing = np.array([1e-3, 0.01, 0.03, 0.1])
+    emissivity = provider.emissivity(wavenumber_cm1, grazing)
+    near("emissivity near the horizon", emissivity, 0.5, atol=0.5 + FRACTION_TOLERANCE)
+    for mu_out, mu_in in ((grazing, grazing), (grazing, np.full(4, 0.8)), (np.full(4, 0.8), grazing)):
+        brdf = provider.brdf(wavenumber_cm1, mu_out, mu_in, np.array([0.0, 1.0, 2.5, np.pi]))
+        at_least("BRDF near the horizon", brdf, 0.0)
+        require(np.isfinite(brdf), "BRDF near the horizon is not finite")
+
+
 def weights_see_the_sky_that_the_brdf_sees(provider: Any, wavenumber_cm1: Array) -> None:
     """The mean cosine of reflected light is the same by the weights and by the BRDF, within 0.2."""
     if not hasattr(provider, "reflection_weights"):
@@ -107,6 +119,7 @@ LAWS: tuple[Law, ...] = (
     no_more_is_reflected_than_is_not_emitted,
     sea_emits_most_upward,
     sunlight_is_reflected_to_the_side_of_the_glint,
+    grazing_light_is_emitted_and_reflected,
     weights_see_the_sky_that_the_brdf_sees,
     waves_are_of_a_sea,
     declared_range_is_usable_to_its_ends,

@@ -75,10 +75,10 @@ def assemble(
         With every value that is inconsistent with the selected data or provider.
     """
     registry = catalog.shelf.get_or_compute("registry", Registry.discover)
-    builder = Builder(registry)
+    builder = Builder(registry, scenario)
     # Models have a builder of their own, because clouds, which the other one records, may refer to them: a cycle would
     # keep all arrays of the models in memory until the garbage collector runs.
-    of_models = Builder(registry)
+    of_models = Builder(registry, scenario)
     sight: LinesOfSight | None = None
     with builder.collect_problems("platform.altitude"):
         sight = lines_of_sight(scenario)
@@ -182,7 +182,7 @@ def assemble(
         cloud_notes=tuple(note for cloud in clouds for note in cloud.notes),
         filled_in=(*around.filled_in, *(item for cloud in clouds for item in cloud.filled_in)),
         slant=slant,
-        code={name: entry.code(catalog.shelf, built[name].provider) for name, entry in entries.items()},
+        code={name: one.code(catalog.shelf) for name, one in built.items()},
         lines_of_sight=sight,
         elements=elements,
         derived=derived,

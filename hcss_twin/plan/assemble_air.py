@@ -59,7 +59,7 @@ def memory_of_air(builder: Builder, around: Surroundings, catalog: Catalog) -> O
     if catalog.shelf.air is None:
         return OwnMemory(None, b"", {})
     built, profile = builder.built[str(Kind.ATMOSPHERE)], around.profile
-    code = built.entry.code(catalog.shelf, built.provider)
+    code = built.code(catalog.shelf)
     gases = sorted(profile.mixing_ratio)
     parts = code, built.parameters, around.sea_wind_speed_m_s, sorted(catalog.used.items()), profile.name, gases
     content = hashlib.sha256(repr(parts).encode())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,14 +13,17 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ProviderDefect, ProviderError, ScenarioError
+from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
+from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.providers import ElementInputs, ElementProvider, Grid, SensorBand, VariableInputs, VariableProvider, View
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.providers.scene import LOGGER, SceneInfo, takes_scene
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.section_types import selected
 
@@ -35,6 +39,8 @@ class Built:
         The input dataclass of its kind.
     make : callable
         Maps other inputs to another guarded provider with the same parameters.
+    scene : str
+        The scene that the provider takes, for keys of kept results; empty if it takes none.
     """
 
     entry: Entry
@@ -42,6 +48,22 @@ class Built:
     inputs: Any
     provider: Any
     make: Callable[[Any], Any]
+    scene: str = ""
+
+    def code(self, shelf: ResultCache) -> tuple[str, ...]:
+        """Return what names code and state of the provider in keys of kept results."""
+        return (*self.entry.code(shelf, self.provider), *((self.scene,) if self.scene else ()))
+
+
+def scene_info(scenario: Scenario) -> SceneInfo:
+    """Return what a provider may know of a scenario."""
+    place = scenario.place
+    return scene_of(SunTrack(scenario.time, place.latitude, place.longitude, float(scenario.motion.platform_speed)))
+
+
+def scene_of(track: SunTrack) -> SceneInfo:
+    """Return what a provider may know of a scene with this sun."""
+    return SceneInfo(track.start, track.latitude_deg, track.longitude_deg, track.at, logging.getLogger(LOGGER))
 
 
 @contextmanager
@@ -73,8 +95,9 @@ def numbered(kind: Kind, index: int, count: int) -> str:
 class Builder:
     """Resolves, constructs and guards providers, records the used ones, and collects problems."""
 
-    def __init__(self, registry: Registry) -> None:
+    def __init__(self, registry: Registry, scenario: Scenario) -> None:
         self._registry = registry
+        self._scene = scene_info(scenario)
         self._problems: list[Problem] = []
         self.entries: dict[str, Entry] = {}
         self.built: dict[str, Built] = {}
@@ -82,14 +105,18 @@ class Builder:
     def build(self, kind: Kind, name: str, inputs: Any, parameters: Mapping[str, Any], label: str = "") -> Any:
         """Create and guard a provider, and record it under ``label``, by default its kind."""
         entry, values = self._resolved(kind, name, parameters)
-        registry = self._registry
+        registry, scene = self._registry, self._scene
 
         def make(inputs: Any) -> Any:  # stored in this object, so it must not refer to it
-            return guard(entry, registry.create(entry, inputs, values), inputs)
+            return guard(entry, registry.create(entry, inputs, values, scene), inputs)
 
         provider = make(inputs)
         self.entries[label or str(kind)] = entry
-        self.built.setdefault(label or str(kind), Built(entry, values, inputs, provider, make))
+        of_scene = ""
+        if takes_scene(registry.provider_class(entry)):
+            # the sun at a later time tells the speed of the platform
+            of_scene = repr((scene.time, scene.latitude_deg, scene.longitude_deg, scene.sun_at(0.0), scene.sun_at(1e3)))
+        self.built.setdefault(label or str(kind), Built(entry, values, inputs, provider, make, of_scene))
         return provider
 
     def bound_profile(self, name: str, parameters: Mapping[str, Any], catalog: Catalog) -> Profile | None:

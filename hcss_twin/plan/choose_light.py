@@ -101,7 +101,7 @@ def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedL
     except HcssError as error:
         raise ScenarioError([Problem(_FIELD, str(error))]) from error
     except FAILURES as error:
-        raise ProviderError(f"light '{name}' of {origin}: {describe(error)}") from error
+        raise ProviderError(f"light '{name}' of {origin}: {describe(error, entry.value)}") from error
 
 
 def _over_views(plan: Plan, name: str, transport: LightTransport) -> tuple[Sequence[float], str]:

@@ -21,6 +21,7 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
@@ -30,7 +31,7 @@ from hcss_twin.plan.point_effects import extremes_of, plan_point_effect
 from hcss_twin.plan.rays import GridRays, Rays, planned_rays
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.section_effect import section_effects
-from hcss_twin.plan.sensor import excluded_beside_instants, planned_sensor, require_instants
+from hcss_twin.plan.sensor import BuiltSensor, excluded_beside_instants, planned_sensor, require_instants
 from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_margin import alone, with_margin
 from hcss_twin.plan.slant_paths import excluded_beside_shadows, slant_paths
@@ -40,6 +41,7 @@ from hcss_twin.plan.views import views_over_grid
 from hcss_twin.plan.waves import NOTE as WAVE_NOTE
 from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import Sun, View
+from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.viewing import viewing_notes
 
@@ -123,7 +125,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     if sensor is not None:
         assembly = replace(assembly, slant=assembly.slant.beside("shadows", excluded_beside_instants(sensor)))
     doubts = () if sensor is None else examine_geometry(json.loads(scenario.to_json()), sensor.stages)
-    probes = _probes(scenario, assembly, catalog)
+    probes = _probes(scenario, assembly, catalog, sensor)
     suns = SunFrames(track, times, zenith, azimuth)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
         tops_at, surfaces = _at_extreme_tops(assembly), None
@@ -262,13 +264,16 @@ def _first_clouds(assembly: Assembly) -> None:
             generator.thickness_m(0.0, *points)
 
 
-def _probes(scenario: Scenario, assembly: Assembly, catalog: Catalog) -> tuple[Probed, ...]:
-    if all(entry.is_own for entry in assembly.entries.values()):
+def _probes(scenario: Scenario, assembly: Assembly, catalog: Catalog, sensor: BuiltSensor | None) -> tuple[Probed, ...]:
+    stages = () if sensor is None else sensor.stages
+    if all(entry.is_own for entry in (*assembly.entries.values(), *(stage.entry for stage in stages))):
         return ()
     from hcss_twin.plan.probes import probe_providers  # the laws are needed for plugins only
 
     radiance = wants_radiance(cube_variables(scenario, assembly, True))
-    return probe_providers(assembly, catalog, radiance).results
+    labels = (numbered(Kind.SENSORS, index, len(stages)) for index in range(len(stages)))
+    of_stages = [(label, stage.built) for label, stage in zip(labels, stages, strict=True)]
+    return probe_providers(assembly, catalog, radiance, of_stages).results
 
 
 def _sun_track(scenario: Scenario, last_s: float) -> SunTrack:

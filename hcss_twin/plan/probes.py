@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -19,9 +19,10 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError, ProviderDefect
-from hcss_twin.laws import atmosphere, clouds, particles, radiance, sea
+from hcss_twin.laws import atmosphere, clouds, conduct, elements, particles, radiance, sea, sensors, surfaces
 from hcss_twin.laws.law import Inapplicable, Law, LawBroken, law_name, meaning
-from hcss_twin.laws.samples import sample_radiance_inputs
+from hcss_twin.laws.samples import StillScene, sample_radiance_inputs
+from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import Built
 from hcss_twin.providers import Microphysics
@@ -39,13 +40,11 @@ SEEDS = 16
 COVERAGE_TOLERANCE, STANDARD_ERRORS = 0.1, 3.5
 """Allowed difference of the mean cloudy fraction from the coverage, and standard errors of this mean in addition."""
 
-LAWS: Mapping[Kind, tuple[Law, ...]] = {
-    Kind.ATMOSPHERE: atmosphere.LAWS,
-    Kind.SEA: sea.LAWS,
-    Kind.OPTICS: particles.LAWS,
-    Kind.RADIANCE: radiance.LAWS,
-}
-"""Laws of spectral providers; those of a sensor need radiances that suit it, and elements have no law of size."""
+SCENE_K = (260.0, 300.0)
+"""Temperatures of black bodies of which the radiance is the lowest and highest that a sensor measures."""
+
+IMAGES = (Kind.CLOUDS, Kind.ELEMENTS, Kind.SURFACES, Kind.SENSORS)
+"""Kinds with windows of an image."""
 
 Ask = Callable[[], None]
 
@@ -85,37 +84,52 @@ class Probed:
 
 
 @dataclass(frozen=True)
+class Sampled:
+    """Of what a scene has: wavenumbers (V,), particles, and radiance (B,) of its coldest and warmest parts."""
+
+    wavenumber_cm1: Array
+    particles: tuple[Microphysics, ...]
+    scene_W_m2_sr: tuple[Array, Array]
+
+
+@dataclass(frozen=True)
 class Probes:
     """Results of all probed providers."""
 
     results: tuple[Probed, ...] = ()
 
 
-def probe_providers(assembly: Assembly, catalog: Catalog, spectral: bool) -> Probes:
+def probe_providers(
+    assembly: Assembly, catalog: Catalog, spectral: bool, stages: Sequence[tuple[str, Built]] = ()
+) -> Probes:
     """Hold the providers of other packages to the laws of their kinds, once for each version and parameters.
 
     Parameters
     ----------
     spectral : bool
-        Whether the scene computes radiance; without, only cloud generators are probed.
+        Whether the scene computes radiance; without, providers of radiance are not probed.
+    stages : sequence of (str, Built)
+        Labels and sensors.
 
     Raises
     ------
     ProviderDefect
         If a provider breaks a law that it does not name in ``expected_failures``; tells the law and the numbers.
     """
-    foreign = {label: built for label, built in assembly.built.items() if not built.entry.is_own}
+    foreign = {label: built for label, built in (*assembly.built.items(), *stages) if not built.entry.is_own}
     particles_of = tuple(dict.fromkeys(layer.microphysics for layer in assembly.layers))
     every = assembly.spectral_grid.wavenumber_cm1
     wavenumber_cm1 = every[np.unique(np.linspace(0, every.size - 1, WAVENUMBERS).astype(np.intp))]
-    chosen = {label: list(laws_of(built, wavenumber_cm1, particles_of, spectral)) for label, built in foreign.items()}
+    weights = assembly.spectral_grid.weights_cm1
+    cold, warm = (np.sum(weights * planck(every, kelvin), axis=1) for kelvin in SCENE_K)
+    sampled = Sampled(wavenumber_cm1, particles_of, (cold, warm))
+    chosen = {label: list(laws_of(built, sampled, spectral)) for label, built in foreign.items()}
     parts = {
         "probes": {
-            label: [assembly.code[label], str(foreign[label].parameters), _digest(foreign[label].inputs)]
-            for label in foreign
+            label: [built.code(catalog.shelf), str(built.parameters), _digest(built.inputs)]
+            for label, built in foreign.items()
         },
-        "wavenumbers": _digest(wavenumber_cm1),
-        "particles": _digest(particles_of),
+        "sampled": _digest(sampled),
         "files": dict(catalog.used),
     }
     compute = partial(_probe_all, foreign, chosen)
@@ -170,44 +184,64 @@ def expected_failures(provider: Any, label: str) -> dict[str, str]:
     return {name.replace("_", " "): reason for name, reason in declared.items()}
 
 
-def laws_of(
-    built: Built, wavenumber_cm1: Array, particles_of: tuple[Microphysics, ...], spectral: bool = True
-) -> Iterator[tuple[Law, Ask]]:
+def laws_of(built: Built, sampled: Sampled, spectral: bool = True) -> Iterator[tuple[Law, Ask]]:
     """Laws of a provider, each with a function that asks the provider about it."""
-    kind = built.entry.kind
-    if kind is Kind.CLOUDS:
-        yield from _cloud_laws(built)
-    if kind not in LAWS or not spectral:
-        return
-    given: dict[str, Any] = {"provider": built.provider, "inputs": built.inputs, "make": built.make}
-    given["wavenumber_cm1"] = wavenumber_cm1
+    kind, provider, inputs = built.entry.kind, built.provider, built.inputs
+    given: dict[str, Any] = {"wavenumber_cm1": sampled.wavenumber_cm1, "scene_W_m2_sr": sampled.scene_W_m2_sr}
     if kind is Kind.RADIANCE:
-        given["inputs"] = replace(sample_radiance_inputs(), wind_from_deg=built.inputs.wind_from_deg)
-    materials = built.provider.declares.materials if kind is Kind.OPTICS else ()
-    for cloud in [cloud for cloud in particles_of if cloud.material in materials] if kind is Kind.OPTICS else (None,):
-        for law in LAWS[kind]:
-            if law.__name__ != "declared_range_is_usable_to_its_ends":  # the scene may not need the ends
-                names = law.__code__.co_varnames[: law.__code__.co_argcount]
-                yield (
-                    law,
-                    partial(
-                        law, **{name: value for name, value in (given | {"cloud": cloud}).items() if name in names}
-                    ),
-                )
+        inputs = replace(sample_radiance_inputs(), wind_from_deg=inputs.wind_from_deg)
+    elif kind in IMAGES:
+        provider, inputs = _smaller(built)
+    given |= {"provider": provider, "inputs": inputs, "make": built.make}
+    clouds_of: tuple[Any, ...] = (None,)
+    if kind is Kind.OPTICS:
+        clouds_of = tuple(cloud for cloud in sampled.particles if cloud.material in provider.declares.materials)
+    if kind in LAWS and (spectral or kind in (Kind.CLOUDS, Kind.SURFACES)):
+        for cloud in clouds_of:
+            given |= {"cloud": cloud, "questions": _questions(kind, given | {"cloud": cloud})}
+            for law in (*LAWS[kind], *conduct.IN_A_RUN):
+                if law.__name__ != "declared_range_is_usable_to_its_ends":  # the scene may not need the ends
+                    names = law.__code__.co_varnames[: law.__code__.co_argcount]
+                    yield law, partial(law, **{name: given[name] for name in names if name in given})
 
 
-def _cloud_laws(built: Built) -> Iterator[tuple[Law, Ask]]:
-    inputs, provider = built.inputs, built.provider
-    small = replace(
-        inputs, grid=replace(inputs.grid, rows=min(inputs.grid.rows, PIXELS), columns=min(inputs.grid.columns, PIXELS))
-    )
-    law, seen = clouds.thickness_stays_within_the_layer, small if provider.declares.tileable else inputs
-    yield law, partial(law, provider, seen, clouds.TIMES_S if provider.declares.tileable else clouds.TIMES_S[:1])
-    yield cloudy_fraction_is_the_coverage, partial(cloudy_fraction_is_the_coverage, built.make, small)
+def _smaller(built: Built) -> tuple[Any, Any]:
+    """Return a provider of a smaller image, for a sensor with a scene at all instants, and its inputs."""
+    inputs, grid = built.inputs, built.inputs.grid
+    if built.entry.kind is Kind.SENSORS:
+        inputs = replace(inputs, scene_at=StillScene())
+    inputs = replace(inputs, grid=replace(grid, rows=min(PIXELS, grid.rows), columns=min(PIXELS, grid.columns)))
+    try:
+        return built.make(inputs), inputs
+    except HcssError:  # it needs an image of this size
+        return built.provider, built.inputs
+
+
+def _questions(kind: Kind, given: Mapping[str, Any]) -> tuple[conduct.Question, ...]:
+    """Return calls of a provider with two sets of arguments each."""
+    provider, inputs, nu = given["provider"], given["inputs"], given["wavenumber_cm1"]
+    if kind is Kind.CLOUDS:
+        return conduct.of_clouds(provider, inputs)
+    if kind is Kind.SEA:
+        return conduct.of_sea(provider, nu)
+    if kind is Kind.OPTICS:
+        return conduct.of_optics(given["cloud"], nu)
+    if kind is Kind.ATMOSPHERE:
+        return conduct.of_air(provider, nu)
+    if kind is Kind.RADIANCE:
+        return conduct.of_radiance(provider, inputs.setting, nu)
+    if kind is Kind.ELEMENTS:
+        return conduct.of_elements(inputs)
+    if kind is Kind.SURFACES:
+        return conduct.of_surfaces(inputs)
+    scene = sensors.quarters(inputs, given["scene_W_m2_sr"])
+    return conduct.of_sensors(inputs, scene, scene[:, ::-1])
 
 
 def cloudy_fraction_is_the_coverage(make: Callable[[Any], Any], inputs: Any) -> None:
     """The mean over seeds is the layer's coverage, as far as clouds of this size show it in a window."""
+    rows, columns = (min(PIXELS, size) for size in (inputs.grid.rows, inputs.grid.columns))
+    inputs = replace(inputs, grid=replace(inputs.grid, rows=rows, columns=columns))
     coverage = inputs.layer.coverage
     if not 0.0 < coverage < 1.0 or clouds.own_coverage(make(inputs)) is not None:
         raise Inapplicable("the sky is all clear or all cloud, or the coverage is that of an image")
@@ -217,6 +251,19 @@ def cloudy_fraction_is_the_coverage(make: Callable[[Any], Any], inputs: Any) -> 
         raise Inapplicable("every window is all clear or all cloud: clouds are larger")
     spread = STANDARD_ERRORS * float(np.std(share, ddof=1)) / np.sqrt(SEEDS)
     clouds.cloudy_fraction_is(coverage, fields, COVERAGE_TOLERANCE + spread)
+
+
+LAWS: Mapping[Kind, tuple[Law, ...]] = {
+    Kind.CLOUDS: (*clouds.LAWS, clouds.seed_matters, cloudy_fraction_is_the_coverage),
+    Kind.ATMOSPHERE: atmosphere.LAWS,
+    Kind.SEA: sea.LAWS,
+    Kind.OPTICS: particles.LAWS,
+    Kind.RADIANCE: radiance.LAWS,
+    Kind.ELEMENTS: elements.LAWS,
+    Kind.SURFACES: surfaces.LAWS,
+    Kind.SENSORS: sensors.LAWS,
+}
+"""Laws by kind, in addition to those of all kinds; variables have none that a scene could ask."""
 
 
 def _digest(value: Any) -> Any:

@@ -315,4 +315,4 @@ def planned_rays(scenario: Scenario, catalog: Catalog) -> Rays | None:
     makers = {owner.spec.rays: owner for owner in owners if owner.spec.rays is not None}
     if len(makers) > 1:
         raise ProviderError(f"several image geometries: {', '.join(map(str, makers))}; allowed: one")
-    return next((owner.load(str(target))(scenario, catalog) for target, owner in makers.items()), None)
+    return next((owner.make(str(target), scenario, catalog) for target, owner in makers.items()), None)

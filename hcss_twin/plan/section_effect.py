@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.core.plugins import naming_plugin
 from hcss_twin.providers import Catalog, ColumnSetting, PointEffect
 from hcss_twin.scenario.scenario import Scenario
 
@@ -33,7 +35,8 @@ class SectionEffect:
     def apply(self, setting: ColumnSetting, value: float) -> ColumnSetting:
         """Return the setting at a value; one for each, so that its columns are known again."""
         if (setting, value) not in self._settings:
-            changed = self.given.apply(setting, value)
+            with self._naming("apply"):
+                changed = self.given.apply(setting, value)
             if changed.transmittance is not setting.transmittance or changed.profile is not setting.profile:
                 changed = replace(changed, air_memory=None)
             self._settings[setting, value] = changed
@@ -47,7 +50,9 @@ class SectionEffect:
         ProviderError
             If they are not finite numbers within the range, of the shape of the places.
         """
-        values, given = np.asarray(self.given.values(x_m, y_m, time_s), dtype=np.float64), self.given
+        given = self.given
+        with self._naming("values"):
+            values = np.asarray(given.values(x_m, y_m, time_s), dtype=np.float64)
         if values.shape != x_m.shape or not np.all((values >= given.low) & (values <= given.high)):
             raise ProviderError(
                 f"section '{self.name}' of {self.code}: values of shape {values.shape} from "
@@ -55,6 +60,9 @@ class SectionEffect:
                 f"{x_m.shape}, from {given.low:g} to {given.high:g}"
             )
         return values
+
+    def _naming(self, member: str) -> AbstractContextManager[None]:
+        return naming_plugin(f"section '{self.name}' of {self.code}: {member}()", type(self.given).__module__)
 
 
 def section_effects(scenario: Scenario, catalog: Catalog) -> tuple[SectionEffect, ...]:
@@ -64,7 +72,7 @@ def section_effects(scenario: Scenario, catalog: Catalog) -> tuple[SectionEffect
     from hcss_twin.core.sections import plugin_sections  # not for scenarios without such sections
 
     return tuple(
-        SectionEffect(name, str(owner.origin), owner.load(owner.spec.effect)(scenario, catalog))
+        SectionEffect(name, str(owner.origin), owner.make(owner.spec.effect, scenario, catalog))
         for name, owner in plugin_sections().items()
         if name in scenario.sections and owner.spec.effect is not None
     )

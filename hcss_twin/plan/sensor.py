@@ -14,13 +14,13 @@ from hcss_twin.core.errors import Problem, ProviderError, ScenarioError, choose_
 from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, RADIANCE, measured_variables
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.plan.builder import attribute_to_field, scene_info
 from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.output import cube_variables
 from hcss_twin.plan.sensor_stages import Source, Stage, build_stages, with_points
 from hcss_twin.plan.windows import Window, length, relative
-from hcss_twin.providers import Grid, Points, SensorInputs
+from hcss_twin.providers import Grid, Points, SceneInfo, SensorInputs
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.scenario.bands import sensor_bands
 from hcss_twin.scenario.scenario import Scenario
@@ -49,6 +49,8 @@ class BuiltSensor(Effect):
         Whether its frames include the computed scene around the cube.
     edge_note : str or None
         Note on blur at the edges.
+    scene : SceneInfo or None
+        What its stages may know of the scene.
     """
 
     kind = "sensor"
@@ -60,6 +62,7 @@ class BuiltSensor(Effect):
     cube: Window
     from_scene: bool = False
     edge_note: str | None = None
+    scene: SceneInfo | None = None
 
     def measuring(self, names: tuple[str, ...]) -> BuiltSensor:
         """Return the sensor with the measured radiance and the named variables, whatever was requested."""
@@ -148,7 +151,9 @@ class BuiltSensor(Effect):
         return {"title": self.title, "measured_from": origin, "stages": stages, "notes": notes}
 
 
-def make_sensor(section: SensorSection, inputs: SensorInputs, source: Source | None = None) -> BuiltSensor:
+def make_sensor(
+    section: SensorSection, inputs: SensorInputs, source: Source | None = None, scene: SceneInfo | None = None
+) -> BuiltSensor:
     """Build the sensor of a section for frames without surroundings.
 
     Parameters
@@ -157,6 +162,8 @@ def make_sensor(section: SensorSection, inputs: SensorInputs, source: Source | N
         With the scenario's seed, which the section may override.
     source : callable, optional
         The scene at other instants.
+    scene : SceneInfo, optional
+        For sensors that take it.
 
     Raises
     ------
@@ -165,9 +172,9 @@ def make_sensor(section: SensorSection, inputs: SensorInputs, source: Source | N
     ProviderError
         If the sensor model is broken.
     """
-    stages = build_stages(section, inputs, source)
+    stages = build_stages(section, inputs, source, scene)
     variables = measured_variables(_wanted(section.variables, stages))
-    return BuiltSensor(section, stages, variables, inputs, _extent(inputs))
+    return BuiltSensor(section, stages, variables, inputs, _extent(inputs), scene=scene)
 
 
 def _extent(inputs: SensorInputs) -> Window:
@@ -220,7 +227,7 @@ def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, ext
         catalog=catalog,
         corner=(extent[0].start, extent[1].start),
     )
-    return make_sensor(scenario.sensor, inputs)
+    return make_sensor(scenario.sensor, inputs, scene=scene_info(scenario))
 
 
 def excluded_beside_instants(sensor: BuiltSensor) -> tuple[Excluded, ...]:
@@ -258,5 +265,5 @@ def asking(sensor: BuiltSensor, source: Source) -> BuiltSensor:
     """Return a sensor whose stages can ask for the scene at other instants; itself if none does."""
     if sensor.instants is None:
         return sensor
-    built = make_sensor(sensor.section, sensor.inputs, source)
+    built = make_sensor(sensor.section, sensor.inputs, source, sensor.scene)
     return replace(sensor, stages=built.stages)

@@ -96,4 +96,5 @@ def alone(sensor: BuiltSensor) -> BuiltSensor:
 def _built_for(given: Window, sensor: BuiltSensor) -> BuiltSensor:
     rows, columns = given
     grid = replace(sensor.inputs.grid, rows=length(rows), columns=length(columns))
-    return make_sensor(sensor.section, replace(sensor.inputs, grid=grid, corner=(rows.start, columns.start)))
+    inputs = replace(sensor.inputs, grid=grid, corner=(rows.start, columns.start))
+    return make_sensor(sensor.section, inputs, scene=sensor.scene)

@@ -15,8 +15,8 @@ from pydantic import BaseModel, ValidationError
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
-from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.providers import Measured, Points, SensorInputs
+from hcss_twin.plan.builder import Built, attribute_to_field
+from hcss_twin.providers import Measured, Points, SceneInfo, SensorInputs
 from hcss_twin.providers import Sensor as SensorModel
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.guard import guard
@@ -118,6 +118,8 @@ class Stage:
         Registry entry of the model.
     parameters : mapping
         All parameters, with defaults; empty if the model has none.
+    built : Built
+        How it was made.
     """
 
     field: str
@@ -128,6 +130,7 @@ class Stage:
     provider: SensorModel
     seed: int
     scene: StageScene
+    built: Built
 
     @property
     def title(self) -> str:
@@ -214,7 +217,9 @@ def smear_of_sensor(sensor: SensorSection, catalog: Catalog) -> tuple[float, str
     return None
 
 
-def build_stages(section: SensorSection, inputs: SensorInputs, source: Source | None = None) -> tuple[Stage, ...]:
+def build_stages(
+    section: SensorSection, inputs: SensorInputs, source: Source | None = None, about: SceneInfo | None = None
+) -> tuple[Stage, ...]:
     """Build the stages of a section; a section without ``stages`` is the only one.
 
     Parameters
@@ -223,6 +228,8 @@ def build_stages(section: SensorSection, inputs: SensorInputs, source: Source | 
         With the scenario's seed, which the section may override. Later stages have seeds of their own.
     source : callable, optional
         The scene at other instants.
+    about : SceneInfo, optional
+        For sensors that take it.
 
     Raises
     ------
@@ -237,7 +244,7 @@ def build_stages(section: SensorSection, inputs: SensorInputs, source: Source | 
         field = f"sensor.stages[{index}]" if section.stages else "sensor"
         seed = _later_seed(base, index) if stage_section.seed is None else stage_section.seed
         with _of_stage(field):
-            stages.append(_build(stage_section, field, replace(inputs, seed=seed), source, stages))
+            stages.append(_build(stage_section, field, replace(inputs, seed=seed), source, stages, about))
         remembers = [stage for stage in stages[:-1] if stage.provider.declares.remembers]
         if stages[-1].instants is not None and remembers:
             message = (
@@ -249,7 +256,12 @@ def build_stages(section: SensorSection, inputs: SensorInputs, source: Source | 
 
 
 def _build(
-    section: StageSection, field: str, inputs: SensorInputs, source: Source | None, earlier: Sequence[Stage]
+    section: StageSection,
+    field: str,
+    inputs: SensorInputs,
+    source: Source | None,
+    earlier: Sequence[Stage],
+    about: SceneInfo | None,
 ) -> Stage:
     with attribute_to_field(f"{field}.name"):
         if section.name is not None:
@@ -260,7 +272,12 @@ def _build(
     with attribute_to_field(f"{field}.model", choice.parameters):
         entry = registry.resolve(Kind.SENSORS, choice.model)
         parameters = _parameters(registry.parameters_model(entry), choice.parameters, field)
-        provider = guard(entry, registry.create(entry, inputs, parameters), inputs)
+
+        def make(inputs: SensorInputs) -> SensorModel:
+            sensor: SensorModel = guard(entry, registry.create(entry, inputs, parameters, about), inputs)
+            return sensor
+
+        provider = make(inputs)
         instants = getattr(provider, "instants", None)
     scene.instants = None if instants is None else (float(instants[0]), float(instants[1]))
     scene.points_apart = hasattr(provider, "points_after")
@@ -269,7 +286,8 @@ def _build(
         json.dumps(dict(getattr(provider, "worked_out", {})))
     except (TypeError, ValueError) as error:
         raise ProviderError(f"{entry.label}: worked_out cannot be written as JSON: {error}") from error
-    return Stage(field, section, choice.named, entry, dumped, provider, inputs.seed, scene)
+    built = Built(entry, parameters, inputs, provider, make)
+    return Stage(field, section, choice.named, entry, dumped, provider, inputs.seed, scene, built)
 
 
 def _later_seed(seed: int, index: int) -> int:

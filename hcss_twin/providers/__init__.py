@@ -6,7 +6,8 @@ Any installed package can provide cloud generators, sea models, optics and trans
 which combine their results; elements, which are other things in the scene; surfaces, which are maps of sea and land;
 variables, which are derived from radiance, truth and geometry; and sensors, which convert radiance to measurements. A
 provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind,
-``parameters`` an instance of the parameter model in its spec, or None without one.
+``parameters`` an instance of the parameter model in its spec, or None without one. A class that has the parameter
+``scene`` gets the :class:`SceneInfo` of its scene in addition.
 
 For each kind there are its inputs, a Protocol of what every provider must have (``SeaModel``) and possibly a Protocol
 of optional members (``SeaModelOptions``), which the engine looks up one by one. Providers need not inherit from them.
@@ -98,6 +99,7 @@ if TYPE_CHECKING:
         SolarIrradiance,
     )
     from hcss_twin.providers.registry.specs import API_VERSION, Kind, ProviderSpec
+    from hcss_twin.providers.scene import SceneInfo
     from hcss_twin.providers.sea import SeaDeclaration, SeaInputs, SeaModel, SeaModelOptions, WaveShapes
     from hcss_twin.providers.sensor import (
         Measured,
@@ -169,6 +171,7 @@ __all__ = [
     "RadianceModel",
     "RadianceModelOptions",
     "ScenarioError",
+    "SceneInfo",
     "SeaDeclaration",
     "SeaInputs",
     "SeaModel",
@@ -255,6 +258,7 @@ HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "providers.surfaces": ("SurfaceClass", "SurfaceInputs", "SurfaceMap", "SurfaceProvider"),
         "providers.effects": ("PointEffect",),
+        "providers.scene": ("SceneInfo",),
         "providers.variables": ("OutputVariable", "VariableInputs", "VariableProvider"),
         "providers.sensor": (
             "Measured",

@@ -167,7 +167,7 @@ SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands
 )
 def test_plan_with_a_provider_that_fails_names_no_key(monkeypatch, owner, member, overrides):
     monkeypatch.setattr(owner, member, raising(ZeroDivisionError("by nothing")))
-    with pytest.raises(ProviderDefect, match=rf"{member}\(\) raised ZeroDivisionError: by nothing; arguments: \w"):
+    with pytest.raises(ProviderDefect, match=rf"{member}\(\) raised ZeroDivisionError: by nothing.*; arguments: \w"):
         make_plan(Scenario.load("stratus", {**SMALL, **overrides}), keeps_results=False)
 
 

@@ -184,7 +184,7 @@ class PointSources:
         truth = {"source": float(number), "altitude": altitude}
         if not track.thermal:
             return ElementPoint(
-                x, y, altitude, state.strength, velocity_m_s=(east, north, up), side_m=self._side_m, truth=truth
+                x, y, altitude, state.strength.copy(), velocity_m_s=(east, north, up), side_m=self._side_m, truth=truth
             )
         kelvin, area_m2, emissivity = state.strength.tolist()
         return ElementPoint(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -65,6 +66,9 @@ class AsPrinted:
     }
     solar_terms = frozenset({"cloud_reflected_sun", "sea_reflected_sun"})
     sea_sun_terms = frozenset({"sea_reflected_sun"})
+    expected_failures: Mapping[str, str] = MappingProxyType(
+        {"slanted cloud absorbs by its slant path": "eqs 8-11 take the vertical thickness, from any direction"}
+    )
 
     model_errors = from_table(__file__, "as-printed")
 

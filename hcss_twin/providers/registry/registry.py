@@ -8,6 +8,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import HcssError, ProviderError, choose_from
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
     from hcss_twin.core.catalog import Catalog
     from hcss_twin.physics.profile import Profile
+    from hcss_twin.providers.scene import SceneInfo
 
 
 __all__ = ["OWN_DISTRIBUTION", "Kind", "Registry"]
@@ -80,18 +82,19 @@ class Registry:
                     self._waiting.append((origin, source))
                 else:
                     begin = time.perf_counter()
-                    self._register(origin, _loader(source))
+                    where = "" if isinstance(source, BaseException) else source.value
+                    self._register(origin, _loader(source), where)
                     if not isinstance(source, BaseException):
                         self._remarks += slow_import(origin, source.value, time.perf_counter() - begin)
 
-    def _register(self, origin: Origin, load: Callable[[], object]) -> None:
+    def _register(self, origin: Origin, load: Callable[[], object], where: str = "") -> None:
         """Register the plugin that ``load`` returns; a failure is recorded and does not affect others."""
         collection = Collection(origin)
         try:
             collection.take(load())
             self._check_own_duplicates(collection, origin)
         except FAILURES as error:
-            text = str(error) if isinstance(error, ProviderError) else describe(error)
+            text = str(error) if isinstance(error, ProviderError) else describe(error, where)
             offered = tuple((kind, spec.name) for kind, spec in collection.specs)
             self._broken.append(
                 BrokenPlugin(origin.entry_point, origin.distribution, origin.version, text, offered, error)
@@ -235,12 +238,16 @@ class Registry:
         except HcssError:
             raise
         except FAILURES as error:
-            raise ProviderError(f"{entry.label}: bound_profile() raised {describe(error)}") from error
+            raise ProviderError(
+                f"{entry.label}: bound_profile() raised {describe(error, entry.spec.target)}"
+            ) from error
         if not isinstance(profile, Profile):
             raise ProviderError(f"{entry.label}: bound_profile() returned {type(profile).__name__}; expected Profile")
         return profile
 
-    def create(self, entry: Entry, inputs: Any, parameters: BaseModel | None = None) -> Any:
+    def create(
+        self, entry: Entry, inputs: Any, parameters: BaseModel | None = None, scene: SceneInfo | None = None
+    ) -> Any:
         """Import a provider's class and construct it as ``Class(inputs, parameters)``.
 
         Parameters
@@ -252,6 +259,8 @@ class Registry:
         parameters : BaseModel, optional
             Instance of its parameter model; by default the model's defaults. A provider without a
             parameter model gets None.
+        scene : SceneInfo, optional
+            For a class with the parameter ``scene``; its logger is replaced by that of the provider.
 
         Raises
         ------
@@ -270,12 +279,23 @@ class Registry:
                 raise ProviderError(
                     f"{entry.label}: parameters are {type(parameters).__name__}; expected {model.__name__}"
                 )
-            provider = factory(inputs, parameters)
+            provider = factory(inputs, parameters, **_scene_for(entry, factory, scene))
         except HcssError:
             raise
         except FAILURES as error:
-            raise ProviderError(f"{entry.label} cannot be constructed: {describe(error)}") from error
+            raise ProviderError(f"{entry.label} cannot be constructed: {describe(error, entry.spec.target)}") from error
         return _checked(entry, provider)
+
+
+def _scene_for(entry: Entry, factory: Any, scene: SceneInfo | None) -> dict[str, Any]:
+    """Return the scene as a keyword argument, if the class of a provider takes it."""
+    from hcss_twin.providers.scene import logger_of, takes_scene
+
+    if not takes_scene(factory):
+        return {}
+    if scene is None:
+        raise ProviderError(f"{entry.label} takes the scene (date, place, sun), which is not known here")
+    return {"scene": replace(scene, log=logger_of(str(entry.kind), entry.name))}
 
 
 def _load(entry: Entry, target: str) -> Any:
@@ -283,7 +303,7 @@ def _load(entry: Entry, target: str) -> Any:
     try:
         return getattr(importlib.import_module(module), attribute)
     except FAILURES as error:
-        raise ProviderError(f"{entry.label}: cannot import '{target}': {describe(error)}") from error
+        raise ProviderError(f"{entry.label}: cannot import '{target}': {describe(error, target)}") from error
 
 
 def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[], object]:
@@ -293,7 +313,7 @@ def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[
         try:
             return source.load()
         except FAILURES as error:
-            raise ProviderError(f"import of '{source.value}' failed: {describe(error)}") from error
+            raise ProviderError(f"import of '{source.value}' failed: {describe(error, source.value)}") from error
 
     return load
 
@@ -313,7 +333,9 @@ def _checked(entry: Entry, provider: Any) -> Any:
         missing += [f"{name}()" for name in methods - set(missing) if not callable(getattr(provider, name))]
         declares = getattr(provider, "declares", None)
     except FAILURES as error:
-        raise ProviderError(f"{entry.label}: reading its attributes failed: {describe(error)}") from error
+        raise ProviderError(
+            f"{entry.label}: reading its attributes failed: {describe(error, entry.spec.target)}"
+        ) from error
     if missing:
         raise ProviderError(
             f"{entry.label}: {type(provider).__name__} lacks {', '.join(sorted(missing))} "

@@ -117,7 +117,9 @@ class Guard:
         except (AttributeError, HcssError):
             raise
         except FAILURES as error:
-            raise ProviderDefect(f"{self._label}: reading {name} raised {describe(error)}") from error
+            raise ProviderDefect(
+                f"{self._label}: reading {name} raised {describe(error, type(self._provider).__module__)}"
+            ) from error
 
     def _call(self, name: str, *arguments: Any, **keywords: Any) -> Any:
         self._called.add(name)
@@ -126,7 +128,9 @@ class Guard:
         except HcssError:
             raise
         except FAILURES as error:
-            raise ProviderDefect(f"{self._label}: {name}() raised {describe(error)}") from error
+            raise ProviderDefect(
+                f"{self._label}: {name}() raised {describe(error, type(self._provider).__module__)}"
+            ) from error
 
     def _refuse(self, what: str, expected: str, got: str) -> ProviderDefect:
         return ProviderDefect(f"{self._label}: {what} broke its contract: expected {expected}, got {got}")

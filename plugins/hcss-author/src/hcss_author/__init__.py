@@ -20,11 +20,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hcss_author.clouds import CloudGeneratorContract
     from hcss_author.contract import assert_registered
-    from hcss_author.elements import ElementContract, KnownElement, PlainScene
+    from hcss_author.elements import ElementContract, KnownElement
     from hcss_author.optics import OpticsContract, TransmittanceContract
     from hcss_author.radiance import RadianceModelContract
     from hcss_author.samples import (
-        StillScene,
         sample_atmosphere_inputs,
         sample_cloud_inputs,
         sample_element_inputs,
@@ -43,7 +42,9 @@ if TYPE_CHECKING:
     from hcss_twin.laws.samples import (
         PlainGas,
         PlainOptics,
+        PlainScene,
         PlainSea,
+        StillScene,
         sample_high_layer,
         sample_layer,
         sample_microphysics,
@@ -94,7 +95,6 @@ _HOME = {
     "KnownElement": "elements",
     "KnownSurface": "surfaces",
     "OpticsContract": "optics",
-    "PlainScene": "elements",
     "RadianceModelContract": "radiance",
     "SeaModelContract": "sea",
     "SensorContract": "sensor",
@@ -110,7 +110,7 @@ _HOME = {
 _SHARED = frozenset(
     (
         *("PlainGas", "PlainOptics", "PlainSea", "sample_high_layer", "sample_layer", "sample_microphysics"),
-        *("sample_profile", "sample_radiance_inputs"),
+        *("sample_profile", "sample_radiance_inputs", "PlainScene", "StillScene"),
     )
 )
 """Names of ``hcss_twin.laws.samples``; all others are in ``hcss_author.samples``."""

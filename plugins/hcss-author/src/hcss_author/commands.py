@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from importlib.util import find_spec
 from itertools import takewhile
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import FOLDER, Number, assigned, json_option
+from hcss_twin.cli.options import FOLDER, Number, assigned, json_option, print_json
 
 if TYPE_CHECKING:
     from hcss_author.check import Check
@@ -41,7 +40,7 @@ def new_plugin(kind: str, name: str, folder: Path | None, as_json: bool) -> None
     folder = folder or Path(f"hcss-{name}")
     files = write_package(check_new(kind, name, folder, Registry.discover()), name, folder)
     if as_json:
-        click.echo(json.dumps({"folder": str(folder), "files": [str(file) for file in files]}))
+        print_json({"folder": str(folder), "files": [str(file) for file in files]})
         return
     click.echo("\n".join(map(str, files)))
     click.echo(f"\nNext: pip install -e '{folder}[test]' && hcss check {name}")
@@ -75,7 +74,10 @@ def check(name: str, kind: str | None, assignments: tuple[str, ...], limit: floa
     result = check_provider(entry, parameters, limit)
     model = registry.parameters_model(entry)
     keep_check(entry, None if model is None else model(**parameters), result.count)
-    click.echo(json.dumps(result.as_dict(), indent=1) if as_json else check_text(result))
+    if as_json:
+        print_json(result.as_dict(), indent=1)
+    else:
+        click.echo(check_text(result))
     if not result.passed:
         sys.exit(1)
 

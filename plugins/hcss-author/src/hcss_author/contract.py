@@ -11,6 +11,7 @@ import pytest
 
 from hcss_author.samples import sample_wavenumbers
 from hcss_twin import providers
+from hcss_twin.laws import conduct
 from hcss_twin.laws.law import Inapplicable, Law
 from hcss_twin.providers import Array, Catalog, Kind, choose_from
 from hcss_twin.providers.common import check_options
@@ -18,6 +19,10 @@ from hcss_twin.providers.declaration_checks import check_declaration
 from hcss_twin.providers.registry import Entry, Registry
 
 _Class = TypeVar("_Class", bound=type)
+
+
+class NoMaker(NotImplementedError):
+    """A test class has no ``make_provider``: it may have a fixture ``provider`` instead, for laws of one instance."""
 
 
 def holds(*laws: Law) -> Callable[[_Class], _Class]:
@@ -51,7 +56,7 @@ def law_test(law: Law) -> Callable[..., None]:
                 values[parameter.name] = getattr(self, parameter.name, parameter.default)
         try:
             law(**values)
-        except Inapplicable as why:
+        except (Inapplicable, NoMaker) as why:
             pytest.skip(str(why))
 
     test.__name__ = test.__qualname__ = f"test_{law.__name__}"
@@ -89,6 +94,7 @@ def expect_failures(contract: type, expected: Mapping[str, str]) -> None:
         setattr(contract, f"test_{name}", pytest.mark.xfail(reason=reason, strict=True)(copy))
 
 
+@holds(*conduct.LAWS)
 class ProviderContract:
     """Base of the test classes of all kinds.
 
@@ -105,12 +111,17 @@ class ProviderContract:
 
     def make_provider(self, inputs: Any) -> Any:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def provider(self, inputs: Any) -> Any:
         """Provider made from ``inputs``."""
         return self.make_provider(inputs)
+
+    @pytest.fixture
+    def questions(self) -> tuple[conduct.Question, ...]:
+        """Calls with two sets of arguments each, for laws of all kinds; those of each kind are its own."""
+        return ()
 
     def test_declaration_is_sound(self, provider: Any) -> None:
         """Names, ranges and optional attributes are known to the engine."""
@@ -118,6 +129,7 @@ class ProviderContract:
         check_options(provider)
 
 
+@holds(conduct.results_are_in_double_precision)
 class SpectralContract(ProviderContract):
     """Base of the test classes of providers with spectral results."""
 

@@ -4,30 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from hcss_author.contract import ProviderContract
+from hcss_author.contract import NoMaker, ProviderContract, holds
 from hcss_author.samples import sample_element_inputs
-from hcss_twin.laws.samples import frozen
-from hcss_twin.physics.squares import segments
-from hcss_twin.providers import (
-    Array,
-    ElementInputs,
-    ElementPixels,
-    ElementPoint,
-    ElementProvider,
-    HcssError,
-    SightPath,
-    Sun,
-)
+from hcss_twin.laws import conduct
+from hcss_twin.laws import elements as laws
+from hcss_twin.laws.elements import in_pixels, pixels_of
+from hcss_twin.laws.samples import PlainScene
+from hcss_twin.providers import Array, ElementInputs, ElementPixels, ElementProvider, HcssError
 from hcss_twin.providers.common import FRACTION_TOLERANCE, check_element_variables
-
-Pixel = dict[tuple[int, int], list[tuple[float, ...]]]
 
 AROUND = 64
 """Rows and columns around the image that show an element whole."""
@@ -54,25 +44,6 @@ class KnownElement:
     intensity: Array
 
 
-class PlainScene:
-    """A scene of grey air without clouds, for element providers: an ``ElementScene``."""
-
-    def __init__(self, inputs: ElementInputs, sun: Sun | None = None, seed: int = 1) -> None:
-        self._inputs = inputs
-        self.sun, self.random = sun, np.random.default_rng(seed)
-
-    def project(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
-        """Return row and column of points, without parallax and motion."""
-        grid = self._inputs.grid
-        return y_m / grid.pixel_size_m + 0.5 * grid.rows, x_m / grid.pixel_size_m + 0.5 * grid.columns
-
-    def path(self, x_m: float, y_m: float, altitude_m: float) -> SightPath:
-        """Return air whose optical depth of 0.3 falls off over 8 km."""
-        transmittance = np.full(len(self._inputs.bands), np.exp(-0.3 * np.exp(-altitude_m / 8e3)))
-        emission = (1.0 - transmittance) * self._inputs.black_body(260.0)
-        return SightPath(transmittance, emission, np.ones_like(transmittance))
-
-
 class _MovedScene(PlainScene):
     """A plain scene whose image shows points elsewhere, by rows and columns, and by rows per metre of altitude."""
 
@@ -85,6 +56,7 @@ class _MovedScene(PlainScene):
         return row + self._shift[0] + self._rows_per_m * altitude_m, column + self._shift[1]
 
 
+@holds(*laws.LAWS)
 class ElementContract(ProviderContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
@@ -98,7 +70,7 @@ class ElementContract(ProviderContract):
 
     def make_provider(self, inputs: ElementInputs) -> ElementProvider:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     def known(self, inputs: ElementInputs, time_s: float) -> KnownElement | None:
         """Return what a closed form says of the element; override to have position, motion and strength checked."""
@@ -108,6 +80,11 @@ class ElementContract(ProviderContract):
     def inputs(self) -> ElementInputs:
         """Inputs; override to choose others."""
         return sample_element_inputs()
+
+    @pytest.fixture
+    def questions(self, inputs: ElementInputs) -> tuple[conduct.Question, ...]:
+        """The whole image and a window of it."""
+        return conduct.of_elements(inputs, self.times_s[0])
 
     def test_declaration_is_sound(self, provider: ElementProvider) -> None:
         """Names, ranges and variables that the engine understands."""
@@ -137,28 +114,11 @@ class ElementContract(ProviderContract):
             assert set(part.truth) == set(provider.variables)
         assert found, "nothing appears in the image at times_s: choose parameters or times at which something does"
 
-    def test_a_window_has_the_pixels_of_the_image(self, provider: ElementProvider, inputs: ElementInputs) -> None:
-        """Windows that cut through elements, and rows outside the image, change no bit of a pixel."""
-        rows, columns = inputs.grid.rows, inputs.grid.columns
-        for time in self.times_s:
-            whole, pieces = _pixels(_whole(provider, inputs, time)), Pixel()
-            row, column = next(iter(whole), (7, columns // 2))
-            cuts = (
-                (slice(-3, row), slice(row, row + 1), slice(row + 1, rows)),
-                (slice(0, column + 1), slice(column + 1, columns + 2)),
-            )
-            for window in ((row_cut, column_cut) for row_cut in cuts[0] for column_cut in cuts[1]):
-                found = _pixels(_given(provider, inputs, time, window, PlainScene(inputs)))
-                assert all(one.start <= n < one.stop for at in found for n, one in zip(at, window, strict=True))
-                pieces |= found
-            inside = {at: piece for at, piece in pieces.items() if 0 <= at[0] < rows and 0 <= at[1] < columns}
-            assert inside == whole
-
     def test_times_may_come_in_any_order(self, provider: ElementProvider, inputs: ElementInputs) -> None:
         """Results depend on time and seed alone, not on earlier calls."""
-        forward = [_pixels(_whole(provider, inputs, time)) for time in self.times_s]
+        forward = [pixels_of(_whole(provider, inputs, time)) for time in self.times_s]
         other = self.make_provider(inputs)
-        backward = [_pixels(_whole(other, inputs, time)) for time in reversed(self.times_s)]
+        backward = [pixels_of(_whole(other, inputs, time)) for time in reversed(self.times_s)]
         assert forward == backward[::-1]
 
     def test_a_band_alone_is_as_among_others(self, provider: ElementProvider, inputs: ElementInputs) -> None:
@@ -179,7 +139,7 @@ class ElementContract(ProviderContract):
     def test_an_element_is_where_the_scene_projects_it(self, provider: ElementProvider, inputs: ElementInputs) -> None:
         """An image moved by whole pixels shows the same pixels there."""
         for time in self.times_s:
-            before, after = (_pixels(_around(provider, inputs, time, shift=shift)) for shift in ((0.0, 0.0), SHIFT))
+            before, after = (pixels_of(_around(provider, inputs, time, shift=shift)) for shift in ((0.0, 0.0), SHIFT))
             low, high = -AROUND + 4, min(inputs.grid.rows, inputs.grid.columns) + AROUND - 4
             inside = {at for at in before if all(low <= index < high for index in at)}
             assert {(row + SHIFT[0], column + SHIFT[1]) for row, column in inside} <= set(after)
@@ -246,43 +206,6 @@ class ElementContract(ProviderContract):
             assert altitude_m == pytest.approx(known.altitude_m, rel=1e-6, abs=1e-6)
 
 
-def in_pixels(
-    given: Sequence[ElementPixels | ElementPoint], inputs: ElementInputs, rows: slice, columns: slice, scene: PlainScene
-) -> list[ElementPixels]:
-    """Return what a provider gives, with small elements in the pixels of a window that hold them, as in cubes."""
-    area_m2 = inputs.grid.pixel_size_m**2 * math.cos(math.radians(inputs.view.zenith_deg))
-    found = []
-    for part in given:
-        if isinstance(part, ElementPixels):
-            found.append(part)
-            continue
-        covers = 1.0 if part.area_m2 is None else part.area_m2 / area_m2
-        side = part.side_m / inputs.grid.pixel_size_m
-        if part.area_m2 is not None and covers > 1.0:
-            side = max(side, math.sqrt(covers))
-        position = scene.project(*(np.array([value]) for value in (part.x_m, part.y_m, part.altitude_m)))
-        pieces = [segments(float(at[0]), side, pixels) for at, pixels in zip(position, (rows, columns), strict=True)]
-        (y, up), (x, along) = (
-            _by_pixel(piece[0], (piece[3] - piece[2]) / side if side else np.ones(piece[0].size)) for piece in pieces
-        )
-        if not y.size or not x.size:
-            continue
-        at_y, at_x = (every.ravel() for every in np.meshgrid(y, x, indexing="ij"))
-        truth = {name: np.full(at_y.size, value) for name, value in part.truth.items()}
-        share = covers * np.outer(up, along).ravel()
-        found.append(
-            ElementPixels(at_y, at_x, share, part.altitude_m, part.radiance, part.intensity, part.temperature_K, truth)
-        )
-    return found
-
-
-def _by_pixel(pixel: NDArray[np.intp], share: Array) -> tuple[NDArray[np.intp], Array]:
-    """Return distinct pixels along one axis, and the sum of the shares in each."""
-    distinct, which = np.unique(pixel, return_inverse=True)
-    total: Array = np.bincount(which, share, distinct.size).astype(np.float64)
-    return distinct, total
-
-
 def _given(
     provider: ElementProvider, inputs: ElementInputs, time_s: float, window: tuple[slice, slice], scene: PlainScene
 ) -> list[ElementPixels]:
@@ -333,15 +256,3 @@ def _centre(part: ElementPixels) -> Array:
     weighted = np.array([part.share @ (part.rows + 0.5), part.share @ (part.columns + 0.5)])
     centre: Array = weighted / np.sum(part.share)
     return centre
-
-
-def _pixels(parts: list[ElementPixels]) -> Pixel:
-    """Return the values of each pixel, part by part."""
-    found: Pixel = {}
-    for part in parts:
-        given = frozen(part.intensity if part.radiance is None else part.radiance)
-        values = np.broadcast_to(given, (part.rows.size, given.shape[-1]))
-        for n, at in enumerate(zip(part.rows.tolist(), part.columns.tolist(), strict=True)):
-            facts = (part.altitude_m, float(part.share[n]), *values[n].tolist())
-            found.setdefault(at, []).append((*facts, *(float(truth[n]) for truth in part.truth.values())))
-    return found

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hcss_author.contract import SpectralContract, holds
+from hcss_author.contract import NoMaker, SpectralContract, holds
 from hcss_author.samples import sample_atmosphere_inputs, sample_optics_inputs
-from hcss_twin.laws import atmosphere, particles
+from hcss_twin.laws import atmosphere, conduct, particles
 from hcss_twin.laws.samples import sample_microphysics
 from hcss_twin.providers import (
     Array,
@@ -36,7 +36,7 @@ class OpticsContract(SpectralContract):
 
     def make_provider(self, inputs: OpticsInputs) -> Optics:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def inputs(self) -> OpticsInputs:
@@ -47,6 +47,11 @@ class OpticsContract(SpectralContract):
     def cloud(self, provider: Optics) -> Microphysics:
         """Sample particles of water, or of the first material of a provider without water."""
         return sample_microphysics(min(materials(provider), key=lambda name: (name != "water", name)))
+
+    @pytest.fixture
+    def questions(self, cloud: Microphysics, wavenumber_cm1: Array) -> tuple[conduct.Question, ...]:
+        """Particles, and smaller ones."""
+        return conduct.of_optics(cloud, wavenumber_cm1)
 
     def test_every_declared_material_has_properties(self, provider: Optics, wavenumber_cm1: Array) -> None:
         """Sample particles of each declared material give properties at one wavenumber."""
@@ -122,7 +127,7 @@ class TransmittanceContract(SpectralContract):
 
     def make_provider(self, inputs: AtmosphereInputs) -> TransmittanceProvider:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def inputs(self) -> AtmosphereInputs:
@@ -134,6 +139,11 @@ class TransmittanceContract(SpectralContract):
         """Single and composite paths, from the sea and from a cloud top, as used by the engine."""
         single = [to_space(base, zenith) for base in (0.0, 1500.0) for zenith in (0.0, 30.0, 60.0)]
         return [*single, single[1] + single[2], single[5] + single[3]]
+
+    @pytest.fixture
+    def questions(self, provider: Any, wavenumber_cm1: Array) -> tuple[conduct.Question, ...]:
+        """Paths, and others."""
+        return conduct.of_air(provider, wavenumber_cm1)
 
     def test_shape_type_and_range(self, provider: Any, wavenumber_cm1: Array, paths: list[Path]) -> None:
         """(P, V) of real numbers in [0, 1]."""

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hcss_author.contract import SpectralContract, holds
-from hcss_twin.laws import radiance
+from hcss_author.contract import NoMaker, SpectralContract, holds
+from hcss_twin.laws import conduct, radiance
 from hcss_twin.laws.samples import (
     PlainGas,
     PlainSea,
@@ -158,7 +158,7 @@ class RadianceModelContract(SpectralContract):
 
     def make_provider(self, inputs: RadianceInputs) -> RadianceModel:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def inputs(self) -> RadianceInputs:
@@ -169,6 +169,13 @@ class RadianceModelContract(SpectralContract):
     def setting(self, inputs: RadianceInputs, request: pytest.FixtureRequest) -> ColumnSetting:
         """The scene's setting without a sun, and with one at 40 degrees of zenith."""
         return inputs.setting.under(request.param)
+
+    @pytest.fixture
+    def questions(
+        self, provider: RadianceModel, inputs: RadianceInputs, wavenumber_cm1: Array
+    ) -> tuple[conduct.Question, ...]:
+        """Columns, and others."""
+        return conduct.of_radiance(provider, inputs.setting, wavenumber_cm1)
 
     def test_declaration_is_sound(self, provider: RadianceModel) -> None:
         """Names and ranges that the engine understands; solar terms are terms."""

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from hcss_twin.laws.samples import frozen, sample_layer, sample_profile
+from hcss_twin.laws.samples import StillScene, frozen, sample_layer, sample_profile
 from hcss_twin.providers import (
     Array,
     AtmosphereInputs,
@@ -84,43 +83,6 @@ def sample_element_inputs(bands: int = 2) -> ElementInputs:
         black_body=lambda temperature_K: planck(peaks, temperature_K) * peaks**2 / 1e4,
         catalog=Catalog(),
     )
-
-
-class StillScene:
-    """``SensorInputs.scene_at`` of the kit: the measured frame at all times, or one that brightens with time.
-
-    Attributes
-    ----------
-    calls : list of (float, slice, slice)
-        Time, rows and columns of each call since the frame began.
-    change_per_s : float
-        Relative change of the radiance.
-    time_s : float
-        Of the frame that is measured.
-    """
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[float, slice, slice]] = []
-        self.change_per_s, self.time_s = 0.0, 0.0
-        self._radiance = frozen([])
-
-    def begin(self, radiance: Array, time_s: float) -> None:
-        """Take the frame that is measured, and its time."""
-        self._radiance, self.time_s, self.calls = radiance, time_s, []
-
-    @contextlib.contextmanager
-    def brightening(self, change_per_s: float) -> Iterator[None]:
-        """Let the scene brighten with time for a while."""
-        self.change_per_s = change_per_s
-        try:
-            yield
-        finally:
-            self.change_per_s = 0.0
-
-    def __call__(self, time_s: float, rows: slice, columns: slice) -> Array:
-        """Return a window of the frame at a time."""
-        self.calls.append((time_s, rows, columns))
-        return frozen(self._radiance[:, rows, columns] * (1.0 + self.change_per_s * (time_s - self.time_s)))
 
 
 def sample_surface_inputs(points_per_s: int = 0) -> SurfaceInputs:

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hcss_author.contract import SpectralContract, holds
+from hcss_author.contract import NoMaker, SpectralContract, holds
 from hcss_author.samples import sample_sea_inputs
+from hcss_twin.laws import conduct
 from hcss_twin.laws import sea as sea_laws
 from hcss_twin.laws.samples import frozen
 from hcss_twin.laws.sea import AZIMUTH, MU_IN, MU_OUT, hemispherical_integral
@@ -36,12 +37,17 @@ class SeaModelContract(SpectralContract):
 
     def make_provider(self, inputs: SeaInputs) -> SeaModel:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def inputs(self) -> SeaInputs:
         """Inputs; override to choose others."""
         return sample_sea_inputs()
+
+    @pytest.fixture
+    def questions(self, provider: SeaModel, wavenumber_cm1: Array) -> tuple[conduct.Question, ...]:
+        """Directions, and others."""
+        return conduct.of_sea(provider, wavenumber_cm1)
 
     def test_emissivity_shape_type_and_range(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """(M, V) of real numbers in [0, 1]."""

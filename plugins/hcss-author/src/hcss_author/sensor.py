@@ -8,16 +8,19 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from hcss_author.contract import ProviderContract
+from hcss_author.contract import NoMaker, ProviderContract, holds
 from hcss_author.samples import sample_sensor_inputs
-from hcss_author.sensor_laws import SensorLaws, measure
+from hcss_author.sensor_laws import SensorLaws
+from hcss_twin.laws import conduct, sensors
 from hcss_twin.laws.samples import frozen
+from hcss_twin.laws.sensors import SCENE_W_M2_SR, measure
 from hcss_twin.providers import Array, Measured, Sensor, SensorInputs
 from hcss_twin.providers.common import MEASURED_LIMITS, check_measured
 
 _FRAMES = 3
 
 
+@holds(*sensors.LAWS)
 class SensorContract(SensorLaws, ProviderContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
@@ -27,11 +30,11 @@ class SensorContract(SensorLaws, ProviderContract):
         Lowest and highest radiance of the measured frames.
     """
 
-    scene_W_m2_sr: tuple[float, float] = (0.5, 2.0)
+    scene_W_m2_sr: tuple[float, float] = SCENE_W_M2_SR
 
     def make_provider(self, inputs: SensorInputs) -> Sensor:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     @pytest.fixture
     def inputs(self) -> SensorInputs:
@@ -44,6 +47,11 @@ class SensorContract(SensorLaws, ProviderContract):
         low, high = self.scene_W_m2_sr
         shape = _FRAMES, len(inputs.bands), inputs.grid.rows, inputs.grid.columns
         return frozen(low + (high - low) * np.random.default_rng(8).random(shape))
+
+    @pytest.fixture
+    def questions(self, inputs: SensorInputs, scene: Array) -> tuple[conduct.Question, ...]:
+        """Two frames."""
+        return conduct.of_sensors(inputs, scene[0], scene[1])
 
     def test_declaration_is_sound(self, provider: Sensor) -> None:
         """Names, ranges and optional attributes that the engine understands."""
@@ -65,12 +73,6 @@ class SensorContract(SensorLaws, ProviderContract):
                     assert value.dtype.kind in ("iu" if counted else "f"), field.name
                     assert not counted or value.min() >= 0, field.name
                     assert field.name != "saturated" or value.max() <= 2
-
-    def test_same_seed_same_bits(self, inputs: SensorInputs, scene: Array) -> None:
-        """Two sensors of the same seed measure the same."""
-        one, other = (_measured(self.make_provider(inputs), inputs, scene) for _ in range(2))
-        for first, second in zip(one, other, strict=True):
-            _assert_same(first, second)
 
     def test_frames_may_come_in_any_order(self, provider: Sensor, inputs: SensorInputs, scene: Array) -> None:
         """A frame depends only on its number, not on earlier measurements, unless the sensor remembers."""

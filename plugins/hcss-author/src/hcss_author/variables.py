@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hcss_author.contract import ProviderContract
+from hcss_author.contract import NoMaker, ProviderContract
 from hcss_author.samples import sample_element_inputs
+from hcss_twin.laws.conduct import Question, of_variables
 from hcss_twin.providers import VariableInputs, VariableProvider
 from hcss_twin.providers.variables import GEOMETRY, check_output_variables
 
@@ -154,7 +155,7 @@ class VariableContract(ProviderContract):
 
     def make_provider(self, inputs: VariableInputs) -> VariableProvider:
         """Return the provider under test."""
-        raise NotImplementedError("define make_provider(self, inputs)")
+        raise NoMaker("define make_provider(self, inputs)")
 
     def known(self, inputs: VariableInputs, fields: Values, time_s: float) -> Values | None:
         """Return what a closed form says of some or all variables; override to have values checked."""
@@ -169,6 +170,13 @@ class VariableContract(ProviderContract):
     def fields(self, inputs: VariableInputs) -> dict[str, NDArray[Any]]:
         """Every variable of the engine and its geometry; override where values of the sample do not fit."""
         return sample_fields(inputs)
+
+    @pytest.fixture
+    def questions(self, provider: VariableProvider, inputs: VariableInputs, fields: Values) -> tuple[Question, ...]:
+        """Fields, and others."""
+        others = sample_fields(inputs, seed=2)
+        one, other = ({name: given[name] for name in provider.needs} for given in (fields, others))
+        return of_variables(one, other)
 
     def test_declaration_is_sound(self, provider: VariableProvider) -> None:
         """Variables and inputs that the engine understands."""

@@ -53,7 +53,7 @@ class Aircraft:
         if altitude < 0.0:
             return []
         point = ElementPoint(x, y, altitude, velocity_m_s=velocity, truth={"altitude": altitude, "skin": of.skin})
-        parts = [replace(point, radiance=self._skin, area_m2=of.area, temperature_K=of.skin)]
+        parts = [replace(point, radiance=self._skin.copy(), area_m2=of.area, temperature_K=of.skin)]
         if np.any(self._plume):
-            parts.append(replace(point, intensity=self._plume))
+            parts.append(replace(point, intensity=self._plume.copy()))
         return parts

@@ -60,7 +60,7 @@ class Ship:
         at = np.array(found)
         truth = {"temperature": np.full(len(at), of.temperature), "heading": np.full(len(at), of.heading)}
         where = at[:, 0].astype(np.intp), at[:, 1].astype(np.intp), at[:, 2]
-        return [ElementPixels(*where, of.height, self._radiance, None, of.temperature, truth)]
+        return [ElementPixels(*where, of.height, self._radiance.copy(), None, of.temperature, truth)]
 
 
 def shared_area(polygon: Array, row: int, column: int) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import click
 
 from hcss_export.file_names import SUFFIXES, unknown_format
-from hcss_twin.cli.options import EXISTING, NEW, Number, force_option, json_option
+from hcss_twin.cli.options import EXISTING, NEW, Number, force_option, json_option, print_json
 
 LISTED = 8
 """Maximum number of files listed on screen; the rest are counted."""
@@ -50,7 +49,7 @@ def export_command(
 
     done = export_cube(cube, to, output, variable=variable, bands=bands, frames=frames, limits=limits, replace=force)
     if as_json:
-        click.echo(json.dumps({**asdict(done), "files": [str(path) for path in done.files]}))
+        print_json({**asdict(done), "files": [str(path) for path in done.files]})
         return
     for path in done.files[:LISTED]:
         click.echo(str(path))

@@ -52,7 +52,7 @@ def reference(
         write_to_cube(cube, given, result)
     text = json.dumps(result, indent=1)
     if printed:
-        click.echo(text)
+        write_json(Path("-"), text)
         return
     for band in result["bands"]:
         click.echo(_line(band))

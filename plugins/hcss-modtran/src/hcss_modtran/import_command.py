@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import click
@@ -13,6 +12,7 @@ from hcss_twin.cli.options import (
     Number,
     force_option,
     json_option,
+    print_json,
     require_writable,
     with_size,
 )
@@ -66,6 +66,6 @@ def atmosphere_import(
     options = ReadOptions(file_format, sights, settings)
     checks = import_files(files, output, options, profile=profile, resolution_cm1=resolution, title=title)
     if as_json:
-        click.echo(json.dumps({"table": str(output), "bytes": output.stat().st_size, "checks": checks}))
+        print_json({"table": str(output), "bytes": output.stat().st_size, "checks": checks})
     else:
         click.echo("\n".join([*(f"  {line}" for line in checks), with_size(output)]))

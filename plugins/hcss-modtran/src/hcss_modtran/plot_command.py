@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import click
 
-from hcss_twin.cli.options import NEW_FILE, Number, force_option, json_option, require_writable
+from hcss_twin.cli.options import NEW_FILE, Number, force_option, json_option, print_json, require_writable
 
 
 @click.command("plot")
@@ -52,7 +51,7 @@ def atmosphere_plot(
             spectrum.label: {"zenith_deg": spectrum.zenith_deg.tolist(), "bands": _bands(spectrum)}
             for spectrum in spectra
         }
-        click.echo(json.dumps({"picture": str(output), "sources": found, "comparison": lines}))
+        print_json({"picture": str(output), "sources": found, "comparison": lines})
     else:
         click.echo("\n".join([*lines, str(output)]))
 

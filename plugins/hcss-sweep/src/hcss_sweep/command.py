@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from functools import partial
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import NEW_FILE, Stop, assigned, json_option, progress, set_option, with_size
+from hcss_twin.cli.options import NEW_FILE, Stop, assigned, json_option, print_json, progress, set_option, with_size
 
 _FOLDER = click.Path(file_okay=False, path_type=Path)
 
@@ -77,7 +76,10 @@ def sweep_command(
             force=force,
             progress=partial(progress, context.ensure_object(Stop), label="points"),
         )
-    click.echo(json.dumps(result.as_dict()) if as_json else _sweep_text(result))
+    if as_json:
+        print_json(result.as_dict())
+    else:
+        click.echo(_sweep_text(result))
     if result.failed:
         click.echo(f"error: {len(result.failed)} of {len(result.points)} points failed", err=True)
         sys.exit(EXIT_FAILED)

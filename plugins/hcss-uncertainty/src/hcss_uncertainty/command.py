@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import warnings
 from functools import partial
@@ -17,6 +16,7 @@ from hcss_twin.cli.options import (
     assigned,
     force_option,
     json_option,
+    print_json,
     progress,
     require_writable,
     set_option,
@@ -103,7 +103,7 @@ def propagate_command(
             progress=partial(progress, context.ensure_object(Stop), label="draws"),
         )
     if as_json:
-        click.echo(json.dumps(propagation_values(result)))
+        print_json(propagation_values(result))
     else:
         click.echo("\n".join([propagation_text(result), *map(with_size, result.cubes)]))
     failed = [certificate for certificate in result.certificates if not certificate.passed]

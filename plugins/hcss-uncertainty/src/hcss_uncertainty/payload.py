@@ -96,4 +96,4 @@ def _reseeded(sensor: BuiltSensor) -> BuiltSensor:
     seed = int(np.random.SeedSequence(base, spawn_key=(_FAMILY,)).generate_state(1, np.uint64)[0] >> np.uint64(1))
     stages = tuple(stage.model_copy(update={"seed": None}) for stage in sensor.section.stages)
     section = sensor.section.model_copy(update={"seed": seed, "stages": stages})
-    return replace(sensor, stages=make_sensor(section, sensor.inputs).stages)
+    return replace(sensor, stages=make_sensor(section, sensor.inputs, scene=sensor.scene).stages)

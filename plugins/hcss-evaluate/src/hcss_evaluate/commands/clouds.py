@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 import click
 
 from hcss_evaluate.commands.image_options import cloud_options
-from hcss_twin.cli.options import EXISTING_FILE, NEW_FILE, force_option, json_option, require_writable
+from hcss_twin.cli.options import EXISTING_FILE, NEW_FILE, force_option, json_option, print_json, require_writable
 from hcss_twin.core.json_numbers import json_value
 from hcss_twin.providers import CatalogError
 
@@ -142,7 +141,7 @@ def import_command(
     draw_entry(entry, name, picture)
     if as_json:
         answer = {"name": name, "entry": str(path), "preview": str(picture), "notes": entry.notes}
-        click.echo(json.dumps({**answer, **_as_dict(entry.facts)}))
+        print_json({**answer, **_as_dict(entry.facts)})
         return
     click.echo("\n".join([*_described(entry.facts, entry.grey.shape), *entry.notes, f"{path}  {picture}"]))
 
@@ -157,7 +156,7 @@ def _list_samples(as_json: bool) -> None:
         listed = [
             {"name": name, "installed": sample.folder is not None, **_as_dict(sample)} for name, sample in known.items()
         ]
-        click.echo(json.dumps(listed))
+        print_json(listed)
         return
     for name, sample in known.items():
         click.echo(
@@ -211,7 +210,7 @@ def clouds_list(folder: Path | None = None, as_json: bool = False) -> None:
             }
             for entry in listed
         ]
-        click.echo(json.dumps(answer))
+        print_json(answer)
         return
     if not listed:
         click.echo(f"no entries in {folder}; make one with: hcss import IMAGE --to {folder}")
@@ -254,7 +253,7 @@ def clouds_preview(name: str, folder: Path | None, output: Path | None, force: b
     entry = read_entry(path)
     draw_entry(entry, name, picture)
     if as_json:
-        click.echo(json.dumps({"name": name, "preview": str(picture), **_as_dict(entry.facts)}))
+        print_json({"name": name, "preview": str(picture), **_as_dict(entry.facts)})
         return
     click.echo("\n".join([*_described(entry.facts, entry.grey.shape), str(picture)]))
 

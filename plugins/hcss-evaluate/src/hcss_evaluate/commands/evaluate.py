@@ -294,11 +294,10 @@ def _choice(side: str, method: Method, options: dict[str, Any]) -> EvaluationCho
 
 def _answer(answer: str, text: str, output: Path | None, json_file: Path | None) -> None:
     """Print JSON or the text with the names of the files, and write JSON to its file."""
-    if json_file is not None and str(json_file) == "-":
-        click.echo(answer)
-        return
     if json_file is not None:
         write_json(json_file, answer)
+    if str(json_file) == "-":
+        return
     click.echo(text)
     for file in (output, json_file):
         if file is not None:

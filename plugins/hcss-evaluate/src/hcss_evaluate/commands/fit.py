@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,7 +12,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcss_evaluate.commands.image_options import image_options, refuse_image_options, worded_for_options
-from hcss_twin.cli.options import EXISTING_FILE, NEW_FILE, Number, Stop, force_option, json_option, require_writable
+from hcss_twin.cli.options import (
+    EXISTING_FILE,
+    NEW_FILE,
+    Number,
+    Stop,
+    force_option,
+    json_option,
+    print_json,
+    require_writable,
+)
 
 if TYPE_CHECKING:
     from hcss_evaluate.posterior.posterior_file import Posterior
@@ -148,7 +156,7 @@ def fit_command(
             "doubts": posterior.doubts,
             "notes": notes,
         }
-        click.echo(json.dumps(answer))
+        print_json(answer)
     else:
         fixed_lines = [f"{name} fixed at {value:g}" for name, value in posterior.fixed.items()]
         p_lines = [f"{name}: posterior predictive p = {p:.2g}" for name, p in p_values]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Callable
@@ -21,6 +20,7 @@ from hcss_twin.cli.options import (
     Number,
     force_option,
     json_option,
+    print_json,
     require_two_files,
     require_writable,
 )
@@ -101,7 +101,10 @@ def match_command(
     write_fragment(done.text, output)
     answer = {**done.answer, "fragment": str(output), "preview": None if preview is None else str(preview)}
     files = str(output) if preview is None else f"{output}  {preview}"
-    click.echo(json.dumps(answer) if as_json else "\n".join([*done.lines, files]))
+    if as_json:
+        print_json(answer)
+    else:
+        click.echo("\n".join([*done.lines, files]))
 
 
 @dataclass(frozen=True)

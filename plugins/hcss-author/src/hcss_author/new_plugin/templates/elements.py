@@ -34,9 +34,7 @@ class Provider:
         )
         if not (rows.start <= row[0] < rows.stop and columns.start <= column[0] < columns.stop):
             return []
-        share = np.array([self._parameters.share])
+        share, radiance = np.array([self._parameters.share]), self._radiance.copy()
         return [
-            ElementPixels(
-                row, column, share, 0.0, self._radiance, None, self._parameters.temperature, {"number": np.ones(1)}
-            )
+            ElementPixels(row, column, share, 0.0, radiance, None, self._parameters.temperature, {"number": np.ones(1)})
         ]
