@@ -21,8 +21,9 @@ _INTRODUCTION = """# Public names
 {GENERATED}
 
 Packages import from `hcss_twin` only what this page lists. A test reads the import statements of every package in
-`plugins/` and of new packages that `hcss new` writes; imports that are not on this page yet are listed in the README
-of the package that has them, and a test counts them.
+`plugins/`. Names outside this page that a package still imports are counted by that test, and their modules are listed
+in the README of the package. Packages that `hcss new-plugin` writes import from the first two modules and from
+`hcss_author`.
 
 The names of `hcss_twin` and `hcss_twin.providers` are for everybody, and stay as the [provider API](provider-api.md)
 promises. All others are the `__all__` of the module that defines them: they are documented and tested, but may change
