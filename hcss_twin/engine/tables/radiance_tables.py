@@ -136,7 +136,7 @@ ROUNDING = 1e-8
 def stacked_tables(tables: Sequence[DenseTable]) -> DenseTable:
     """Return tables of one state each as one of all states, at all thicknesses at which one of them has values.
 
-    Between these every table is linear. Beyond its thickest cloud, a table continues with that. Tables of several layers
+    Between these every table is linear. Beyond its thickest cloud, a table continues with that. Those of several layers
     differ little from state to state: together they need about as large matrices as one of them alone.
     """
     first = tables[0]
