@@ -59,6 +59,7 @@ def assemble(
     slant: SlantPaths,
     climate: Climate | None = None,
     family: SceneFamily | None = None,
+    image: Grid | None = None,
 ) -> Assembly:
     """Build all providers of a scenario, with clouds over the whole area of its slant paths.
 
@@ -68,6 +69,8 @@ def assemble(
         Of rays whose places have air and sea of their own.
     family : SceneFamily, optional
         Of scenes that share columns.
+    image : Grid, optional
+        Of rays that form no grid on the ground.
 
     Raises
     ------
@@ -150,7 +153,7 @@ def assemble(
     builder.raise_problems()
     spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
     elements = build_elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
-    derived = build_derived(builder, scenario, catalog, sensor_bands(bands), grid, slant.view)
+    derived = build_derived(builder, scenario, catalog, sensor_bands(bands), image or grid, slant.view)
     surfaces = None if scenario.surfaces is None else _surfaces(builder, scenario, catalog, bands, around, grid)
     builder.raise_problems()
     with attribute_to_field("radiance.model", radiance.parameters):

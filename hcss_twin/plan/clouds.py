@@ -231,7 +231,7 @@ def build_generators(
             shift = slant.of_view(layer, points.pixel_size_m)
             if wide != (0, 0):
                 generator = DisplacedClouds(generator, wide, shift)
-            elif margin != (0, 0):
+            elif margin != (0, 0) or slant.shadows:  # rays that form no grid have shadows even below the clouds
                 generator = DisplacedClouds(generator, wide, shift, of_image=True)
             generators.append(generator)
     if allowed is slant:

@@ -109,8 +109,10 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     zenith, azimuth, _ = track.positions(times)
     view = View(scenario.view.zenith, scenario.view.azimuth) if given is None else given.view
     slant = slant_paths(scenario.slant, view, zenith, azimuth, given is None)
-    assembly = assemble(scenario, catalog, slant, None if given is None else given.climate, family)
-    if given is not None:
+    if given is None:
+        assembly = assemble(scenario, catalog, slant, None, family)
+    else:
+        assembly = assemble(scenario, catalog, slant, given.climate, family, given.image)
         assembly = replace(assembly, directions=given.directions)
     texture = _texture(scenario, assembly)
     assembly = replace(assembly, has_texture=texture is not None)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.cube.geometry import pixel_centres_m
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import to_geographic
@@ -28,7 +29,7 @@ from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.directions import Directions
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ImageViews
-from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 from hcss_twin.providers import Grid, View
 from hcss_twin.scenario.scenario import Scenario
 
@@ -146,13 +147,31 @@ class Rays(ABC):
         """
         raise ProviderError(f"{type(self).__name__}: pixels have no area; allowed: no [[elements]]")
 
+    def locations_deg(self, window: Window, time_s: float, scenario: Scenario) -> tuple[Array, Array]:
+        """Return latitude and longitude (rows, columns) of the pixels of a window, or any where they see no ground.
+
+        By default it is that of the middle of their points.
+        """
+        points_m, samples = self.points_m(window, time_s, 0.0), self.samples_per_pixel
+        x_m, y_m = (np.nan_to_num(pixel_sums(of_points, samples) / samples**2) for of_points in points_m)
+        return to_geographic(x_m, y_m, scenario.place.latitude, scenario.place.longitude)
+
+    def angles_deg(self, window: Window, time_s: float) -> tuple[Array, Array]:
+        """Return zenith and azimuth (clockwise from north) of the sensor at the pixels of a window, as locations.
+
+        Scenes with derived variables may need it.
+        """
+        raise ProviderError(f"{type(self).__name__}: pixels have no angles; allowed: no [[output.derived]] of them")
+
     def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
         """Return the variables of the cube: those that are requested, and coordinates of pixels."""
         kept = tuple(spec for spec in requested if spec.kind != "geometry")
         if not self.may_miss_ground:
             return kept
         return tuple(
-            replace(spec, may_be_missing=True) if np.dtype(spec.dtype).kind == "f" and spec.needs_radiance else spec
+            replace(spec, may_be_missing=True)
+            if np.dtype(spec.dtype).kind == "f" and (spec.needs_radiance or spec.kind == "own")
+            else spec
             for spec in kept
         )
 
@@ -199,10 +218,17 @@ def excluded_beside_rays(rays: Rays, scenario: Scenario, assembly: Assembly) -> 
         for number, (layer, from_image) in enumerate(zip(assembly.layers, assembly.from_images, strict=True))
     )
     profiles = assembly.air_over_field is not None and rays.climate is None
+    of_sun = any(name.startswith("sun_") for provider in assembly.derived for name in provider.needs)
     return (
         *modes,
         Excluded("clouds.generator", assembly.tops_vary, "cloud tops that vary with the generator", "one without"),
         Excluded("atmosphere.profile", profiles, "a field of several profiles", "one profile"),
+        Excluded(
+            "output.derived",
+            of_sun and assembly.own_suns is not None,
+            "a variable of the sun's angles, which differ from place to place,",
+            "others",
+        ),
     )
 
 
@@ -263,6 +289,33 @@ class GridRays(Rays):
             ((2.0 * column + 1.0 - image.columns) / image.columns, (2.0 * row + 1.0 - image.rows) / image.rows)
             for row, column in zip(rows, columns, strict=True)
         )
+
+    def locations_deg(self, window: Window, time_s: float, scenario: Scenario) -> tuple[Array, Array]:
+        """Return where the centres of the pixels are at a time."""
+        x_m, y_m = self._centres_m(window)
+        place = scenario.place
+        return to_geographic(
+            x_m + self.assembly.motion.platform_speed_m_s * time_s, y_m, place.latitude, place.longitude
+        )
+
+    def angles_deg(self, window: Window, time_s: float) -> tuple[Array, Array]:
+        """Return the angles toward the sensor at the centres of the pixels, or those of the one view."""
+        x_m, y_m = self._centres_m(window)
+        lines = self.assembly.lines_of_sight
+        if lines is None:
+            return np.full(x_m.shape, self.view.zenith_deg), np.full(x_m.shape, self.view.azimuth_deg)
+        sight = lines.from_points(x_m, y_m)
+        return sight.zenith_deg, sight.azimuth_deg
+
+    def _centres_m(self, window: Window) -> tuple[Array, Array]:
+        """Place of the centres of pixels in the plane."""
+        x_m, y_m = np.meshgrid(
+            *(
+                pixel_centres_m(pixels.start, length(pixels), size, self.image.pixel_size_m)
+                for pixels, size in zip(window[::-1], (self.image.columns, self.image.rows), strict=True)
+            )
+        )
+        return x_m, y_m
 
     def project(
         self, x_m: Array, y_m: Array, altitude_m: Array, time_s: float, later_s: float = 0.0

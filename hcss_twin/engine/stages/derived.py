@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.cube.geometry import PIXELS_AT_ONCE, pixel_centres_m
+from hcss_twin.cube.geometry import PIXELS_AT_ONCE
 from hcss_twin.engine.stages.stage import Frame, FramePart, Stage
-from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.providers.variables import GEOMETRY
@@ -65,31 +64,12 @@ class DerivedStage(Stage):
         for strip in cut(extent, max(1, PIXELS_AT_ONCE // shape[1]), shape[1]) if angles else ():
             in_part = relative(strip, extent)
             known: dict[str, Any] = {}
-            if self._geometry & {*_LOCATION, *_VIEW}:
-                known = self._of_pixels(strip, time_s)
+            if self._geometry & set(_LOCATION):
+                known |= zip(_LOCATION, plan.rays.locations_deg(strip, time_s, plan.scenario), strict=True)
+            if self._geometry & set(_VIEW):
+                known |= zip(_VIEW, plan.rays.angles_deg(strip, time_s), strict=True)
             if sun is not None:
                 known |= zip(_SUN, (sun.zenith_deg, sun.azimuth_deg), strict=True)
             for name, array in angles.items():
                 array[in_part] = known[name]
         return angles
-
-    def _of_pixels(self, window: Window, time_s: float) -> dict[str, Any]:
-        plan, lines = self._plan, self._plan.assembly.lines_of_sight
-        sizes = plan.grid.columns, plan.grid.rows
-        x, y = np.meshgrid(
-            *(
-                pixel_centres_m(pixels.start, length(pixels), size, plan.grid.pixel_size_m)
-                for pixels, size in zip(window[::-1], sizes, strict=True)
-            )
-        )
-        place = plan.scenario.place
-        east = x + plan.assembly.motion.platform_speed_m_s * time_s
-        known: dict[str, Any] = {}
-        if self._geometry & set(_LOCATION):
-            known |= zip(_LOCATION, to_geographic(east, y, place.latitude, place.longitude), strict=True)
-        if lines is None:
-            return known | dict(zip(_VIEW, (plan.view.zenith_deg, plan.view.azimuth_deg), strict=True))
-        if self._geometry & set(_VIEW):
-            sight = lines.from_points(x, y)
-            known |= zip(_VIEW, (sight.zenith_deg, sight.azimuth_deg), strict=True)
-        return known

@@ -25,6 +25,9 @@ from hcss_twin.providers import Grid
 LOST = 1e-5
 """Largest relative error of the polynomials of a frame, relative to those of the pass."""
 
+LEAST = 1e-6
+"""Smallest radiance, relative to the largest toward the directions of a frame, to which such errors are relative."""
+
 
 def plans_over_views(plan: Plan) -> Iterator[Plan]:
     """Yield a plan for each view with tables, or the plan itself if one view is used for all pixels.
@@ -116,13 +119,15 @@ def views_of_frame(plan: Plan, time_s: float, tables: DenseTable) -> tuple[Frame
     return nodes_of_frame(plan, time_s, sample)
 
 
-def nodes_of_frame(plan: Plan, time_s: float, sample: Array) -> tuple[FrameViews, Array | None]:
+def nodes_of_frame(plan: Plan, time_s: float, sample: Array, least: float = LEAST) -> tuple[FrameViews, Array | None]:
     """Return the views of a frame of rays that form no grid, and the weights of the plan's nodes, as for tables.
 
     Parameters
     ----------
     sample : ndarray (M, V)
         Values at all nodes of the plan, which the polynomials of the frame must tell.
+    least : float
+        Smallest value, relative to the largest of a column in the frame, to which errors are relative.
     """
     assert plan.views is not None
     orders = plan.views.order_x, plan.views.order_y
@@ -136,9 +141,9 @@ def nodes_of_frame(plan: Plan, time_s: float, sample: Array) -> tuple[FrameViews
     test = np.linspace(-1.0, 1.0, 7)
     x, y = (coordinates.ravel() for coordinates in np.meshgrid(middle[0] + half[0] * test, middle[1] + half[1] * test))
     true = whole.weights(x, y).T @ sample
-    scale = np.maximum(np.abs(true), 1e-6 * np.max(np.abs(true), axis=0, initial=0.0) + 1e-300)
-    for least in range(max(orders)):
-        few = min(least, orders[0]), min(least, orders[1])
+    scale = np.maximum(np.abs(true), least * np.max(np.abs(true), axis=0, initial=0.0) + 1e-300)
+    for order in range(max(orders)):
+        few = min(order, orders[0]), min(order, orders[1])
         if (few[0] + 1) * (few[1] + 1) >= (orders[0] + 1) * (orders[1] + 1):
             break
         at_x = middle[0] + half[0] * quadrature.nodes(few[0])

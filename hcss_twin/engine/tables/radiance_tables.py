@@ -138,7 +138,8 @@ ROUNDING = 1e-8
 def stacked_tables(tables: Sequence[DenseTable]) -> DenseTable:
     """Return tables of one state each as one of all states, at all thicknesses at which one of them has values.
 
-    Between these every table is linear. Beyond its thickest cloud, a table continues with that.
+    Between these every table is linear. Beyond its thickest cloud, a table continues with that. Those of several layers
+    differ little from state to state: together they need about as large matrices as one of them alone.
     """
     first = tables[0]
     if len(tables) == 1:
@@ -154,7 +155,9 @@ def stacked_tables(tables: Sequence[DenseTable]) -> DenseTable:
             lambda which, values: _at(nodes[present[which]], table.nodes_m[present[which]], values)
         )
 
-    return replace(first, clear=clear, nodes_m=nodes, columns=stacked([at_all(table) for table in tables]))
+    columns = stacked([at_all(table) for table in tables])
+    columns = columns.rounded(ROUNDING) if len(columns.cores) > 1 else columns
+    return replace(first, clear=clear, nodes_m=nodes, columns=columns)
 
 
 def _union(nodes: Sequence[Array]) -> Array:

@@ -119,7 +119,7 @@ def view_states(plan: Plan, tables: NDArray[Any], time_s: float) -> ViewStates:
         return OneView(tables)
     every, axis = tables.reshape(len(tables), -1).astype(np.float64), None
     if not plan.is_grid:
-        axis, of_plan = nodes_of_frame(plan, time_s, every)
+        axis, of_plan = nodes_of_frame(plan, time_s, every, least=1.0)
         every = every if of_plan is None else of_plan @ every
     shares = np.eye(len(every))
     if len(every) > MANY_STATES and every.size:

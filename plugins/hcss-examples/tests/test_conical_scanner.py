@@ -18,11 +18,12 @@ def of(**overrides):
 
 
 def test_clear_pixels_have_the_radiance_of_their_views():
-    arc = simulate(of(**{"clouds.coverage": 0.0}))
+    clear = {"clouds.coverage": 0.0, "sea.temperature_texture": 0.0}
+    arc = simulate(of(**clear))
     assert arc.attrs["hcss_certificate"].startswith("PASSED")
     for column, azimuth in ((0, 180.0 - 20.0 * 47 / 48), (31, 180.0 + 20.0 * 15 / 48)):
         grid = {"view.zenith": 53.0, "view.azimuth": azimuth, "image.rows": 8, "image.columns": 8}
-        raw = json.loads(of(**{"clouds.coverage": 0.0}, **grid).to_json())
+        raw = json.loads(of(**clear, **grid).to_json())
         del raw["conical_scanner"]
         grid = simulate(Scenario.from_dict(raw))
         assert arc["radiance"].values[0, :, :, column] == pytest.approx(
@@ -34,6 +35,7 @@ def test_clouds_are_seen_and_certified_where_rays_meet_their_layer():
     cube = simulate(of(**{"output.variables": ["radiance", "cloud_fraction"]}))
     assert cube.attrs["hcss_certificate"].startswith("PASSED")
     assert cube["cloud_fraction"].values.mean() == pytest.approx(0.4, abs=0.05)
+    assert "clear in shadow" in cube.attrs["hcss_certificate_strata"]
     rays = make_plan(of()).rays
     low, high = (np.stack(rays.points_m((slice(0, 24), slice(0, 48)), 0.0, height)) for height in (0.0, 1000.0))
     # A line at zenith 53 degrees passes a height h tan(53 degrees) nearer to the platform.

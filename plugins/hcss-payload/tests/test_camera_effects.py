@@ -18,7 +18,8 @@ from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_plane
 from hcss_twin.plan.displaced_clouds import DisplacedClouds
 from hcss_twin.plan.texture import TextureFields
 from hcss_twin.plan.windows import windows
-from hcss_twin.providers import CloudDeclaration, Sun, View
+from hcss_twin.providers import CloudDeclaration, Declaration, OutputVariable, Sun, View
+from hcss_twin.providers.registry import Origin, ProviderSpec, Registry, hookimpl
 
 PLACE = 30.0, 150.0
 BESIDE = {
@@ -369,18 +370,89 @@ def test_all_effects_go_together_in_whatever_windows_and_pass_the_certificate(mo
         np.testing.assert_array_equal(part[name], values[..., 10:50, 20:90])
 
 
+DISK = {
+    "camera": {"rows": 24, "columns": 24, "focal_length": 0.1, "detector_pitch": 1.28e-3, "beyond": "missing"},
+    "orbit": {"provider": "geostationary", "longitude": 150.0},
+    "place": {"latitude": 0.0},
+    "attitude": {"provider": "nadir"},
+    "image": {"pixel_size": 30e3, "rows": 400, "columns": 400},
+    "clouds": {"base": 1000.0, "top": 4000.0},
+    "sea": {"temperature_texture": None, "waves": "auto"},
+    "bands": ["lwir-10.8"],
+    "accuracy": 5e-2,
+}
+
+
 def test_a_full_disk_has_no_shadows_from_one_sun():
-    disk = {
-        "camera": {"rows": 24, "columns": 24, "focal_length": 0.1, "detector_pitch": 1.28e-3, "beyond": "missing"},
-        "orbit": {"provider": "geostationary", "longitude": 150.0},
-        "place": {"latitude": 0.0},
-        "attitude": {"provider": "nadir"},
-        "image": {"pixel_size": 30e3, "rows": 400, "columns": 400},
-        "clouds": {"base": 1000.0, "top": 4000.0},
-        "sea": {"temperature_texture": None, "waves": "auto"},
-        "accuracy": 5e-2,
-    }
-    assert "full disk" in hcss_twin.make_plan(beside(disk)).assembly.slant.why_not["shadows"].why
+    assert "full disk" in hcss_twin.make_plan(beside(DISK)).assembly.slant.why_not["shadows"].why
     for on in ({"slant": {"shadows": "on"}}, {"sea": {"temperature_texture": 0.5}}):
         with pytest.raises(ScenarioError, match=r"image: a full disk"):
-            hcss_twin.make_plan(beside(disk, on))
+            hcss_twin.make_plan(beside(DISK, on))
+
+
+# --- derived variables ----------------------------------------------------------------------
+
+
+class Where:
+    """Location and view of a pixel, apart, beside its radiance."""
+
+    declares = Declaration()
+    needs: tuple[str, ...] = ("radiance", "latitude", "longitude", "view_zenith", "view_azimuth")
+    variables = {  # noqa: RUF012
+        "where": OutputVariable("1", "sum", "Location and view.", dtype="float64"),
+        "bright": OutputVariable("1", "twice the radiance", "Of the first band.", dtype="float64"),
+    }
+
+    def __init__(self, inputs, parameters):
+        self.size = inputs.grid.rows, inputs.grid.columns
+
+    def values(self, fields, time_s):
+        angles = [fields[name] for name in self.needs[1:]]
+        assert all(np.all(np.isfinite(angle)) for angle in angles)
+        total = sum(angle * 1000.0**number for number, angle in enumerate(angles))
+        return {"where": total, "bright": 2.0 * fields["radiance"][0].astype(float)}
+
+
+class Sunny(Where):
+    needs = ("radiance", "sun_zenith")
+
+
+class Plugin:
+    @hookimpl
+    def hcss_register_variables(self):
+        kinds = (Where, Sunny)
+        return [ProviderSpec(kind.__name__.lower(), f"{__name__}:{kind.__name__}", None, 3, "a test") for kind in kinds]
+
+
+@pytest.fixture
+def derived(monkeypatch):
+    registry = Registry.defaults_only()
+    registry.add(Plugin(), Origin("test", "hcss-test", "1.0"))
+    monkeypatch.setattr(Registry, "discover", classmethod(lambda cls: registry))
+
+    def of(provider):
+        return {"output": {"variables": ["radiance", "where", "bright"], "derived": [{"provider": provider}]}}
+
+    return of
+
+
+def test_derived_variables_have_location_and_view_of_each_pixel(derived):
+    plan = hcss_twin.make_plan(beside(derived("where"), {"sea": {"waves": "off"}}))
+    made = next(stream(plan, compile_tables(plan)))
+    assert plan.assembly.derived[0].variables.keys() == {"where", "bright"}
+    names = ("pixel_latitude", "pixel_longitude", "pixel_view_zenith", "pixel_view_azimuth")
+    expected = sum(made[name].astype(float) * 1000.0**number for number, name in enumerate(names))
+    np.testing.assert_allclose(made["where"], expected, rtol=1e-7)
+    np.testing.assert_array_equal(made["bright"], 2.0 * made["radiance"][0].astype(float))
+
+
+def test_derived_variables_are_missing_where_no_ground_is_seen(derived):
+    plan = hcss_twin.make_plan(beside(DISK, derived("where")))
+    made = next(stream(plan, compile_tables(plan)))
+    ground = made["pixel_kind"] == 0
+    assert 0.3 < ground.mean() < 0.9
+    for name in ("where", "bright"):
+        np.testing.assert_array_equal(np.isfinite(made[name]), ground)
+        assert next(spec for spec in plan.variables if spec.name == name).may_be_missing
+    with pytest.raises(ScenarioError, match=r"output\.derived: a variable of the sun's angles"):
+        hcss_twin.make_plan(beside(DISK, derived("sunny")))

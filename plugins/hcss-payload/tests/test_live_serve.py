@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from hcss_payload import Jitter, PayloadError, Pose, pose_at
 from hcss_payload.build import payload_of, scene_of
-from hcss_payload.live import LiveClient, LiveTwin, PointTarget
+from hcss_payload.live import LiveClient, LiveTwin, PointTarget, live_pass
 from hcss_payload.live.prepared_pass import FrameCost
 from hcss_payload.live.ring import Ring, RingShape
 from hcss_payload.live.server import Server
@@ -67,6 +67,10 @@ node_longitude = 156.0
 argument = 26.5
 [attitude]
 provider = "track"
+"""
+COAST = """
+[surfaces]
+provider = "coast"
 """
 TIMEOUT_S = 60.0
 
@@ -178,6 +182,34 @@ def test_a_served_frame_is_that_of_the_pose_and_sigterm_deletes_the_memory(files
     assert "pose 206: time_s: 11 s; allowed: 0 to 10 s, the pass" in errors
     assert errors.count("pose 5") <= 1  # one line in some seconds, not one for each refused pose
     assert not is_there(name)
+
+
+@needs_shm
+def test_a_scene_that_fast_frames_do_not_show_is_served_with_the_pixels_of_cubes(files):
+    name = f"hcss-test-cube-{os.getpid()}"
+    (files / "scene.toml").write_text(SCENE + COAST + PASS)
+    scenario = hcss_twin.Scenario.load(files / "scene.toml")
+    nominal = payload_of(scenario, Catalog(base=files))
+    with (
+        subprocess.Popen(command(name), cwd=files, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server,
+        live_pass(scenario) as live,
+    ):
+        try:
+            with LiveClient(name, TIMEOUT_S) as client:
+                for time_s in (0.0, 3.0):
+                    pose = pose_at(time_s, nominal.trajectory, nominal.attitude, Jitter((1e-4, 1e-4, 1e-4)))
+                    targets = [PointTarget(30.0, 150.0, 2.5e3, (1e5,))]
+                    shown = client.wait(client.send_pose(pose, targets), TIMEOUT_S)
+                    assert np.array_equal(shown.image, live.frame(time_s, shown.pose, targets=targets).radiance)
+        finally:
+            server.send_signal(signal.SIGTERM)
+        output, errors = server.communicate(timeout=TIMEOUT_S)
+    assert server.returncode == 0, errors
+    assert re.search(
+        r"\ncube frames: .* ms a frame, .* a second; too slow for 1e\+06 \(0\.001 ms\): .*clouds .* ms", output
+    )
+    assert "omitted: clouds within the footprint of a pixel: " in output
+    assert "note: frames are those of cubes, since fast frames do not show a map of the ground" in errors
 
 
 @needs_shm

@@ -104,7 +104,6 @@ def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
             "parallax of flat layers",
             "'auto', which follows the lines of sight",
         ),
-        Excluded("output.derived", bool(scenario.output.derived), "a derived variable", "none"),
     )
 
 
@@ -140,6 +139,7 @@ class CameraRays(Rays):
         self._times_s = (frames.first + np.arange(frames.count, dtype=np.float64)) * frames.interval
         self._last: tuple[Hashable, FrameGeometry] | None = None
         self._limb: Limb | None = None
+        self._derived = frozenset[str]()
         self._points: dict[float, CameraPoints] = {}
         self._points_key: Hashable = None
         self.may_miss_ground = payload.beyond != "refuse"
@@ -233,6 +233,7 @@ class CameraRays(Rays):
     def prepare(self, scenario: Scenario, assembly: Assembly, radiance: bool) -> None:
         """Raise a :class:`ScenarioError` that names what a camera cannot show yet."""
         super().prepare(scenario, assembly, radiance)
+        self._derived = frozenset(name for provider in assembly.derived for name in provider.variables)
         scene = assembly.plane(scenario.image.samples_per_pixel)
         for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
             for layer, generator in zip(assembly.layers, assembly.generators, strict=True):
@@ -304,6 +305,25 @@ class CameraRays(Rays):
         beyond: NDArray[np.bool_] = kind != GROUND
         return beyond if beyond.any() else None
 
+    def locations_deg(self, window: Window, time_s: float, scenario: Scenario) -> tuple[Array, Array]:
+        """Return where the centres of pixels see the ground; the scene's place where they do not."""
+        geometry = self._geometry(time_s)
+        seen = geometry.latitude_longitude(geometry.window(*window))
+        latitude, longitude = (
+            np.where(np.isnan(angle), of_place, angle) for angle, of_place in zip(seen, self._place_deg, strict=True)
+        )
+        return latitude, longitude
+
+    def angles_deg(self, window: Window, time_s: float) -> tuple[Array, Array]:
+        """Return zenith and azimuth of the camera there; those of the typical view where pixels see no ground."""
+        geometry = self._geometry(time_s)
+        seen = geometry.angles_deg(geometry.window(*window))
+        typical = self.view.zenith_deg, self.view.azimuth_deg
+        zenith, azimuth = (
+            np.where(np.isnan(angle), of_view, angle) for angle, of_view in zip(seen, typical, strict=True)
+        )
+        return zenith, azimuth
+
     def project(
         self, x_m: Array, y_m: Array, altitude_m: Array, time_s: float, later_s: float = 0.0
     ) -> tuple[Array, Array]:
@@ -349,8 +369,8 @@ class CameraRays(Rays):
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Add the coordinates of the pixels; set space to 0 and what is not computed to missing."""
-        shows_limb = self._payload.beyond == "limb"
-        complete(frame, self._geometry(time_s), extent, shows_limb, self._limb, self.gives_coordinates)
+        shows_limb, coordinates = self._payload.beyond == "limb", self.gives_coordinates
+        complete(frame, self._geometry(time_s), extent, shows_limb, self._limb, self._derived, coordinates)
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ def complete(
     extent: Window,
     shows_limb: bool,
     limb: Limb | None,
+    derived: Collection[str] = (),
     coordinates: bool = True,
 ) -> None:
     """Add the coordinates of the pixels to a part of a frame; set space to 0 and what is not computed to missing.
@@ -35,11 +37,13 @@ def complete(
         Whether pixels of the limb have a tangent height.
     limb : Limb or None
         Radiance of the limb; None if it is missing.
+    derived : collection of str
+        Variables of other packages, which are missing in space, too.
     coordinates : bool
         Whether to add coordinates, which take longer than all else.
     """
     rows, columns = extent
-    shape, ground_variables = (rows.stop - rows.start, columns.stop - columns.start), list(frame.values())
+    shape, ground_variables = (rows.stop - rows.start, columns.stop - columns.start), dict(frame)
     specs = (*PIXEL_VARIABLES, TANGENT_HEIGHT) if shows_limb else PIXEL_VARIABLES
     for spec in specs if coordinates else ():
         frame[spec.name] = np.empty(shape, dtype=spec.dtype)
@@ -50,10 +54,10 @@ def complete(
         rays = geometry.window(*window)
         beyond, space = rays.kind != GROUND, rays.kind == SPACE
         if beyond.any():
-            for values in ground_variables:
+            for name, values in ground_variables.items():
                 if values.dtype.kind == "f":
                     values[..., strip, :][..., beyond] = np.nan
-                    values[..., strip, :][..., space] = 0.0
+                    values[..., strip, :][..., space] = np.nan if name in derived else 0.0
         if coordinates:
             for spec, coordinate in zip(PIXEL_VARIABLES, _coordinates(geometry, rays), strict=True):
                 frame[spec.name][strip] = coordinate
