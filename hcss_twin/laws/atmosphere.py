@@ -83,7 +83,7 @@ def grazing_paths_transmit_less(provider: Any, wavenumber_cm1: Array, tolerance:
         for slant, less, angle in zip(through[:-1], through[1:], zenith[1:], strict=True):
             measurable = absorbs & (slant > 1e-4)
             if np.any(measurable):
-                change = float(np.max((less / slant)[measurable] - 1.0))
+                change = float(np.max(less[measurable] / slant[measurable])) - 1.0
                 at_most(f"relative growth of T toward zenith {angle:g} deg", change, -1e-5)
 
 

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import UTC
 from typing import Any
 
 import numpy as np
@@ -63,7 +64,9 @@ def scene_info(scenario: Scenario) -> SceneInfo:
 
 def scene_of(track: SunTrack) -> SceneInfo:
     """Return what a provider may know of a scene with this sun."""
-    return SceneInfo(track.start, track.latitude_deg, track.longitude_deg, track.at, logging.getLogger(LOGGER))
+    return SceneInfo(
+        track.start.astimezone(UTC), track.latitude_deg, track.longitude_deg, track.at, logging.getLogger(LOGGER)
+    )
 
 
 @contextmanager

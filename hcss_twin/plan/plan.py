@@ -16,7 +16,6 @@ from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.builder import scene_info
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
@@ -30,7 +29,7 @@ from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ViewAxis
 from hcss_twin.plan.waves import PlannedWaves
 from hcss_twin.plan.windows import Window, length
-from hcss_twin.providers import CloudLayer, Grid, SceneInfo, Sun, View
+from hcss_twin.providers import CloudLayer, Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -222,11 +221,6 @@ class Plan:
     def is_grid(self) -> bool:
         """Whether the pixels form a grid on the ground, which is then the plane of the scene."""
         return isinstance(self.rays, GridRays)
-
-    @property
-    def about(self) -> SceneInfo:
-        """Date, place and sun of the scene, for providers that take it."""
-        return scene_info(self.scenario)
 
     @property
     def cloudy_layers(self) -> list[int]:

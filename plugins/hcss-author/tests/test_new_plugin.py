@@ -7,7 +7,7 @@ import tomllib
 import hcss_author
 import pytest
 from click.testing import CliRunner
-from hcss_author.new_plugin.write import contract_name, package_files, write_package
+from hcss_author.new_plugin.write import KINDS, contract_name, package_files, write_package
 from installed_providers import install
 
 from hcss_twin.cli.main import cli
@@ -19,13 +19,14 @@ def new_plugin(*arguments):
     return CliRunner().invoke(cli, ["new-plugin", *map(str, arguments)])
 
 
-@pytest.mark.parametrize("kind", Kind)
+@pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_has_a_template_and_a_contract_class(kind):
     assert hasattr(hcss_author, contract_name(kind))
     files = package_files(kind, "my-own")
     assert not any("$" in path or "$" in text for path, text in files.items())
     project = tomllib.loads(files["pyproject.toml"])["project"]
-    assert project["entry-points"]["hcss_twin"] == {"my-own": "hcss_my_own"}
+    (entries,) = project["entry-points"].values()
+    assert entries["my-own"].partition(":")[0].partition(".")[0] == "hcss_my_own"
     for path, text in files.items():
         if path.endswith(".py"):
             compile(text, path, "exec")

@@ -3,11 +3,11 @@
     python plugins/hcss-author/tests/wrong_plugins.py              # all, about two minutes
     python plugins/hcss-author/tests/wrong_plugins.py --match Sea
 
-Writes ``wrong_plugins.json``: the law that refuses each package first, and the error of a run.
+Writes ``wrong_plugins.csv``: the law that refuses each package first, and whether a run does.
 """
 
 import argparse
-import json
+import csv
 import os
 import sys
 import tempfile
@@ -64,9 +64,9 @@ KEYS = {
 """Changes of the scenario that select a provider of a kind."""
 
 
-def refused_by_kit(cases):
-    """Return the laws that refuse each (kind, class) first."""
-    return [laws for laws, _ in laws_broken([(Case(kind, cls), None, None) for kind, cls in cases])]
+def refused_by_kit(cases, most=1):
+    """Return the laws that refuse each (kind, class): the first, or with ``most`` of 0 all."""
+    return [laws for laws, _ in laws_broken([(Case(kind, cls), None, None) for kind, cls in cases], most)]
 
 
 class Case:
@@ -135,7 +135,13 @@ def main():
             rows.append({"kind": wrong.kind, "name": wrong.name, "mistake": wrong.sentence, "kit": laws, "run": by_run})
             print(f"{wrong.name:<40} {laws[0] if laws else 'PASSES THE KIT':<55} {by_run[:90] or 'RUNS'}", flush=True)
     if not given.match:
-        (HERE / "wrong_plugins.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        with (HERE / "wrong_plugins.csv").open("w", encoding="utf-8", newline="") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerow(["kind", "mistake", "law of the kit", "refused by a run"])
+            for row in rows:
+                table.writerow(
+                    [row["kind"], row["mistake"], *(row["kit"] or ["none"])[:1], "yes" if row["run"] else "no"]
+                )
     for what in ("kit", "run"):
         count = sum(bool(row[what]) for row in rows)
         print(f"refused by the {what}: {count} of {len(rows)}, {count / len(rows):.1%}")

@@ -71,7 +71,7 @@ def test_a_live_camera_and_its_sensor_have_one_pixel_angle():
     scenario = hcss_twin.Scenario.from_dict(geometry_inputs.merged(geometry_inputs.SCENE, geometry_inputs.sensor()))
     bands = [spectral_band(band, Catalog()) for band in scenario.bands]
     assembly = SimpleNamespace(motion=SimpleNamespace(frame_interval_s=1.0))
-    plan = SimpleNamespace(scenario=scenario, catalog=Catalog(), bands=bands, assembly=assembly, about=None)
+    plan = SimpleNamespace(scenario=scenario, catalog=Catalog(), bands=bands, assembly=assembly)
     LiveSensor(plan, Camera(8, 8, 0.5, 2e-5))
     with pytest.raises(
         hcss_twin.ScenarioError, match=r"4e-05 rad, and camera\.detector_pitch 4e-05 m with camera\.focal"

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hcss_author.clouds import CloudGeneratorContract
     from hcss_author.contract import assert_registered
     from hcss_author.elements import ElementContract, KnownElement
+    from hcss_author.extensions import CommandContract, EffectContract, LightContract, RaysContract, SectionContract
     from hcss_author.optics import OpticsContract, TransmittanceContract
     from hcss_author.radiance import RadianceModelContract
     from hcss_author.samples import (
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
         sample_grid,
         sample_motion,
         sample_optics_inputs,
+        sample_scene,
         sample_sea_inputs,
         sample_sensor_inputs,
         sample_surface_inputs,
@@ -54,16 +56,21 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CloudGeneratorContract",
+    "CommandContract",
+    "EffectContract",
     "ElementContract",
     "KnownElement",
     "KnownSurface",
+    "LightContract",
     "OpticsContract",
     "PlainGas",
     "PlainOptics",
     "PlainScene",
     "PlainSea",
     "RadianceModelContract",
+    "RaysContract",
     "SeaModelContract",
+    "SectionContract",
     "SensorContract",
     "StillScene",
     "SurfaceContract",
@@ -82,6 +89,7 @@ __all__ = [
     "sample_optics_inputs",
     "sample_profile",
     "sample_radiance_inputs",
+    "sample_scene",
     "sample_sea_inputs",
     "sample_sensor_inputs",
     "sample_surface_inputs",
@@ -90,6 +98,11 @@ __all__ = [
 ]
 
 _HOME = {
+    "CommandContract": "extensions",
+    "EffectContract": "extensions",
+    "LightContract": "extensions",
+    "RaysContract": "extensions",
+    "SectionContract": "extensions",
     "CloudGeneratorContract": "clouds",
     "ElementContract": "elements",
     "KnownElement": "elements",

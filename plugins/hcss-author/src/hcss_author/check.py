@@ -20,6 +20,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
+from hcss_author.extension_entries import Extension, ExtensionEntry, find_extension
 from hcss_twin.core.errors import OptionError, ProviderNameError
 from hcss_twin.providers import Kind, ProviderError, choose_from
 from hcss_twin.providers.registry import Entry, Registry
@@ -107,8 +108,8 @@ class Check:
         return {"passed": self.passed, "count": self.count, **asdict(self)}
 
 
-def find(registry: Registry, name: str, kind: str | None = None) -> Entry:
-    """Return the only provider of a plain or qualified name.
+def find(registry: Registry, name: str, kind: str | None = None) -> Entry | ExtensionEntry:
+    """Return the only provider of a plain or qualified name, or the extension of a name.
 
     Raises
     ------
@@ -117,10 +118,12 @@ def find(registry: Registry, name: str, kind: str | None = None) -> Entry:
     ProviderError
         If there is none, or several of one kind.
     """
-    if kind is not None and kind not in list(Kind):
-        raise OptionError(f"--kind is '{kind}'; {choose_from(kind, Kind)}")
-    of_kind = registry.entries(kind)
+    if kind is not None and kind not in (*Kind, *Extension):
+        raise OptionError(f"--kind is '{kind}'; {choose_from(kind, (*Kind, *Extension))}")
+    of_kind = () if kind in list(Extension) else registry.entries(kind)
     kinds = sorted({str(entry.kind) for entry in of_kind if name in (entry.name, entry.qualified_name)})
+    if not kinds and (extension := find_extension(name, kind)) is not None:
+        return extension
     if not kinds:
         of_kinds = sorted({entry.name for entry in of_kind})
         broken = "".join(f"; broken: {plugin}" for plugin in registry.broken)
@@ -130,7 +133,9 @@ def find(registry: Registry, name: str, kind: str | None = None) -> Entry:
     return registry.resolve(kinds[0], name)
 
 
-def check_provider(entry: Entry, parameters: Mapping[str, Any] | None = None, limit_s: float = 120.0) -> Check:
+def check_provider(
+    entry: Entry | ExtensionEntry, parameters: Mapping[str, Any] | None = None, limit_s: float = 120.0
+) -> Check:
     """Hold a provider to the kit of its kind.
 
     Parameters
@@ -253,7 +258,7 @@ class _Run:
         """Identities of the laws that have an outcome."""
         return [key for key, law in self._laws.items() if law.outcome != "not run" or law.why]
 
-    def ended(self, entry: Entry, stopped: str, code: int, said: str) -> bool:
+    def ended(self, entry: Entry | ExtensionEntry, stopped: str, code: int, said: str) -> bool:
         """Take the end of a process; return whether no law remains for another one.
 
         ``code`` and ``said`` are the exit code of the process and its last line.

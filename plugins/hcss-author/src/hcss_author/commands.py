@@ -29,10 +29,13 @@ _WIDTH = len("expected failure")
 @click.option("--folder", type=FOLDER, help="New folder of the package; default: hcss-NAME.")
 @json_option
 def new_plugin(kind: str, name: str, folder: Path | None, as_json: bool) -> None:
-    """Write a package with a provider of your own: KIND is clouds, sea, optics, atmosphere, radiance,
-    elements, variables or sensors.
+    """Write a package with a provider or an extension of your own.
 
-    NAME selects the provider in scenarios. The package is complete: it can be installed, and its tests pass.
+    KIND of a provider: clouds, sea, optics, atmosphere, radiance, elements, surfaces, variables or sensors; of an
+    extension: rays, effect, section, light or command.
+
+    NAME selects it in scenarios, or is the name of the command. The package is complete: it can be installed, and its
+    tests pass.
     """
     from hcss_author.new_plugin.write import check_new, write_package
     from hcss_twin.providers.registry.registry import Registry
@@ -66,14 +69,16 @@ def check(name: str, kind: str | None, assignments: tuple[str, ...], limit: floa
     if find_spec("pytest") is None:
         raise click.ClickException("the conformance kit needs pytest: pip install pytest")
     from hcss_author.check import check_provider, find
+    from hcss_twin.providers.registry import Entry
     from hcss_twin.providers.registry.checks import keep_check
     from hcss_twin.providers.registry.registry import Registry
 
     registry, parameters = Registry.discover(), assigned(assignments)
     entry = find(registry, name, kind)
     result = check_provider(entry, parameters, limit)
-    model = registry.parameters_model(entry)
-    keep_check(entry, None if model is None else model(**parameters), result.count)
+    if isinstance(entry, Entry):  # cubes quote the checks of providers
+        model = registry.parameters_model(entry)
+        keep_check(entry, None if model is None else model(**parameters), result.count)
     if as_json:
         print_json(result.as_dict(), indent=1)
     else:

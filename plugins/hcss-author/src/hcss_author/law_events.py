@@ -18,6 +18,7 @@ import pytest
 
 import hcss_author
 from hcss_author.contract import expect_failures
+from hcss_author.extension_entries import Extension
 from hcss_author.new_plugin.write import contract_name
 from hcss_twin.providers import Catalog, HcssError, Kind
 from hcss_twin.providers.registry import Entry, Registry
@@ -121,6 +122,8 @@ def contract_of(
         Members that must not be called.
     """
     events = Events(Path(events_path), blocked)
+    if kind in list(Extension):
+        return type("Installed", (getattr(hcss_author, Extension(kind).contract),), extension_members(name, parameters))
     registry = Registry.discover()
     entry = registry.resolve(kind, name)
     numbers = itertools.count()
@@ -133,7 +136,7 @@ def contract_of(
     base: Any = getattr(hcss_author, contract_name(entry.kind))
 
     def construct(inputs: Any) -> Any:
-        return registry.create(entry, inputs, chosen)
+        return registry.create(entry, inputs, chosen, hcss_author.sample_scene())
 
     create = timed(construct, entry.spec.target.partition(":")[2], events, next(numbers))
 
@@ -164,6 +167,11 @@ def contract_of(
         events.write(error=str(error))
         raise
     return Installed
+
+
+def extension_members(name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the attributes of the test class of an extension: its name, and keys of its section."""
+    return {"name": name, "settings": dict(settings)}
 
 
 def _parameters(registry: Registry, entry: Entry, given: Mapping[str, Any]) -> Any:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 import math
 from collections.abc import Mapping
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -21,13 +23,16 @@ from hcss_twin.providers import (
     Motion,
     OpticsInputs,
     Profile,
+    SceneInfo,
     SeaInputs,
     SensorBand,
     SensorInputs,
+    Sun,
     SurfaceInputs,
     View,
     planck,
 )
+from hcss_twin.providers.scene import LOGGER
 
 _USUAL_RANGE_CM1 = (500.0, 4000.0)
 
@@ -55,6 +60,12 @@ def sample_cloud_inputs(coverage: float = 0.5, seed: int = 1, **changes: Any) ->
 def still(inputs: CloudInputs) -> CloudInputs:
     """Return the same inputs without motion and evolution."""
     return dataclasses.replace(inputs, motion=Motion(0.0, (0.0, 0.0), math.inf, 2.0))
+
+
+def sample_scene() -> SceneInfo:
+    """Return noon of an April day at 35 N 150 E, for providers that take the scene."""
+    noon = datetime(2024, 4, 20, 2, tzinfo=UTC)
+    return SceneInfo(noon, 35.0, 150.0, lambda time_s: Sun(24.0, 180.0, 1.005), logging.getLogger(LOGGER))
 
 
 def sample_sea_inputs(wind_speed_m_s: float = 8.0) -> SeaInputs:

@@ -70,7 +70,7 @@ class LiveSensor:
             seed=plan.scenario.seed,
             catalog=plan.catalog,
         )
-        stages = build_stages(section, inputs, about=plan.about)
+        stages = build_stages(section, inputs)
         optics = {"focal_length": camera.focal_length_m, "detector_pitch": camera.pitch_m}
         examine_geometry({"camera": optics}, stages)
         self._sensor: Any
