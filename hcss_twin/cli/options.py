@@ -16,6 +16,8 @@ import click
 
 from hcss_twin.core.files import is_device
 
+__all__ = ["Number", "force_option", "json_file_option", "load", "require_writable", "set_option", "write_json"]
+
 
 class _Existing(click.Path):
     """A file or folder, where click allows pipes, sockets and devices, too."""
@@ -107,6 +109,8 @@ def _answers_only(context: click.Context, _option: click.Parameter, value: Any) 
 
 json_option = click.option("--json", "as_json", is_flag=True, callback=_answers_only, help="Print the result as JSON.")
 force_option = click.option("--force", is_flag=True, help="Replace existing files.")
+"""The option ``--force``, which :func:`require_writable` takes."""
+
 json_file_option = click.option(
     "--json",
     "json_file",
@@ -114,9 +118,12 @@ json_file_option = click.option(
     callback=_answers_only,
     help="JSON file for all numbers; - prints them instead of the table.",
 )
+"""The option ``--json FILE``, as the parameter ``json_file``."""
+
 set_option = click.option(
     "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Change a key, for example view.zenith=40; repeat."
 )
+"""The option ``--set KEY=VALUE``, as the parameter ``assignments``, which :func:`load` takes."""
 
 
 def scenario_options(command: Any) -> Any:

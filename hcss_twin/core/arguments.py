@@ -17,6 +17,8 @@ from typing import Any, TypeVar, cast
 
 from hcss_twin.core.errors import LONGEST, OptionError
 
+__all__ = ["checked"]
+
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 

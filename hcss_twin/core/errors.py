@@ -9,6 +9,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import date, time
 
+__all__ = ["OptionError"]
+
 
 class HcssError(Exception):
     """Base of all errors that this package raises deliberately.

@@ -19,6 +19,8 @@ from typing import Any
 from hcss_twin.core.errors import CatalogError, HcssError
 from hcss_twin.core.reading import open_netcdf
 
+__all__ = ["atomic_write"]
+
 REMEDY = "give another name with -o, or --force"
 
 FORMS: Mapping[str, tuple[str, ...]] = MappingProxyType(

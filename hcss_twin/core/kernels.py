@@ -14,6 +14,8 @@ from numba.core.caching import FunctionCache
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
 
+__all__ = ["inner", "kernel"]
+
 COMPILES = "compiles kernels"
 """Name of a process of :func:`compiling_meanwhile`."""
 

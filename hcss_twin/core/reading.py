@@ -18,6 +18,8 @@ from typing import Any, ParamSpec, TypeVar
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.netcdf import NetcdfFile
 
+__all__ = ["reading"]
+
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
 _Error = type[HcssError]

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from hcss_twin.cube.packing import Packing
 
+__all__ = ["VariableSpec"]
+
 
 Kind = Literal["radiance", "truth", "derived", "coordinate", "geometry", "own"]
 Feature = Literal["layers", "shadows", "waves", "altitude", "elements", "surfaces", "texture"]

@@ -18,9 +18,10 @@ from hcss_twin.engine.scene_points import at_rays, interpolated
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
-from hcss_twin.plan.slant_paths import reference_height_m
 from hcss_twin.plan.windows import Window, length, points_of
 from hcss_twin.providers import CloudGenerator, Grid
+
+__all__ = ["FrameClouds"]
 
 Thickness = NDArray[np.float32]
 
@@ -56,7 +57,7 @@ class FrameClouds:
                 self._plan,
                 window,
                 self._time_s,
-                reference_height_m(layer),
+                layer.reference_height_m,
                 partial(self._of_scene, number),
                 interpolated,
                 self._rays,

@@ -37,6 +37,8 @@ from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import views_over_image
 from hcss_twin.providers import Sun, View
 
+__all__ = ["tables_of"]
+
 COARSE_SPECTRA = 1e-4
 """Tolerance from which on sunlight is as coarse as all else where wavenumbers are chosen: it adds up to 5e-5."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,15 +29,16 @@ class Ground:
         assert plan.assembly.surfaces is not None
         self._plan, self._provider = plan, plan.assembly.surfaces.provider
         self._classes, self._samples = surfaces.classes, plan.samples_per_pixel
-        self._last: tuple[float, Window, SurfaceMap] | None = None
+        self._last: tuple[Hashable, Window, SurfaceMap] | None = None
 
     def at(self, time_s: float, window: Window) -> SurfaceMap:
         """Return the surface at the points of a window of pixels; the last one is kept."""
-        if self._last is None or self._last[:2] != (time_s, window):
+        key = self._plan.rays.frame_key(time_s)
+        if self._last is None or self._last[:2] != (key, window):
             rows, columns = (points_of(pixels, self._samples) for pixels in window)
             of_scene = self._plan.is_grid
             surface = self._provider.surface(time_s, rows, columns) if of_scene else self._sampled(time_s, window)
-            self._last = time_s, window, surface
+            self._last = key, window, surface
         return self._last[2]
 
     def _sampled(self, time_s: float, window: Window) -> SurfaceMap:

@@ -21,6 +21,8 @@ from hcss_twin.plan.sensor import BuiltSensor, asking
 from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.providers import Points
 
+__all__ = ["SceneAround"]
+
 _STEP_S = 60.0
 """Distance of times at which tables can lie: less than that in which sunlight bends."""
 
@@ -47,12 +49,14 @@ class SceneAround:
         self._plan = replace(plan, variables=radiance, computed=radiance, assembly=alone)
         self._tile = tile_shape(plan)
         self._maker = PartMaker(self._plan, tables)
-        self.sensor = asking(sensor, self._at)
+        self.sensor = asking(sensor, self.at)
         self._other = self._maker
         if sensor.instants is not None:
             self._other = PartMaker(self._plan, tables_at(self._plan, tables, sensor.instants))
 
-    def frame(self, index: int, radiance: NDArray[np.float32]) -> tuple[NDArray[np.float32], Points | None]:
+    def frame(
+        self, index: int, radiance: NDArray[np.float32], time_s: float | None = None
+    ) -> tuple[NDArray[np.float32], Points | None]:
         """Return the radiance (B, y, x) of a frame in the area that the sensor needs, and its small elements apart.
 
         Parameters
@@ -61,7 +65,10 @@ class SceneAround:
             Number of the frame, from 0.
         radiance : ndarray of float32 (B, y, x)
             Radiance of the cube, used unchanged where it has no small elements; only the surroundings are computed.
+        time_s : float, optional
+            Time after the start; by default that of the frame.
         """
+        time_s = float(self._plan.frame_times_s[index]) if time_s is None else time_s
         given, cube = self.sensor.given, self.sensor.cube
         wide = radiance
         if given != cube:
@@ -69,15 +76,15 @@ class SceneAround:
             wide[:, *relative(cube, given)] = radiance
             for strip in _strips(given, cube):
                 for part in self._parts(strip):
-                    arrays, _ = self._maker.part(index, part)
+                    arrays, _ = self._maker.part(index, part, time_s=time_s)
                     wide[:, *relative(part, given)] = arrays[TOTAL]
-        drawn = _drawn(self._maker, index, given, float(self._plan.frame_times_s[index]))
+        drawn = _drawn(self._maker, index, given, time_s)
         if drawn and given == cube:
             wide = wide.copy()
         _take_away(drawn, wide, given)
         return wide, _as_points(drawn, given)
 
-    def _at(self, frame: int, time_s: float, rows: slice, columns: slice) -> tuple[Array, Points | None]:
+    def at(self, frame: int, time_s: float, rows: slice, columns: slice) -> tuple[Array, Points | None]:
         """Return the radiance (B, y, x) of a window of the measured area at another time, and its small elements.
 
         The radiance cannot be written to.

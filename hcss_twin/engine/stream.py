@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
+from contextlib import contextmanager
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +24,8 @@ from hcss_twin.plan.windows import Window, length, relative, windows
 
 if TYPE_CHECKING:
     from hcss_twin.engine.stages.placed_points import Piece
+
+__all__ = ["PartMaker"]
 
 
 def stream(
@@ -61,6 +65,8 @@ class PartMaker:
     ----------
     drawn : dict of (int, int) to list of Piece
         What small elements added to the pixels of the last part, which sensors draw.
+    seconds : dict of str to float
+        Wall time of the clouds and of each stage of the last part.
     """
 
     drawn: dict[tuple[int, int], list[Piece]]
@@ -74,7 +80,8 @@ class PartMaker:
         self._bits = {spec.name: spec.significant_bits for spec in plan.variables if spec.significant_bits is not None}
         self._packings = {spec.name: spec.packing for spec in plan.variables if spec.packing is not None}
         self._requested = {spec.name for spec in plan.variables}
-        self._instant: tuple[tuple[int, float], FrameClouds, FrameLookUp | None] | None = None
+        self._instant: tuple[Hashable, FrameClouds, FrameLookUp | None] | None = None
+        self.seconds = dict[str, float]()
 
     def part(
         self,
@@ -103,29 +110,42 @@ class PartMaker:
             Time after the start; by default that of the frame.
         """
         plan = self._plan
-        part = self._begun(index, extent, time_s, summaries)
+        self.seconds = {}
+        with self._timed("tables of the frame"):
+            part = self._begun(index, extent, time_s, summaries)
         for stage in self._stages:
-            stage.begin(part)
+            with self._timed(stage.title):
+                stage.begin(part)
         for window in windows(plan.image, plan.samples_per_pixel, inside=extent):
-            seen = PartWindow(relative(window, extent), part.clouds.thickness_m(window))
+            with self._timed("clouds"):
+                seen = PartWindow(relative(window, extent), part.clouds.thickness_m(window))
             seen.window, seen.samples, seen.observed = window, plan.samples_per_pixel, sample is not None
             for stage in self._stages:
-                stage.apply(part, seen)
+                with self._timed(stage.title):
+                    stage.apply(part, seen)
             if sample is not None:
                 unseen = plan.rays.unseen(window, part.time_s)
                 seen.left_out |= {} if unseen is None else {NOT_SEEN: unseen}
                 sample.observe(seen)
         frame: Frame = dict(part.truth)
         for stage in self._stages:
-            stage.finish(part, frame)
+            with self._timed(stage.title):
+                stage.finish(part, frame)
         self.drawn = part.drawn
-        plan.rays.complete(frame, part.time_s, extent)
+        with self._timed("coordinates and missing pixels"):
+            plan.rays.complete(frame, part.time_s, extent)
         for name, bits in self._bits.items():
             round_bits(frame[name], bits)
         for name, packing in self._packings.items():
             round_to_steps(frame[name], packing, f"frame {index}, {name}")
         requested = {name: values for name, values in frame.items() if name in self._requested}
         return requested, part.radiance.reshape(self._quantities, len(plan.bands), *part.radiance.shape[1:])
+
+    @contextmanager
+    def _timed(self, what: str) -> Iterator[None]:
+        began = perf_counter()
+        yield
+        self.seconds[what] = self.seconds.get(what, 0.0) + perf_counter() - began
 
     def element_windows(self, index: int, area: Window, time_s: float | None = None) -> list[Window]:
         """Return windows of an area of the image that hold all small elements of a frame that sensors draw."""
@@ -138,10 +158,11 @@ class PartMaker:
         """Return a part whose windows are still to be computed."""
         plan = self._plan
         time_s = float(plan.frame_times_s[index]) if time_s is None else time_s
-        if self._instant is None or self._instant[0] != (index, time_s):
+        key = index, plan.rays.frame_key(time_s)
+        if self._instant is None or self._instant[0] != key:
             self._instant = None  # one whole frame of clouds at a time
             clouds = FrameClouds(plan, time_s, summaries)
-            self._instant = (index, time_s), clouds, None if self._look_ups is None else self._look_ups.at(time_s)
+            self._instant = key, clouds, None if self._look_ups is None else self._look_ups.at(time_s)
         _, clouds, look_up = self._instant
         look_up = None if look_up is None else look_up.of_part(extent)
         radiance = np.empty((self._quantities * len(plan.bands), *map(length, extent)), dtype=np.float32)

@@ -17,6 +17,8 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 
+__all__ = ["east_north_up", "to_earth_centred", "to_geographic_with_turn", "to_plane"]
+
 SEMI_MAJOR_AXIS_M = 6378137.0
 INVERSE_FLATTENING = 298.257223563
 FLATTENING = 1.0 / INVERSE_FLATTENING

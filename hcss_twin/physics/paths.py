@@ -15,6 +15,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 
 SPACE = math.inf
+"""Altitude of the upper end of a leg that leaves the atmosphere, m."""
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ EARTH_RADIUS_M = 6_371_230.0
 """Earth radius of LOWTRAN7 for mid-latitude and US standard atmospheres, so that paths agree with its own."""
 
 GASES = ("h2o", "co2", "o3", "n2o", "co", "ch4", "o2")
+"""Names of the gases of a profile."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,8 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 
+__all__ = ["sun_position"]
+
 SEA_LEVEL_PRESSURE_HPA = 1013.25
 AIR_TEMPERATURE_C = 12.0
 HORIZON_REFRACTION_DEG = 0.5667

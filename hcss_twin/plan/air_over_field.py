@@ -9,6 +9,8 @@ from typing import TypeAlias
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import SeaModel, TransmittanceProvider, View
 
+__all__ = ["Air", "AirOverField", "PlacedView"]
+
 
 @dataclass(frozen=True)
 class PlacedView(View):

@@ -17,6 +17,7 @@ from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import Air, AirOverField
 from hcss_twin.plan.builder import Built
 from hcss_twin.plan.directions import sun_toward
+from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.providers import (
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
     from hcss_twin.plan.scene_family import SceneFamily
     from hcss_twin.plan.section_effect import SectionEffect
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
+
+__all__ = ["Assembly"]
 
 
 ViewT = TypeVar("ViewT", bound=View)
@@ -200,6 +203,10 @@ class Assembly:
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return each term (N, V) of columns with layers of thickness (N, L)."""
         return cloudy_columns(self.model, self.setting(sun), wavenumber_cm1, thickness_m)
+
+    def plane(self, samples: int) -> ScenePlane:
+        """Return the plane of the scene, with so many points along each side of a pixel."""
+        return ScenePlane(self.grid, samples)
 
     def toward(self, view: View) -> Assembly:
         """Return the same scene in orthographic view from another direction, with the air of its place."""

@@ -20,9 +20,11 @@ from hcss_twin.plan.combinations import Excluded, present, require_none
 from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.plan import Plan, PlannedLight
-from hcss_twin.plan.slant_paths import reference_height_m, sea_sun_terms
+from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.providers import Sun
 from hcss_twin.providers.light import LightInputs, LightTransport
+
+__all__ = ["light_inputs"]
 
 GROUP = "hcss_twin.light"
 """Entry point group of classes of light transport; the name of an entry point is the value of ``radiance.light``."""
@@ -42,7 +44,7 @@ def with_light(plan: Plan) -> Plan:
         If no installed package has it, it cannot compute the scene, or none is as accurate as the scene requires.
     """
     section, name = plan.scenario.radiance, plan.scenario.radiance.light
-    several = len(cloudy_layers(plan)) > 1
+    several = len(plan.cloudy_layers) > 1
     of_one, offered = (
         {entry.name: (origin, entry) for origin, entry in installed(group) if not isinstance(entry, BaseException)}
         for group in (GROUP, GROUP_OF_LAYERS if several else GROUP)
@@ -157,14 +159,9 @@ def _notes_of_columns(plan: Plan, allowed: float | None) -> Iterator[str]:
         yield f"radiance.light_accuracy: the error of independent columns is larger: {_percent(beyond)}; {needs}"
 
 
-def cloudy_layers(plan: Plan) -> list[int]:
-    """Return the numbers of the layers that have cloud at some time; the lowest if none has."""
-    return [number for number, cloudy in enumerate(plan.assembly.cloudy_layers) if cloudy] or [0]
-
-
 def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) -> LightInputs:
     """Return the inputs of a light transport for a layer with cloud, by default the lowest, and for those above it."""
-    assembly, numbers = plan.assembly, cloudy_layers(plan)
+    assembly, numbers = plan.assembly, plan.cloudy_layers
     number = numbers[0] if number is None else number
     layer, higher = plan.layers[number], [above for above in numbers if above > number]
     up = (plan.sun_zenith_deg < 90.0) & plan.sun_matters
@@ -189,7 +186,7 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
         view=plan.view,
         sun_zenith_deg=plan.sun_zenith_deg[up],
         sun_azimuth_deg=plan.sun_azimuth_deg[up],
-        reference_m=reference_height_m(layer),
+        reference_m=layer.reference_height_m,
         point_m=plan.grid.pixel_size_m / plan.samples_per_pixel,
         points=math.prod(plan.pixels) * plan.samples_per_pixel**2 * plan.frame_times_s.size,
         accuracy=plan.scenario.radiance.light_accuracy,

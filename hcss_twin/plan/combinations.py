@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 from hcss_twin.core.errors import Problem, ScenarioError
 
+__all__ = ["Excluded", "require_none"]
+
 
 class Excluded(NamedTuple):
     """What a scene may not have beside an effect.

@@ -15,6 +15,8 @@ from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.providers import ColumnSetting, RadianceModel, Sun, View
 from hcss_twin.providers.column_states import spectra_of
 
+__all__ = ["Omission"]
+
 
 @dataclass(frozen=True)
 class Omission:

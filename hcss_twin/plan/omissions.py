@@ -29,10 +29,12 @@ from hcss_twin.plan.few_columns import (
 )
 from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.one_direction import one_direction
-from hcss_twin.plan.slant_paths import reference_height_m, sea_sun_terms
+from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.plan.sunlight import SunFrames, low_sun, toward_glint
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
+
+__all__ = ["texture_of_sea"]
 
 
 def unrequested(
@@ -85,7 +87,7 @@ def slant_skipped(
     slant = assembly.slant
     if not assembly.has_cloud:
         return
-    farthest = slant.farthest_m(max(reference_height_m(layer) for layer in assembly.layers))
+    farthest = slant.farthest_m(max(layer.reference_height_m for layer in assembly.layers))
     without = slant.why_not.get("parallax")
     if farthest == 0.0:
         if slant.parallax:

@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from hcss_twin.plan.surfaces import PlannedSurfaces
     from hcss_twin.plan.texture import Texture
 
+__all__ = ["Plan"]
+
 
 @dataclass(frozen=True)
 class PlannedLight(Effect):
@@ -219,6 +221,11 @@ class Plan:
     def is_grid(self) -> bool:
         """Whether the pixels form a grid on the ground, which is then the plane of the scene."""
         return isinstance(self.rays, GridRays)
+
+    @property
+    def cloudy_layers(self) -> list[int]:
+        """Numbers of the layers that have cloud at some time; the lowest if none has."""
+        return [number for number, cloudy in enumerate(self.assembly.cloudy_layers) if cloudy] or [0]
 
     @property
     def scene(self) -> ScenePlane:

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,10 +33,9 @@ from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 from hcss_twin.providers import Grid, View
 from hcss_twin.scenario.scenario import Scenario
 
-Range: TypeAlias = tuple[float, float]
+__all__ = ["Rays"]
 
-NOWHERE = -1e9
-"""Row and column of what is hidden."""
+Range: TypeAlias = tuple[float, float]
 
 
 class Rays(ABC):
@@ -63,7 +62,11 @@ class Rays(ABC):
         Instants of that time which the points of a pixel stand for.
     may_miss_ground : bool
         Whether some pixels may not see the ground, so that they are not computed.
+    NOWHERE : float
+        Row and column of what is hidden.
     """
+
+    NOWHERE: ClassVar[float] = -1e9
 
     image: Grid
     samples_per_pixel: int
@@ -112,6 +115,10 @@ class Rays(ABC):
     def bounds(self, time_s: float) -> tuple[Range, Range] | None:
         """Return what part of ``directions`` along x and y a frame sees, in which fewer tables do; None: any."""
         return None
+
+    def frame_key(self, time_s: float) -> Hashable:
+        """Return what tells the rays of a frame from those of others; by default its time, which decides over them."""
+        return time_s
 
     def still(self) -> Rays:
         """Return the same rays at the middle of the integration time alone."""

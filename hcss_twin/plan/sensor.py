@@ -64,6 +64,10 @@ class BuiltSensor(Effect):
     edge_note: str | None = None
     scene: SceneInfo | None = None
 
+    def measuring(self, names: tuple[str, ...]) -> BuiltSensor:
+        """Return the sensor with the measured radiance and the named variables, whatever was requested."""
+        return replace(self, variables=measured_variables(names))
+
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes for users."""

@@ -13,6 +13,8 @@ from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.scenario.viewing import AGREEMENT, pixel_angles_rad, pixel_size_and_speed
 
+__all__ = ["examine_geometry"]
+
 FASTEST_F_NUMBER = 0.5
 """Least ratio of focal length to aperture in air: that of a sine of 1 (M. Born and E. Wolf, "Principles of Optics")."""
 
@@ -55,18 +57,6 @@ def examine_geometry(data: Mapping[str, Any], stages: Sequence[Stage], binned: f
     if problems:
         raise ScenarioError(problems)
     return tuple(notes)
-
-
-def smear_time_s(parameters: Mapping[str, Any]) -> float | None:
-    """Return the integration time in which motion smears what a stage measures; None if there is none.
-
-    There is none without an integration time, with ``smear = false``, and with ``exposures`` of the stage's own, which
-    are the scene at as many instants.
-    """
-    time_s, exposures = parameters.get("integration_time"), parameters.get("exposures")
-    if not isinstance(time_s, int | float) or not parameters.get("smear", True) or (exposures or 1) != 1:
-        return None
-    return float(time_s) if time_s > 0 else None
 
 
 def _field(stage: Stage, name: str) -> str:
@@ -123,7 +113,7 @@ def _integration_time(stage: Stage, data: Mapping[str, Any]) -> Iterator[Problem
     field = _field(stage, "integration_time")
     for section, keys in _sections(data):
         other = keys.get("integration_time")
-        if other is None or (other == 0 and smear_time_s(stage.parameters) is None):
+        if other is None or (other == 0 and stage.smear_time_s is None):
             continue
         if _contradicts(time_s, float(other), float(other)):
             without = "" if other else f", or without {section}.integration_time, or smear = false"

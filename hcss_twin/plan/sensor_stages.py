@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ValidationError
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.plan.builder import Built, attribute_to_field
 from hcss_twin.providers import Measured, Points, SceneInfo, SensorInputs
@@ -23,6 +24,8 @@ from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.sensor import NamedSensor, SensorSection, StageSection, choose_sensor, load_sensor
+
+__all__ = ["build_stages", "smear_of_sensor"]
 
 Source = Callable[[int, float, slice, slice], tuple[Array, Points | None]]
 """Radiance (B, rows, columns) of the scene, and its small elements apart: number of a frame, time in s, rows and
@@ -139,6 +142,11 @@ class Stage:
         """Earliest and latest time at which it asks for the scene, s after that of the frame; None: at no other."""
         return self.scene.instants
 
+    @property
+    def smear_time_s(self) -> float | None:
+        """Integration time in which motion smears what it measures; None if there is none."""
+        return _smear_time_s(self.parameters)
+
     def measure(
         self, radiance: NDArray[Any], frame: int, time_s: float, points: Points | None = None
     ) -> tuple[Measured, Points | None]:
@@ -172,6 +180,41 @@ class Stage:
             "worked_out": dict(getattr(self.provider, "worked_out", {})),
             "sources": {} if self.named is None else dict(self.named.sources),
         }
+
+
+def _smear_time_s(parameters: Mapping[str, Any]) -> float | None:
+    """Return the integration time in which motion smears what a stage measures; None if there is none.
+
+    There is none without an integration time, with ``smear = false``, and with ``exposures`` of the stage's own, which
+    are the scene at as many instants.
+    """
+    time_s, exposures = parameters.get("integration_time"), parameters.get("exposures")
+    if not isinstance(time_s, int | float) or not parameters.get("smear", True) or (exposures or 1) != 1:
+        return None
+    return float(time_s) if time_s > 0 else None
+
+
+def smear_of_sensor(sensor: SensorSection, catalog: Catalog) -> tuple[float, str] | None:
+    """Return the integration time in which motion smears what a sensor measures, s, and its key; None if there is none.
+
+    For those who need it before the sensor is built, which is after the rays of the scene.
+
+    Raises
+    ------
+    CatalogError, ScenarioError
+        If there is no such sensor file, or it is wrong.
+    ProviderError
+        If no installed package has the model.
+    """
+    registry = Registry.discover()
+    for index, stage in enumerate(sensor.stages or (sensor,)):
+        choice = choose_sensor(stage, catalog)
+        model = registry.parameters_model(registry.resolve(Kind.SENSORS, choice.model))
+        defaults = {} if model is None else {name: parameter.default for name, parameter in model.model_fields.items()}
+        time_s = _smear_time_s({**defaults, **choice.parameters})
+        if time_s is not None:
+            return time_s, f"sensor{f'.stages[{index}]' if sensor.stages else ''}.parameters.integration_time"
+    return None
 
 
 def build_stages(

@@ -54,11 +54,6 @@ _ROUNDING = 1e-9
 """Relative tolerance for positions of the sun computed individually or together."""
 
 
-def reference_height_m(layer: CloudLayer) -> float:
-    """Return the height at which a layer is seen: its base, or its top if it is anchored at the top."""
-    return layer.base_m if layer.anchor == "base" else layer.top_m
-
-
 def whole_points(displacement: Array, point_m: float) -> tuple[int, int]:
     """Round a displacement (2,) in metres to whole points: rows and columns."""
     rows, columns = np.rint(displacement / point_m)
@@ -166,7 +161,7 @@ class SlantPaths:
         """
         if not self.parallax:
             return 0, 0
-        height_m = reference_height_m(layer)
+        height_m = layer.reference_height_m
         if self.sight is None:
             return whole_points(displacement_m(height_m, self.view.zenith_deg, self.view.azimuth_deg), point_m)
         shifts = self.sight.shifts(height_m, point_m)

@@ -23,6 +23,8 @@ from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.scenario import Scenario
 
+__all__ = ["FilledIn"]
+
 USUAL_AIR_MINUS_SEA_K = (-10.0, 5.0)
 """Air minus sea temperature: 99.8 % of the monthly means of the climatology (COADS, 2 degree cells) lie inside."""
 

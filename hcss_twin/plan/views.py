@@ -30,6 +30,8 @@ from hcss_twin.plan.waves import TiltedSea, tilted_seas
 from hcss_twin.providers import Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
 
+__all__ = ["views_over_image"]
+
 
 @dataclass(frozen=True)
 class ViewAxis(Effect):

@@ -13,6 +13,8 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers.declarations import Declaration, among
 
+_EPSILON = float(np.finfo(np.float64).eps)
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -25,6 +27,34 @@ class Grid:
     rows: int
     columns: int
     pixel_size_m: float
+
+    def inside(self, rows: slice, columns: slice) -> tuple[slice, slice]:
+        """Return a window with its open ends filled in.
+
+        Raises
+        ------
+        ValueError
+            If it has a step or reaches outside the grid.
+        """
+        windows = []
+        for name, window, size in (("rows", rows, self.rows), ("columns", columns, self.columns)):
+            start = 0 if window.start is None else window.start
+            stop = size if window.stop is None else window.stop
+            if window.step not in (None, 1) or not 0 <= start <= stop <= size:
+                raise ValueError(f"{name}: {window} given, allowed: a window without step inside 0 to {size}")
+            windows.append(slice(start, stop))
+        return windows[0], windows[1]
+
+    def displacement_pixels(self, speed_m_s: float, time_s: float) -> float:
+        """Return how far something moves, in pixels (v t of eq 4), without rounding errors where it is a round number.
+
+        A distance within a few units in the last place of a multiple of 1/1024 pixel is rounded to that multiple.
+        Otherwise a platform that moves by whole pixels per frame would not reproduce the same bits at times such as
+        3 x 0.1 s.
+        """
+        distance = speed_m_s * time_s / self.pixel_size_m
+        rounded = round(distance * 1024.0) / 1024.0
+        return rounded if abs(distance - rounded) <= 8.0 * _EPSILON * abs(distance) else distance
 
 
 @dataclass(frozen=True)
@@ -122,6 +152,11 @@ class CloudLayer:
     def thickness_max_m(self) -> float:
         """Greatest geometric thickness."""
         return self.top_m - self.base_m
+
+    @property
+    def reference_height_m(self) -> float:
+        """Height at which the layer is seen: its base, or its top if it is anchored at the top."""
+        return self.base_m if self.anchor == "base" else self.top_m
 
     def cloud_top_m(self, thickness_m: Array) -> Array:
         """Altitude of the cloud top, same shape as ``thickness_m``."""

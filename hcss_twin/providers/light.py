@@ -24,6 +24,8 @@ from hcss_twin.providers.optics import Optics
 from hcss_twin.providers.radiance import SolarIrradiance
 from hcss_twin.providers.sea import SeaModel
 
+__all__ = ["LightInputs"]
+
 
 @dataclass(frozen=True)
 class LightInputs:

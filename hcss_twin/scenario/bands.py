@@ -19,6 +19,8 @@ from hcss_twin.providers import SensorBand
 from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import Number
 
+__all__ = ["spectral_band"]
+
 
 class ResponseBand(ScenarioSection):
     """A band with a measured spectral response."""

@@ -16,6 +16,8 @@ from hcss_twin.physics.viewing import GEOSTATIONARY_M
 from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.units import Angle, InstrumentLength, Length, Speed, Whole, quantity_or_word
 
+__all__ = ["ScenarioSection"]
+
 
 class ScenarioSection(BaseModel):
     """Base of all sections: immutable; rejects unknown keys, NaN and infinity."""

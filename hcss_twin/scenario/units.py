@@ -13,6 +13,8 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import closest, shown
 
+__all__ = ["Angle", "Duration", "InstrumentLength", "Length", "Number", "Whole"]
+
 # unit -> (factor, offset): SI value = factor * value + offset. The first unit is the plain number's.
 UNITS: dict[str, dict[str, tuple[float, float]]] = {
     "length": {"m": (1.0, 0.0), "km": (1e3, 0.0), "cm": (1e-2, 0.0), "ft": (0.3048, 0.0)},
@@ -176,11 +178,19 @@ Whole = Annotated[int, BeforeValidator(_plain("int_type"))]
 """A whole number; no text or boolean."""
 
 Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
+"""Metres: a number, or text with m, km, cm or ft."""
+
 InstrumentLength = Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))]
+"""Metres: a number, or text with m, cm, mm or um."""
+
 Angle = Annotated[float, BeforeValidator(QuantityParser("angle"))]
+"""Degrees: a number, or text with deg or rad."""
+
 Temperature = Annotated[float, BeforeValidator(QuantityParser("temperature"))]
 Speed = Annotated[float, BeforeValidator(QuantityParser("speed"))]
 Duration = Annotated[float, BeforeValidator(QuantityParser("duration"))]
+"""Seconds: a number, or text with s, ms, min or h."""
+
 Fraction = Annotated[float, BeforeValidator(QuantityParser("fraction"))]
 ParticleRadius = Annotated[float, BeforeValidator(QuantityParser("particle radius"))]
 """In um, as usual for particles."""

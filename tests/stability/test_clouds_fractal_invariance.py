@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.clouds.fractal.generator import FractalClouds, displacement_pixels
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
 
@@ -78,10 +78,10 @@ def test_a_push_broom_sees_the_same_bits_again(name, interval, start):
 
 def test_displacement_is_exact_for_whole_pixels_and_half_pixels_only():
     times = np.arange(1, 200_000, 997)
-    assert all(displacement_pixels(1000.0, int(n) * 0.1, 20.0) == 5 * n for n in times)
-    assert all(displacement_pixels(990.0, int(n) * 1.0, 20.0) == 49.5 * n for n in times)
-    assert displacement_pixels(1.0, 1.0, 3.0) == 1.0 / 3.0
-    assert displacement_pixels(-1.0, 1e-9, 20.0) == -5e-11
+    assert all(Grid(1, 1, 20.0).displacement_pixels(1000.0, int(n) * 0.1) == 5 * n for n in times)
+    assert all(Grid(1, 1, 20.0).displacement_pixels(990.0, int(n) * 1.0) == 49.5 * n for n in times)
+    assert Grid(1, 1, 3.0).displacement_pixels(1.0, 1.0) == 1.0 / 3.0
+    assert Grid(1, 1, 20.0).displacement_pixels(-1.0, 1e-9) == -5e-11
 
 
 def test_small_steps_in_time_make_small_changes_far_out_too():

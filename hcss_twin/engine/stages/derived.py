@@ -21,6 +21,7 @@ _LOCATION, _VIEW, _SUN = GEOMETRY[:2], GEOMETRY[2:4], GEOMETRY[4:]
 class DerivedStage(Stage):
     """Variables of the variable providers of a scene."""
 
+    title = "variables of plugins"
     reads = ("truth", "elements", "radiance")
     writes = ("derived",)
 

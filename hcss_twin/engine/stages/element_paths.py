@@ -22,6 +22,8 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Sun
 
+__all__ = ["ElementPaths"]
+
 _ALTITUDES = 64
 """Altitudes and colours in memory."""
 

@@ -64,6 +64,7 @@ _SEED_KEY = 2**18
 class ElementStage(Stage):
     """Elements of a scene."""
 
+    title = "elements"
     reads = ("truth", "columns", "light between columns", "texture", "sunlight", "waves")
     writes = ("elements",)
 

@@ -7,8 +7,9 @@ so that a pixel has the same bits in all of them.
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Hashable
 from itertools import product
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,12 +25,24 @@ from hcss_twin.plan.windows import Window, length, pixel_sums
 from hcss_twin.providers import Sun
 from hcss_twin.providers.light import InstantLight, LightTransport
 
-LARGEST_SQUARE, KEPT_SQUARES = 128, 32
-"""Points along the sides of a square of the lattice; small images are one square. Squares in memory."""
+__all__ = ["LightStage"]
+
+KEPT_SQUARES = 32
+"""Squares in memory."""
 
 
 class LightStage(Stage):
-    """Radiance of frames of a plan with light between columns of cloud."""
+    """Radiance of frames of a plan with light between columns of cloud.
+
+    Attributes
+    ----------
+    largest_square : int
+        Points along the sides of a square of the lattice; small images are one square.
+    """
+
+    largest_square: ClassVar[int] = 128
+
+    title = "light between columns"
 
     reads = ("columns",)
     writes = ("light between columns",)
@@ -39,10 +52,10 @@ class LightStage(Stage):
         self._plan, self._name = plan, plan.light.name
         inputs, samples = light_inputs(plan, tables.spectrum.nodes), plan.samples_per_pixel
         self._transport: LightTransport = plan.light.transport(inputs)
-        pixels = min(max(plan.grid.rows, plan.grid.columns), max(LARGEST_SQUARE // samples, 1))
+        pixels = min(max(plan.grid.rows, plan.grid.columns), max(self.largest_square // samples, 1))
         self._pixels, self._layer, self._number = pixels, inputs.layer, inputs.number
         self._reach = [tuple(-(-points // samples) for points in both) for both in self._transport.reach]
-        self._instant: tuple[float, Sun | None, InstantLight] | None = None
+        self._instant: tuple[Hashable, Sun | None, InstantLight] | None = None
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
@@ -53,9 +66,10 @@ class LightStage(Stage):
         self, radiance: NDArray[np.float32], window: Window, in_part: Window, time_s: float, clouds: Any, look_up: Any
     ) -> None:
         """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
-        if self._instant is None or self._instant[0] != time_s:
+        key = self._plan.rays.frame_key(time_s)
+        if self._instant is None or self._instant[0] != key:
             sun, last = self._plan.sun_at(time_s), self._instant
-            self._instant = time_s, sun, last[2] if last is not None and last[1] == sun else self._transport.at(sun)
+            self._instant = key, sun, last[2] if last is not None and last[1] == sun else self._transport.at(sun)
             self._squares = OrderedDict()
         side = self._pixels
         for row, column in product(*(range(pixels.start // side, -(-pixels.stop // side)) for pixels in window)):

@@ -60,6 +60,7 @@ class SceneTables:
 class LookUpStage(Stage):
     """Radiance of independent columns, from the tables."""
 
+    title = "look-up of the radiance"
     writes = ("columns",)
 
     def __init__(self, plan: Plan) -> None:
@@ -80,6 +81,7 @@ class LookUpStage(Stage):
 class RadianceStage(Stage):
     """Radiance of complete parts, its terms, and the brightness temperature."""
 
+    title = "terms and temperatures"
     reads = ("columns", "light between columns", "texture", "sunlight", "waves", "elements")
     writes = ("radiance",)
 

@@ -8,7 +8,7 @@ it extends from the layer's flat side by the thickness. For a uniform layer the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -111,6 +111,7 @@ class ShadowStage(Stage):
         tables.
     """
 
+    title = "shadows of clouds"
     reads = ("truth", "columns", "texture", "ground")
     writes = ("sunlight",)
 
@@ -120,8 +121,7 @@ class ShadowStage(Stage):
         self._shifts: list[tuple[int, int] | PointShifts | None] = [None] * len(plan.layers)
         if plan.is_grid:
             self._shifts = [plan.assembly.slant.of_view(layer, self._point_m) for layer in plan.layers]
-        self.at = cached_method(self._shadows, 1)
-        """Returns the :class:`InstantShadows` at a time; None if there are none."""
+        self._at = cached_method(self._shadows, 1)
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
         """Subtract the sunlight that clouds keep from the clear points, and fill the mask if requested."""
@@ -141,8 +141,12 @@ class ShadowStage(Stage):
             _cast(part.radiance, mask, kept_back, *corner, samples, clear, in_cloud, of_surface.tables, weights)
         window.shaded = mask[window.inside] > 0
 
-    def _shadows(self, time_s: float) -> InstantShadows | None:
-        """Return the shadows at one instant; None if there are none."""
+    def at(self, time_s: float) -> InstantShadows | None:
+        """Return the shadows at a time; None if there are none."""
+        return self._at(time_s, self._plan.rays.frame_key(time_s))
+
+    def _shadows(self, time_s: float, key: Hashable) -> InstantShadows | None:
+        """Return the shadows at a time, seen through the rays of a key."""
         plan, sun = self._plan, self._plan.sun_track.at(time_s)
         if not sun.is_up:
             return None

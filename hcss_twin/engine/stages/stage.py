@@ -151,11 +151,14 @@ class Stage:
 
     Attributes
     ----------
+    title : str
+        What it computes, for those who ask what takes how long.
     reads, writes : tuple of str
         Names of what the stage finds and makes, such as ``columns`` (radiance of independent columns) or ``sunlight``
         (its shadows). They alone decide the order: a stage runs after all that write what it reads.
     """
 
+    title = "a stage"
     reads: ClassVar[tuple[str, ...]] = ()
     writes: ClassVar[tuple[str, ...]] = ()
 

@@ -10,6 +10,7 @@ from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 class SurfaceStage(Stage):
     """Tells which surface lies below each point."""
 
+    title = "surfaces"
     reads = ("truth",)
     writes = ("ground",)
 

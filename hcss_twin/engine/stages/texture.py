@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -39,6 +39,7 @@ class TextureStage(Stage):
         Along which the points of the plan differ.
     """
 
+    title = "texture of the clear sky"
     reads = ("truth", "columns", "light between columns")
     writes = ("texture",)
 
@@ -78,7 +79,8 @@ class TextureStage(Stage):
             truth[WATER_VAPOUR_FACTOR][in_part] = 1.0 - np.float32(self._texture.steps[1]) * drier
         if not self._states or not radiance.size:
             return
-        look_ups, samples = self._look_ups(time_s), self._plan.samples_per_pixel
+        look_ups = self._look_ups(time_s, self._plan.rays.frame_key(time_s))
+        samples = self._plan.samples_per_pixel
         sea = self._texture.temperature_K > 0.0
         places = np.array(VAPOUR_PLACES[: len(look_ups) - sea], np.float32)
         step = max(1, PIXELS_AT_ONCE // warmer.shape[1])
@@ -92,7 +94,8 @@ class TextureStage(Stage):
             strip_radiance = radiance[:, in_part[0].start + strip.start : in_part[0].start + strip.stop, in_part[1]]
             _apply(strip_radiance, states, sea, warmer[strip], drier[strip], places, self._square, self._mixed)
 
-    def _look_ups_at(self, time_s: float) -> list[FrameLookUp]:
+    def _look_ups_at(self, time_s: float, key: Hashable) -> list[FrameLookUp]:
+        """Return the look-up in each state at a time, seen through the rays of a key."""
         return [state.at(time_s) for state in self._states]
 
 

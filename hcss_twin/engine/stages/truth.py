@@ -59,6 +59,7 @@ class Truth(Stage):
         If nothing in the engine fills a requested truth variable.
     """
 
+    title = "truth variables"
     writes = ("truth",)
 
     def __init__(self, plan: Plan, tops_m: Mapping[int, TopsAt] = MappingProxyType({})) -> None:

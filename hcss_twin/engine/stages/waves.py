@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +33,7 @@ class WaveStage(Stage):
         Number of the class of surface that has the waves.
     """
 
+    title = "waves as shapes"
     reads = ("truth", "columns", "texture", "ground", "sunlight")
     writes = ("waves",)
 
@@ -55,7 +56,8 @@ class WaveStage(Stage):
             truth[name][inside] = sums / self._samples**2
         if not self._tables:
             return
-        states, to_nodes = self._at(part.time_s if self._moves else 0.0)
+        time_s = part.time_s if self._moves else 0.0
+        states, to_nodes = self._at(time_s, self._plan.rays.frame_key(time_s))
         kept_back = window.kept_back
         if kept_back is None or states.values.shape[1] == 1:
             kept_back = np.zeros((0, 0, 0), np.float32)
@@ -63,8 +65,8 @@ class WaveStage(Stage):
         radiance, samples = part.radiance[:, *inside], self._samples
         _add(radiance, states.values, weights, kept_back, to_nodes, slopes, clear, samples)
 
-    def _changes(self, time_s: float) -> tuple[ViewStates, NDArray[np.float32]]:
-        """Return the states (R, 1 or 2, C, N, M) of the tables at a time.
+    def _changes(self, time_s: float, key: Hashable) -> tuple[ViewStates, NDArray[np.float32]]:
+        """Return the states (R, 1 or 2, C, N, M) of the tables at a time, seen through the rays of a key.
 
         The second (2, 2) turns slopes along x and y to places in the tables, counted from their middle.
         """

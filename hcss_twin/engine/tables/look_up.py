@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.core.kernels import inner, kernel
-from hcss_twin.engine.tables.radiance_tables import DenseTable
+from hcss_twin.engine.tables.radiance_tables import DenseTable, RadianceTables, TableReader
+
+__all__ = ["LookUp"]
 
 Thickness = NDArray[np.float32]
 
@@ -36,7 +38,7 @@ _EVERYWHERE = np.ones((1, 1, 1, 1))
 
 
 class LookUp:
-    """Look-up in the tables of one instant.
+    """Look-up of band radiance, W m-2 sr-1, in the tables of one instant.
 
     Parameters
     ----------
@@ -61,6 +63,11 @@ class LookUp:
         self._by_state = (
             np.ascontiguousarray(self._cores[0][..., 0].transpose(1, 2, 0)) if len(self._cores) == 1 else None
         )
+
+    @classmethod
+    def at(cls, tables: RadianceTables, time_s: float) -> LookUp:
+        """Return the look-up at a time, in seconds after the start, within the nodes of the tables."""
+        return cls(TableReader(tables).at(time_s))
 
     def fill(
         self,

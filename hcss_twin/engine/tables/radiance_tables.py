@@ -17,6 +17,8 @@ from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
 from hcss_twin.physics.quadrature import lagrange
 from hcss_twin.plan.accuracy import Budget
 
+__all__ = ["RadianceTables"]
+
 TOTAL = "radiance"
 
 
@@ -136,7 +138,8 @@ ROUNDING = 1e-8
 def stacked_tables(tables: Sequence[DenseTable]) -> DenseTable:
     """Return tables of one state each as one of all states, at all thicknesses at which one of them has values.
 
-    Between these every table is linear. Beyond its thickest cloud, a table continues with that.
+    Between these every table is linear. Beyond its thickest cloud, a table continues with that. Those of several layers
+    differ little from state to state: together they need about as large matrices as one of them alone.
     """
     first = tables[0]
     if len(tables) == 1:
@@ -152,7 +155,9 @@ def stacked_tables(tables: Sequence[DenseTable]) -> DenseTable:
             lambda which, values: _at(nodes[present[which]], table.nodes_m[present[which]], values)
         )
 
-    return replace(first, clear=clear, nodes_m=nodes, columns=stacked([at_all(table) for table in tables]))
+    columns = stacked([at_all(table) for table in tables])
+    columns = columns.rounded(ROUNDING) if len(columns.cores) > 1 else columns
+    return replace(first, clear=clear, nodes_m=nodes, columns=columns)
 
 
 def _union(nodes: Sequence[Array]) -> Array:
@@ -308,7 +313,7 @@ class TextureTables:
 
 @dataclass(frozen=True)
 class RadianceTables:
-    """Tables at time nodes.
+    """Tables of band radiance, W m-2 sr-1, at time nodes.
 
     Attributes
     ----------

@@ -19,6 +19,8 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import open_format
 
+__all__ = ["Climatology"]
+
 NAME = "COADS 1946-1989"
 MAX_DISTANCE_KM = 500.0
 """Maximum distance of the reports used for a place at sea that has none around it."""

@@ -12,6 +12,8 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import TransmittanceProvider
 
+__all__ = ["path_radiance"]
+
 
 def path_radiance(
     provider: TransmittanceProvider,

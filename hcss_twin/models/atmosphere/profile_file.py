@@ -27,6 +27,8 @@ from hcss_twin.models.atmosphere.sounding import NETCDF_SUFFIXES, Sounding, read
 from hcss_twin.models.atmosphere.thinning import thinned
 from hcss_twin.physics.profile import GASES, Profile
 
+__all__ = ["load_profile"]
+
 Columns = dict[str, Array]
 
 COMPLETE_M = 100_000.0

@@ -17,7 +17,9 @@ import numpy as np
 
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.coverage import Field, FrameSummary, exceedance, highest_values
-from hcss_twin.providers import CloudLayer, Grid
+from hcss_twin.providers import CloudLayer
+
+__all__ = ["field_thickness"]
 
 _f4 = np.float32
 
@@ -77,7 +79,7 @@ def thickness_in_frame(
 
 
 def field_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0, in_place: bool = False) -> Field:
-    """Return the thickness where V exceeds a fixed threshold, the normal quantile of the coverage (eqs 5 and 7).
+    """Return the thickness in m where V exceeds a fixed threshold, the normal quantile of the coverage (eqs 5 and 7).
 
     The coverage is exact on average over an unbounded field, and a pixel does not depend on others. In eq 7, p ranges
     from 1 - coverage to 1. Parameters and result are as for :func:`frame_thickness`, for any window; with ``in_place``
@@ -165,21 +167,3 @@ def _inward(low_m: float, high_m: float) -> tuple[np.float32, np.float32]:
         high = np.nextafter(high, np.float32(0.0))
     smallest = np.finfo(np.float32).tiny
     return max(low, smallest), max(high, smallest)
-
-
-def window_inside(rows: slice, columns: slice, grid: Grid) -> tuple[slice, slice]:
-    """Check that a window is inside a scene, and fill in open ends.
-
-    Raises
-    ------
-    ValueError
-        If it has a step or reaches outside the scene.
-    """
-    inside = []
-    for name, window, size in (("rows", rows, grid.rows), ("columns", columns, grid.columns)):
-        start = 0 if window.start is None else window.start
-        stop = size if window.stop is None else window.stop
-        if window.step not in (None, 1) or not 0 <= start <= stop <= size:
-            raise ValueError(f"{name}: {window} given, allowed: a window without step inside 0 to {size}")
-        inside.append(slice(start, stop))
-    return inside[0], inside[1]

@@ -13,6 +13,8 @@ from hcss_twin.core.kernels import kernel
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics.planck import planck
 
+__all__ = ["BrightnessTemperature"]
+
 COLDEST_K, HOTTEST_K = 60.0, 3000.0
 _TEMPERATURES = 4096
 
@@ -27,7 +29,7 @@ _SMALLEST = float(np.finfo(np.float32).tiny)
 
 
 class BrightnessTemperature:
-    """Converts band radiance to brightness temperature, for each band of a grid.
+    """Converts band radiance, W m-2 sr-1, to brightness temperature, K, for each band of a grid.
 
     The intervals of the table are even in the bits of the radiance, so that finding one needs no logarithm and no
     search. Errors are up to 2.5 steps of single precision: 5e-5 K up to 350 K, 5e-4 K at 3000 K.

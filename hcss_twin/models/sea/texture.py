@@ -22,7 +22,6 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.models.clouds.fractal.generator import displacement_pixels
 from hcss_twin.models.clouds.fractal.lattice import fold
 from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave, lifetime_s
 from hcss_twin.providers import Grid
@@ -119,7 +118,7 @@ class TextureField:
         return field
 
     def _window(self, pixels: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
-        shift = displacement_pixels(speed_m_s, time_s, self._grid.pixel_size_m)
+        shift = self._grid.displacement_pixels(speed_m_s, time_s)
         return PixelWindow(pixels.start, pixels.stop - pixels.start, (0.5 - 0.5 * size) + shift)
 
 

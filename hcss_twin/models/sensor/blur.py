@@ -41,7 +41,15 @@ def smear_mtf(frequency_x: Array, pixels: float) -> Array:
 
 
 class Weights(NamedTuple):
-    """Weights of neighbouring pixels, as :func:`hcss_twin.models.sensor.rows.measure` takes them."""
+    """Weights of neighbouring pixels, as :func:`hcss_twin.models.sensor.rows.measure` takes them.
+
+    Attributes
+    ----------
+    down, across : ndarray (K, N) of float32
+        Kernels along columns and rows, whose K products are summed; N is a multiple of 4, filled up with 0.
+    reach : (int, int)
+        Pixels before the middle of a kernel, along columns and rows.
+    """
 
     down: NDArray[np.float32]
     across: NDArray[np.float32]

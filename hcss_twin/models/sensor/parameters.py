@@ -11,6 +11,8 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem, ScenarioError, choose_from
 
+__all__ = ["of_band", "within"]
+
 PerBand = float | dict[str, float]
 
 

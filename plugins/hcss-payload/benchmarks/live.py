@@ -2,6 +2,7 @@
 
     python plugins/hcss-payload/benchmarks/live.py agreement --skies 16 --poses 2
     python plugins/hcss-payload/benchmarks/live.py speed
+    python plugins/hcss-payload/benchmarks/live.py cube
     python plugins/hcss-payload/benchmarks/live.py allocations
     python plugins/hcss-payload/benchmarks/live.py paced --rate 100
     python plugins/hcss-payload/benchmarks/live.py hand-over
@@ -14,7 +15,8 @@ the bias.
 
 The speed is processor time for each pixel, and its ratio to that of a copy of the frame in memory; least and median
 times of frames are those of all threads together. With two threads other processes of the machine stretch the wall
-time. Allocations are what Python, numpy and compiled loops have at once for a frame that is written into an array
+time. Frames of the stages of cubes, of scenes that fast frames do not show, have the wall time of the longest stages
+beside. Allocations are what Python, numpy and compiled loops have at once for a frame that is written into an array
 (tracemalloc), and pages that the system had to provide (Linux), after the first frames. A paced run asks a server in
 another process for frames of 512 x 512 pixels with sensor and target at a rate, whether the last one is done or not.
 The hand-over is what server and client spend to pass a frame of 512 x 512 numbers through shared memory, and its ratio
@@ -146,6 +148,46 @@ def speed(count: int) -> None:
                 )
 
 
+def scenes_of_cubes(camera: Camera) -> dict[str, dict[str, object]]:
+    """Return keys of scenes that frames of cubes show, beside those of one layer of stratus."""
+    layers = [{"type": kind, "coverage": 0.5, "coverage_mode": "field"} for kind in ("stratus", "cirrus")]
+    sea = {"wind_speed": 10.0, "temperature": 291.4, "model": "cox-munk", "temperature_texture": 0.0}
+    ship = {"x": 0.0, "y": 0.0, "altitude": 0.0, "intensity": 2e6}
+    return {
+        "one layer, no texture": {"sea": sea},
+        "one layer": {},
+        "two layers": {"clouds": {"layers": layers}},
+        "surfaces": {"surfaces": {"provider": "coast"}},
+        "element": {"elements": [{"provider": "point-sources", "parameters": {"tracks": [ship]}}]},
+        "shadows": {"slant": {"shadows": "on"}},
+        "sensor": {"sensor": radiometer_of(camera)},
+    }
+
+
+def cubes(count: int) -> None:
+    """Print the cost of live frames that are computed by the stages of cubes."""
+    for size in (256, 512):
+        camera, orbit, track = orbit_of(size, size, 100.0)
+        for name, more in scenes_of_cubes(camera).items():
+            planned = scene("stratus", 100.0, 96, ["lwir"], **{"slant": {"shadows": "off"}, **more})
+            with LiveTwin(planned, camera, method="cube").prepare(orbit, track, 0.0, 30.0) as live:
+                live.frame(0.0)
+                spent, parts = [], []
+                for number in range(count):
+                    began = time.process_time()
+                    live.frame(0.2 + 0.01 * number)
+                    spent.append(time.process_time() - began)
+                    parts.append(live.seconds)
+            least = {part: min(of[part] for of in parts) for part in parts[0]}
+            longest = sorted(least.items(), key=lambda item: -item[1])[:4]
+            print(
+                f"{size} x {size}, {name}: processor time {1e3 * min(spent):.0f} ms at least, "
+                f"{1e3 * float(np.median(spent)):.0f} median; wall time at least: "
+                + ", ".join(f"{part} {1e3 * seconds:.0f} ms" for part, seconds in longest),
+                flush=True,
+            )
+
+
 def measured_pass() -> tuple[LiveTwin, Circular, Track, PointTarget]:
     """Return a camera of 512 x 512 pixels and one band with a sensor, its pass, and a target."""
     camera, orbit, track = orbit_of(512, 512, 100.0)
@@ -250,7 +292,7 @@ def hand_over(count: int) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("agreement", "speed", "allocations", "paced", "serve", "hand-over"))
+    parser.add_argument("what", choices=("agreement", "speed", "cube", "allocations", "paced", "serve", "hand-over"))
     parser.add_argument("--skies", type=int, default=16)
     parser.add_argument("--poses", type=int, default=2, help="in each sky")
     parser.add_argument("--points", type=int, default=8)
@@ -263,6 +305,8 @@ if __name__ == "__main__":
         agreement(options.skies, options.poses, options.points)
     elif options.what == "speed":
         speed(options.frames)
+    elif options.what == "cube":
+        cubes(max(3, options.frames // 50))
     elif options.what == "allocations":
         allocations(options.frames)
     elif options.what == "paced":

@@ -249,7 +249,7 @@ def test_an_orbit_passes_above_its_place():
         ({"clouds": {"coverage_mode": "frame"}}, r"clouds\.coverage_mode: 'frame'.*allowed: 'field'"),
         ({"orbit": {"altitude": 4e4}}, r"orbit\.altitude: 40000\.0 is out of range; allowed: >= 100000.*closest"),
         ({"orbit": {"longitude": 3.0}}, r"orbit: longitude given with provider 'circular'; its keys are altitude"),
-        ({"orbit": {"provider": "circlar"}}, r"orbit: .*closest valid choice is 'circular'"),
+        ({"orbit": {"provider": "circlar"}}, r"orbit: .*closest is 'circular'"),
         ({"camera": {"row": 3}}, r"camera\.row: unknown key.*rows"),
         ({"attitude": {"provider": "track", "latitude": -60.0}}, r"attitude.*below the horizon"),
         ({"attitude": {"provider": "push-broom", "roll": 61.0}}, r"camera\.beyond: 'refuse', and at time 0 s"),

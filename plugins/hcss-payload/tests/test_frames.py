@@ -10,7 +10,6 @@ import hcss_twin
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.physics.geodesy import to_earth_centred, to_plane
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.slant_paths import reference_height_m
 
 ORBIT = Circular.above(7e5, 98.2, 30.0, 153.0, 60.0)
 CAMERA = Camera(40, 48, 0.15, 1.5e-5)
@@ -46,7 +45,7 @@ def test_clouds_move_against_the_sea_as_with_parallax_of_the_engine():
     image = {"rows": size, "columns": size, "pixel_size": 100.0}
     output = {"certificate": 0}
     plain = scene(image=image, clouds={"type": "altostratus"}, output=output)
-    height = reference_height_m(hcss_twin.make_plan(plain).layers[0])
+    height = hcss_twin.make_plan(plain).layers[0].reference_height_m
     # The engine displaces clouds by whole pixels: here by exactly 20.
     zenith = float(np.degrees(np.arctan(2000.0 / height)))
     view = {"view": {"zenith": zenith, "azimuth": 0.0}, "slant": {"parallax": "on"}}

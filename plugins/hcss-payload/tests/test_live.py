@@ -7,7 +7,7 @@ import pytest
 from hcss_payload import Camera, Circular, Jitter, Nadir, PayloadError, Pose, PositionTable, Track, pose_at
 from hcss_payload.frames import frames
 from hcss_payload.live import LiveTwin, PointTarget
-from hcss_payload.live.supported import require_supported
+from hcss_payload.live.fast_scenes import excluded_by_plan
 from payload_scenes import radiometer_of
 
 import hcss_twin
@@ -198,26 +198,29 @@ def test_cloud_weakens_a_target_below_by_its_optical_thickness():
     assert -np.log(light[1.0] / light[1e-9]) == pytest.approx(depth.ravel(), rel=0.1)
 
 
-def test_what_live_frames_cannot_show_is_refused_by_name():
+def test_what_fast_frames_cannot_show_is_refused_by_name():
     camera, orbit, track = of_orbit(16)
-    with pytest.raises(ScenarioError, match=r"coverage_mode: .* cannot be computed with live frames; allowed: 'field'"):
-        LiveTwin(scene(clouds={"type": "stratus", "coverage": 0.5, "coverage_mode": "frame"}), camera)
+    frames_of_images = {"type": "stratus", "coverage": 0.5, "coverage_mode": "frame"}
+    with pytest.raises(ScenarioError, match=r"coverage_mode: .* cannot be computed with fast frames; allowed: 'field'"):
+        LiveTwin(scene(clouds=frames_of_images), camera, method="fast")
+    with pytest.raises(ScenarioError, match=r"sea\.temperature_texture: .* or method = 'cube'"):
+        LiveTwin(scene(sea=SEA | {"temperature_texture": 0.3}), camera, method="fast")
+    lit = replace(hcss_twin.make_plan(scene()), light=object())
+    assert [excluded.field for excluded in excluded_by_plan(lit) if excluded.present] == ["radiance.light"]
+    with pytest.raises(PayloadError, match=r"method: .*'slow'.*allowed: auto, cube, fast"):
+        LiveTwin(scene(), camera, method="slow")
     twin = LiveTwin(scene(), camera)
-    assert twin.omissions[0].what == "texture of the sea's temperature"  # on by default in cubes
-    assert 0.0 < twin.omissions[0].size < 0.01
-    assert twin.omissions[0] in twin.plan.omissions
-    assert twin.plan.texture is None
-    with pytest.raises(ScenarioError, match=r"sea\.temperature_texture"):
-        LiveTwin(scene(sea=SEA | {"temperature_texture": 0.3}), camera)
-    for part, name in ({"light": object()}, "radiance.light"), ({"rays": object()}, "camera"):
-        with pytest.raises(ScenarioError, match=name):
-            require_supported(replace(twin.plan, **part))
+    with twin.prepare(orbit, track, 0.0, 1.0) as live:
+        assert live.method == "fast"
+        before = live.omissions
+    assert before[0].what == "texture of the sea's temperature"  # on by default in cubes
+    assert 0.0 < before[0].size < 0.01
     with pytest.raises(PayloadError, match="start_s, end_s: 0 to 31 s; allowed: within 0 to 30 s"):
         twin.prepare(orbit, track, 0.0, 31.0)
     with pytest.raises(PayloadError, match="hold several cells of the coarsest octave"):
-        LiveTwin(scene("cumulus"), of_orbit(4, 3000.0)[0]).prepare(orbit, track, 0.0, 1.0)
+        LiveTwin(scene("cumulus"), of_orbit(4, 3000.0)[0], method="fast").prepare(orbit, track, 0.0, 1.0)
     with twin.prepare(orbit, Nadir(orbit), 0.0, 1.0, integration_s=0.09) as live:
-        (smear,) = set(live.omissions) - set(twin.omissions)
+        (smear,) = set(live.omissions) - set(before)
         # The ground below moves at 6.7 to 7 km/s.
         moved = float(smear.why.partition("by up to ")[2].split()[0])
         assert (smear.what, moved) == ("smear of the scene", pytest.approx(0.09 * 6.85e3 / 300.0, rel=0.04))

@@ -2,12 +2,18 @@
 
 import numpy as np
 import pytest
-from hcss_payload.live.measure import Kernels, measure_rows
-from hcss_payload.live.sensor import BLUR_LEFT_OUT, shortened
+from hcss_payload.live.measure import BLOCK, FEW, MAX_COUNTED, Kernels, measure_rows
+from hcss_payload.live.sensor import BLUR_LEFT_OUT, LEAST, TAPS_AT_ONCE, shortened
 
+from hcss_twin.models.sensor import noise, philox, point_spread, rows
 from hcss_twin.models.sensor.blur import Weights
 from hcss_twin.models.sensor.point_spread import gaussian_mtf, line_kernel
 from hcss_twin.models.sensor.rows import Detector, measure
+
+
+def test_live_frames_draw_and_cut_as_the_sensor_of_cubes():
+    assert (LEAST, TAPS_AT_ONCE) == (point_spread.LEAST, rows.TAPS_AT_ONCE)
+    assert (BLOCK, FEW, MAX_COUNTED) == (philox.BLOCK, rows.FEW, noise.MAX_COUNTED)
 
 
 def blur_of(sigma):

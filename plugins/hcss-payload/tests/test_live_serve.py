@@ -1,6 +1,7 @@
 """The server of live frames in a process of its own."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -8,13 +9,13 @@ import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hcss_payload import Jitter, PayloadError, Pose, pose_at
 from hcss_payload.build import payload_of, scene_of
-from hcss_payload.live import LiveClient, LiveTwin, PointTarget
+from hcss_payload.live import LiveClient, LiveTwin, PointTarget, live_pass
+from hcss_payload.live.prepared_pass import FrameCost
 from hcss_payload.live.ring import Ring, RingShape
 from hcss_payload.live.server import Server
 
@@ -67,6 +68,10 @@ argument = 26.5
 [attitude]
 provider = "track"
 """
+COAST = """
+[surfaces]
+provider = "coast"
+"""
 TIMEOUT_S = 60.0
 
 
@@ -77,7 +82,7 @@ def files(tmp_path):
 
 
 def command(name):
-    options = f"'scene.toml', '--name', '{name}', '--highest-target', '15000'"
+    options = f"'scene.toml', '--name', '{name}', '--highest-target', '15000', '--rate', '1e6'"
     start = f"from hcss_payload.live.command import serve; serve([{options}])"
     return [sys.executable, "-c", start]
 
@@ -171,10 +176,40 @@ def test_a_served_frame_is_that_of_the_pose_and_sigterm_deletes_the_memory(files
             server.send_signal(signal.SIGTERM)
         output, errors = server.communicate(timeout=TIMEOUT_S)
     assert server.returncode == 0, errors
-    assert f"{name}: 1 x 48 x 64 radiance, times 0 to 10 s" in output
+    assert f"{name}: 1 x 48 x 64 radiance, times 0 to 10 s\nfast frames: " in output
+    assert re.search(r"ms a frame, .* a second; too slow for 1e\+06 \(0\.001 ms\): lines of sight, sky .* ms", output)
+    assert "omitted: texture of the sea's temperature: fast frames have a sea of one temperature" in output
     assert "pose 206: time_s: 11 s; allowed: 0 to 10 s, the pass" in errors
     assert errors.count("pose 5") <= 1  # one line in some seconds, not one for each refused pose
     assert not is_there(name)
+
+
+@needs_shm
+def test_a_scene_that_fast_frames_do_not_show_is_served_with_the_pixels_of_cubes(files):
+    name = f"hcss-test-cube-{os.getpid()}"
+    (files / "scene.toml").write_text(SCENE + COAST + PASS)
+    scenario = hcss_twin.Scenario.load(files / "scene.toml")
+    nominal = payload_of(scenario, Catalog(base=files))
+    with (
+        subprocess.Popen(command(name), cwd=files, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server,
+        live_pass(scenario) as live,
+    ):
+        try:
+            with LiveClient(name, TIMEOUT_S) as client:
+                for time_s in (0.0, 3.0):
+                    pose = pose_at(time_s, nominal.trajectory, nominal.attitude, Jitter((1e-4, 1e-4, 1e-4)))
+                    targets = [PointTarget(30.0, 150.0, 2.5e3, (1e5,))]
+                    shown = client.wait(client.send_pose(pose, targets), TIMEOUT_S)
+                    assert np.array_equal(shown.image, live.frame(time_s, shown.pose, targets=targets).radiance)
+        finally:
+            server.send_signal(signal.SIGTERM)
+        output, errors = server.communicate(timeout=TIMEOUT_S)
+    assert server.returncode == 0, errors
+    assert re.search(
+        r"\ncube frames: .* ms a frame, .* a second; too slow for 1e\+06 \(0\.001 ms\): .*clouds .* ms", output
+    )
+    assert "omitted: clouds within the footprint of a pixel: " in output
+    assert "note: frames are those of cubes, since fast frames do not show a map of the ground" in errors
 
 
 @needs_shm
@@ -207,18 +242,19 @@ def test_no_memory_is_left_when_the_parent_or_the_server_dies(files, end):
 
 
 class _Prepared:
-    """A pass whose frames are empty; the second one ends the server."""
+    """A pass whose frames are empty; the first one ends the server."""
 
     shape, has_numbers, start_s, stalls = (1, 2, 3), False, 0.0, 0
-    sky = SimpleNamespace(stalls=0)
 
     def __init__(self, name):
         self.name, self.frames = name, 0
 
     def frame(self, time_s, pose=None, out=None, targets=None):
         self.frames += 1
-        if self.frames == 2:
-            self.stop()
+        self.stop()
+
+    def warm_up(self, out=None):
+        return FrameCost(1.0, {})
 
     def stop(self):
         with memory_of(self.name) as ring:
@@ -239,7 +275,7 @@ def test_a_pose_that_comes_as_soon_as_the_server_is_ready_is_not_lost():
 
     Server(prepared, prepared.name).serve(ready)
     late.cancel()
-    assert prepared.frames == 2
+    assert prepared.frames == 1
 
 
 def test_a_reader_never_takes_a_frame_that_is_being_written():

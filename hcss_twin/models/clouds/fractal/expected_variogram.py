@@ -19,6 +19,8 @@ from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.fractal.rows import cubic_weights
 from hcss_twin.providers import Grid, Motion
 
+__all__ = ["KernelCorrelation"]
+
 # The kernel extends two cells to either side: points four cells apart share no node.
 _REACH_CELLS = 4
 

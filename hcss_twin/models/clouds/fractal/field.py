@@ -18,6 +18,8 @@ from hcss_twin.models.clouds.fractal.lattice import plane_key, unit_offset
 from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
 from hcss_twin.models.clouds.fractal.rows import add_nodes, add_octave, cubic_weights, split
 
+__all__ = ["FractalField", "PixelWindow"]
+
 _X, _Y, _T = 0, 1, 2
 
 _FEWEST_ROWS = 64

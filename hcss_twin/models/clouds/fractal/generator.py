@@ -16,13 +16,14 @@ from hcss_twin.models.clouds.coverage import FrameSummary, summarise
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
 from hcss_twin.models.clouds.fractal.octaves import Octave, describe_skipped, merge_noise, separate_octaves
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, thickness_in_frame, window_inside
+from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, thickness_in_frame
 from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Motion
+
+__all__ = ["FractalClouds"]
 
 STRIP_PIXELS = 2**21
 """Largest strip used to summarise a frame; bounds the memory for large frames."""
 
-_EPSILON = float(np.finfo(np.float64).eps)
 
 _NOISY = 0.5
 """Variance fraction of subpixel cells above which a warning is issued."""
@@ -35,17 +36,6 @@ _FIELD_NOTE = (
     "Coverage is exact in the mean over the unbounded sky; that of one frame scatters around it, the more "
     "the fewer clouds it holds."
 )
-
-
-def displacement_pixels(speed_m_s: float, time_s: float, pixel_size_m: float) -> float:
-    """Return the displacement in pixels (v t of eq 4), without rounding errors where it is a round number.
-
-    A distance within a few units in the last place of a multiple of 1/1024 pixel is rounded to that multiple. Otherwise
-    a platform that moves by whole pixels per frame would not reproduce the same bits at times such as 3 x 0.1 s.
-    """
-    distance = speed_m_s * time_s / pixel_size_m
-    rounded = round(distance * 1024.0) / 1024.0
-    return rounded if abs(distance - rounded) <= 8.0 * _EPSILON * abs(distance) else distance
 
 
 def complete_parameters(parameters: FractalParameters, defaults: Mapping[str, Any]) -> FractalParameters:
@@ -179,7 +169,7 @@ class FractalClouds:
         ValueError
             If the window is not inside the image.
         """
-        inside = window_inside(rows, columns, self._grid)
+        inside = self._grid.inside(rows, columns)
         layer, exponent = self._layer, self.parameters.brightness_exponent
         if layer.coverage_mode == "field":
             return field_thickness(self.field(time_s, *inside), layer, exponent, in_place=True)
@@ -209,7 +199,7 @@ class FractalClouds:
 
         ``summary`` is that of the frame at ``time_s``. Raises ValueError if the window is not inside the image.
         """
-        inside = window_inside(rows, columns, self._grid)
+        inside = self._grid.inside(rows, columns)
         first, width = inside[0].start * self._grid.columns + inside[1].start, self._grid.columns
         exponent = self.parameters.brightness_exponent
         return thickness_in_frame(self.field(time_s, *inside), first, width, summary, self._layer, exponent)
@@ -236,7 +226,7 @@ class FractalClouds:
     def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
         if window.start is None or window.stop is None or window.step not in (None, 1):
             raise ValueError(f"{name}: {window} given, allowed: a slice with start and stop and no step")
-        shift = displacement_pixels(speed_m_s, time_s, self._grid.pixel_size_m)
+        shift = self._grid.displacement_pixels(speed_m_s, time_s)
         return PixelWindow(window.start, max(0, window.stop - window.start), (0.5 - 0.5 * size) + shift)
 
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Grid, Motion
 
+__all__ = ["Octave", "separate_octaves"]
+
 # L counts lattice cells in this length: 800 pixels of 20 m, the paper's image.
 REFERENCE_LENGTH_M = 16_000.0
 

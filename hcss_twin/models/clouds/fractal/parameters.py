@@ -6,6 +6,8 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator
 
+__all__ = ["FractalParameters"]
+
 
 def _pair(value: Any) -> Any:
     """Accept a list as a pair: configuration files have no tuples."""

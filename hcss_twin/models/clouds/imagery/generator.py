@@ -23,7 +23,6 @@ from hcss_twin.models.clouds.imagery.whole_scene import (
     size_problem,
     whole_pixels,
 )
-from hcss_twin.models.clouds.thickness import window_inside
 from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid
 
 # Each layer covers half of the clear sky: after this many, 2**-40 of the sky is clear.
@@ -223,4 +222,4 @@ class ImageryClouds:
         """
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
-        return self._clouds.thickness_m(time_s, *window_inside(rows, columns, self._grid))
+        return self._clouds.thickness_m(time_s, *self._grid.inside(rows, columns))

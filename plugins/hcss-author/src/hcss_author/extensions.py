@@ -16,8 +16,6 @@ from click.testing import CliRunner
 
 from hcss_author.extension_entries import Extension, ExtensionEntry, find_extension
 from hcss_twin import Scenario, make_plan
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import ScenarioError
 from hcss_twin.laws import atmosphere as air_laws
 from hcss_twin.laws import conduct
 from hcss_twin.laws import sea as sea_laws
@@ -26,7 +24,7 @@ from hcss_twin.laws.samples import frozen, sample_radiance_inputs
 from hcss_twin.models.radiance.spectral_grid import all_nodes
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.rays import Rays
-from hcss_twin.providers import Array, ColumnSetting, PointEffect, Sun, to_space
+from hcss_twin.providers import Array, Catalog, ColumnSetting, PointEffect, ScenarioError, Sun, to_space
 from hcss_twin.providers.light import LightInputs, LightTransport
 
 SCENE = """

@@ -25,15 +25,13 @@ from hcss_bench.reference import (
     table_radiance,
 )
 from hcss_bench.stages import CERTIFICATE, RAW, RUNS, STAGES, Rounds, time_certificate, time_stages
-from hcss_twin.core.arrays import Array
+from hcss_twin import Scenario, make_plan
 from hcss_twin.core.cache import private_cache
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, dense_grid
-from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
-from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.providers import Array, Problem, ScenarioError
 from hcss_twin.scenario.units import parse_accuracy
 
 _SEED = 20_240_420

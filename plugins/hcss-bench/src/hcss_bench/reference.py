@@ -14,15 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
+from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.certificate.reference_columns import level_change
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.radiance_tables import RadianceTables, TableReader
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.reference import reference_radiance, reference_spectra
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid, choose_nodes, dense_grid
-from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
-from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.providers import Array
 
 CLOSURE_ORDER, STEP_CM1 = 2, 1.0
 """The finest closure order and spectral step of the model ``physical``."""
@@ -158,8 +157,8 @@ def table_radiance(plan: Plan, tables: RadianceTables, columns: Array) -> Array 
     """
     if plan.views is not None or plan.surfaces is not None:
         return None
-    dense = TableReader(tables).at(float(plan.frame_times_s[0]))
-    radiance = np.empty((dense.clear.size, 1, columns.shape[0]), dtype=np.float32)
+    look_up = LookUp.at(tables, float(plan.frame_times_s[0]))
+    radiance = np.empty((look_up.table.clear.size, 1, columns.shape[0]), dtype=np.float32)
     thickness = [np.ascontiguousarray(column[np.newaxis], dtype=np.float32) for column in columns.T]
-    LookUp(dense).fill(radiance, thickness)
+    look_up.fill(radiance, thickness)
     return radiance[: len(plan.bands), 0].T.astype(np.float64)

@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin import Scenario, make_plan
 from hcss_twin.core.cache import TABLES, Store
 from hcss_twin.core.files import flush
 from hcss_twin.cube.writer import CubeWriter
@@ -26,15 +27,12 @@ from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import cube_header, run
-from hcss_twin.engine.stages.stage import Frame
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.over_views import plans_over_views
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.engine.tables.table_key import table_key
-from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import CloudGenerator
-from hcss_twin.scenario.scenario import Scenario
 
 
 @dataclass
@@ -205,9 +203,10 @@ def time_certificate(rounds: Rounds, prefix: str, scenario: Scenario) -> Certifi
     return rounds.time(prefix + CERTIFICATE, lambda: certify(plan, tables, sample.frames))
 
 
-def _time_frames(rounds: Rounds, prefix: str, plan: Plan, tables: RadianceTables) -> Frame:
+def _time_frames(rounds: Rounds, prefix: str, plan: Plan, tables: RadianceTables) -> dict[str, NDArray[Any]]:
     """Compute all frames and return the last one; time not spent on clouds counts as look-up."""
-    clock, frame = Clock(), Frame()
+    clock = Clock()
+    frame: dict[str, NDArray[Any]] = {}
     start = time.perf_counter()
     for computed in stream(with_timed_clouds(plan, clock), tables):
         frame = computed
@@ -217,7 +216,7 @@ def _time_frames(rounds: Rounds, prefix: str, plan: Plan, tables: RadianceTables
     return frame
 
 
-def _write(plan: Plan, tables: RadianceTables, frame: Frame, output: Path) -> None:
+def _write(plan: Plan, tables: RadianceTables, frame: dict[str, NDArray[Any]], output: Path) -> None:
     compression = plan.scenario.output.compression or None
     with CubeWriter(output, cube_header(plan, tables), compression=compression) as writer:
         for index in range(plan.frame_times_s.size):

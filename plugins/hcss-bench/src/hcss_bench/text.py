@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from hcss_bench.benchmark import AccuracyResult, BenchResult
 from hcss_bench.stages import CERTIFICATE, KEPT_RUN, NEW_RUN, RAW, RUNS, STAGES
-from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.providers import HcssError
 from hcss_twin.reports.figures import new_figure
 from hcss_twin.reports.tables import aligned
 

@@ -1,6 +1,7 @@
 """Errors of this package, besides those of hcss_twin."""
 
-from hcss_twin.core.errors import HcssError, ImageError, OptionError
+from hcss_twin.core.errors import OptionError
+from hcss_twin.providers import HcssError, ImageError
 
 
 class ImageOptionError(OptionError, ImageError):

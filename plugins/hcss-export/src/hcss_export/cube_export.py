@@ -11,12 +11,12 @@ from pathlib import Path
 
 from hcss_export.file_names import SUFFIXES, FileNames, file_names, unknown_format
 from hcss_export.projection import Projection, projection_of
+from hcss_twin import open_cube
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write, require_not_read
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.frame_selection import FrameSelection, select_frames
-from hcss_twin.cube.reader import open_cube
+from hcss_twin.providers import CubeError
 
 Limits = tuple[float, float]
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from hcss_export.description import ascii_text, count_missing, description, first_row, headline, image_name, json_text
 from hcss_export.projection import Projection
-from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.frame_selection import FrameSelection
+from hcss_twin.providers import CubeError
 
 _TYPES = {
     "u1": 1, "i2": 2, "i4": 3, "f4": 4, "f8": 5, "u2": 12, "u4": 13, "i8": 14, "u8": 15,

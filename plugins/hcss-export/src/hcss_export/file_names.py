@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hcss_twin.core.errors import CubeError, choose_from
+from hcss_twin.providers import CubeError, choose_from
 
 if TYPE_CHECKING:
     from hcss_twin.cube.frame_selection import FrameSelection

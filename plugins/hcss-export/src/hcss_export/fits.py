@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from hcss_export.description import ascii_text, count_missing, headline
 from hcss_export.projection import Projection
-from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.frame_selection import FrameSelection
+from hcss_twin.providers import CubeError
 
 _WIDER = {"i1": "i2", "u2": "i4", "u4": "i8"}
 """FITS has no such integers (section 5.2): values are stored in the next wider type."""

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from hcss_export.description import ascii_text, count_missing, description, headline, json_text
 from hcss_export.projection import Projection
-from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.frame_selection import FrameSelection, SelectedFrame
+from hcss_twin.providers import CubeError
 
 
 def write_geotiff(

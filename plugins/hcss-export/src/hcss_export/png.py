@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from hcss_export.description import ascii_text, count_missing, description, first_row, image_name, json_text
 from hcss_export.projection import Projection
-from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.frame_selection import FrameSelection, Plane, SelectedFrame
+from hcss_twin.providers import CubeError
 
 LARGEST = 65535
 """Largest sample."""

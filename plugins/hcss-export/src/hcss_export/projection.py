@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hcss_twin.core.errors import CubeError
-from hcss_twin.cube.coordinates import GRID_MAPPING
+from hcss_twin.providers import CubeError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,7 +84,7 @@ def projection_of(dataset: xr.Dataset, data: xr.DataArray) -> Projection | None:
     if "row" in dataset.dims:
         return None
     # coordinates, such as the latitude of each pixel, have no attribute grid_mapping
-    mapping = data.encoding.get("grid_mapping", data.attrs.get("grid_mapping", GRID_MAPPING))
+    mapping = data.encoding.get("grid_mapping", data.attrs.get("grid_mapping", "local_plane"))
     if mapping not in dataset.variables:
         raise CubeError(f"{data.name}: the cube has no grid mapping '{mapping}'")
     return projection_of_mapping(dataset[mapping].attrs)

@@ -16,10 +16,7 @@ from numpy.typing import NDArray
 from hcss_light.source import Particles, Surroundings
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.radiance.physical.sunlight_in_air import scattered_once
-from hcss_twin.physics.geometry import relative_azimuth_rad
-from hcss_twin.physics.paths import Leg, Path, to_space
-from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Array, Sun
+from hcss_twin.providers import Array, Leg, Path, Sun, planck, relative_azimuth_rad, to_space
 from hcss_twin.providers.light import LightInputs
 
 SPREAD, MOST_GROUPS = 0.05, 4

@@ -14,18 +14,16 @@ from hcss_light.reference import levels_of, radiance_of_layers
 from hcss_light.slices import Slices
 from hcss_light.stage import shares_of
 from hcss_light.voxels import LightError
-from hcss_twin import Scenario
-from hcss_twin.core.netcdf import NetcdfFile
+from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.stages.light import LARGEST_SQUARE
+from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.stream import PartMaker
-from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.plan.choose_light import cloudy_layers, light_inputs
-from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Array, Sun
+from hcss_twin.providers import Array, NetcdfFile, Sun
 from hcss_twin.providers.light import LightInputs
 
 CHECKED_PIXELS, CHECKED_PHOTONS = 8, 1000
@@ -78,8 +76,9 @@ def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
         return {}
     draw, squares = np.random.default_rng([plan.scenario.seed, 23]), []
     for side in plan.extent:
-        first = side.start + LARGEST_SQUARE * int(draw.integers(-(-(side.stop - side.start) // LARGEST_SQUARE)))
-        squares.append((first, min(first + LARGEST_SQUARE, side.stop)))
+        longest = LightStage.largest_square
+        first = side.start + longest * int(draw.integers(-(-(side.stop - side.start) // longest)))
+        squares.append((first, min(first + longest, side.stop)))
     pixels = min(CHECKED_PIXELS, plan.scenario.output.certificate)
     places = [(int(draw.integers(*squares[0])), int(draw.integers(*squares[1]))) for _ in range(pixels)]
     makers = {"cube": PartMaker(plan, tables)}
@@ -109,10 +108,10 @@ def _not_comparable(plan: Plan) -> str:
     """Return why Monte Carlo cannot compute a plan; empty if it can."""
     if not plan.assembly.has_cloud or not plan.needs_radiance:
         return "scenario: Monte Carlo needs radiance and cloud; allowed: clouds.layers with cloud"
-    if not all(hasattr(plan.assembly.generators[layer], "thickness_around_m") for layer in cloudy_layers(plan)):
+    if not all(hasattr(plan.assembly.generators[layer], "thickness_around_m") for layer in plan.cloudy_layers):
         return "clouds.generator: its clouds end with the image; allowed: one that continues them"
-    if TOTAL not in {spec.name for spec in plan.variables}:
-        return f"output.variables: without '{TOTAL}'; allowed: with it"
+    if "radiance" not in {spec.name for spec in plan.variables}:
+        return "output.variables: without 'radiance'; allowed: with it"
     if plan.samples_per_pixel != 1:
         return f"image.samples_per_pixel: {plan.samples_per_pixel}; allowed: 1"
     return ""
@@ -138,7 +137,7 @@ def _compared(
         for name, maker in makers.items():
             part, alone = maker.part(frame, (slice(row, row + 1), slice(column, column + 1)))
             values["columns"][number] = alone[0, :, 0, 0]
-            values[name][number] = part[TOTAL][:, 0, 0]
+            values[name][number] = part["radiance"][:, 0, 0]
     temperature = BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
     result = []
     for index, band in enumerate(plan.bands):

@@ -22,9 +22,7 @@ from hcss_light.slices import Field, Slices
 from hcss_light.source import Direction, Particles
 from hcss_light.voxels import ScatteringTable, Voxels
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
-from hcss_twin.physics.paths import to_space
-from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Array, Sun
+from hcss_twin.providers import Array, Sun, planck, to_space
 from hcss_twin.providers.light import LightInputs
 
 LEAST_LEVELS = 64

@@ -22,7 +22,7 @@ from scipy.special import ndtr, ndtri
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
-from hcss_twin.models.clouds.fractal.octaves import AXIS_Z, separate_octaves
+from hcss_twin.models.clouds.fractal.octaves import separate_octaves
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.providers import Array, CloudInputs
@@ -71,8 +71,9 @@ class ReliefClouds(FractalClouds):
         flat = {name: getattr(parameters, name) for name in FractalParameters.model_fields}
         given = {name: value for name, value in flat.items() if name in parameters.model_fields_set}
         super().__init__(inputs, FractalParameters(**given))
-        of_columns = (AXIS_Z[0], "it shapes clouds in height with radiance.light; independent columns have no shape")
-        self.skipped = tuple(of_columns if key == AXIS_Z else key for key in self.skipped)
+        axis, *others = self.skipped  # the first is the axis of height
+        of_columns = "it shapes clouds in height with radiance.light; independent columns have no shape"
+        self.skipped = ((axis[0], of_columns), *others)
         self._relief, self._roughness, self._seed = parameters.base_relief, parameters.roughness, inputs.seed
         shape, thickest = self.parameters, inputs.layer.thickness_max_m
         assert shape.gamma is not None

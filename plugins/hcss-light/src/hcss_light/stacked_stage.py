@@ -10,9 +10,7 @@ import numpy as np
 from hcss_light.stage import require_one_shape, shares_of
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.plan.choose_light import cloudy_layers
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import length
 from hcss_twin.providers import Array
 
 
@@ -21,13 +19,15 @@ class StackedStage(LightStage):
 
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
         super().__init__(plan, tables)
-        self._numbers = cloudy_layers(plan)
+        self._numbers = plan.cloudy_layers
         for number in self._numbers:
             require_one_shape(plan, number)
 
     def _square(self, first: tuple[int, int], clouds: Any) -> tuple[Array, Array, Array]:
         """Return amounts (L, y, x), share and change of radiance (B, y, x) of the points of a square."""
         assert self._instant is not None
+        time_s = self._instant[0]
+        assert isinstance(time_s, float)  # the key of frames of a grid on the ground
         plan, samples, side = self._plan, self._plan.samples_per_pixel, self._pixels
         transport: Any = self._transport
         near = [tuple(-(-points // samples) for points in both) for both in transport.reach_of_light]
@@ -43,17 +43,18 @@ class StackedStage(LightStage):
         layers = clouds.thickness_m(window)
         thickness = [layers[number] for number in self._numbers]
         shares = [
-            shares_of(plan, number, self._instant[0], window, layer_thickness, edges)
+            shares_of(plan, number, time_s, window, layer_thickness, edges)
             for number, layer_thickness, edges in zip(self._numbers, thickness, transport.edges_m, strict=True)
         ]
         inner = [
-            slice((far - low) * samples, (far + length(span) + high) * samples)
+            slice((far - low) * samples, (far + span.stop - span.start + high) * samples)
             for span, (far, _), (low, high) in zip(extent, self._reach, near, strict=True)
         ]
         light: Any = self._instant[2]
         amount, share, change = light.correct(np.stack(thickness), shares, inner)
         cut = [
-            slice(low * samples, (low + length(span)) * samples) for span, (low, _) in zip(extent, near, strict=True)
+            slice(low * samples, (low + span.stop - span.start) * samples)
+            for span, (low, _) in zip(extent, near, strict=True)
         ]
         return amount[:, *cut].copy(), share[:, *cut].copy(), change[:, *cut].copy()
 

@@ -18,15 +18,12 @@ from numpy.typing import NDArray
 from hcss_light.slices import Field
 from hcss_light.tiles import Tiles
 from hcss_light.voxels import LightError
-from hcss_twin.core.arrays import Array
 from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.choose_light import light_inputs
-from hcss_twin.plan.clouds import wind_velocity_m_s
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import Window, points_of
-from hcss_twin.providers import Sun
+from hcss_twin.providers import Array, Sun
 
 SQUARES_OF_FRAME = 64
 """Squares of a frame in memory."""
@@ -34,6 +31,8 @@ SQUARES_OF_FRAME = 64
 KEPT_S, MOST_KEPT = 60.0, 2**22
 """Time between two instants whose light in clouds is kept, and most columns of cloud (of some 100 bytes each)."""
 
+Window = tuple[slice, slice]
+"""Ranges of rows and columns, in pixels."""
 
 _Square = tuple[Any, Array, Array, Array, Array, Array]
 
@@ -60,7 +59,8 @@ def shares_of(
 ) -> Field | None:
     """Return how the cloud of points of a layer is spread over heights, if its generator says so."""
     shares = getattr(plan.assembly.generators[number], "height_shares", None)
-    rows, columns = (points_of(span, plan.samples_per_pixel) for span in window)
+    samples = plan.samples_per_pixel
+    rows, columns = (slice(span.start * samples, span.stop * samples) for span in window)
     result: Field | None = None if shares is None else shares(time_s, rows, columns, thickness_m, edges_m)
     return result
 
@@ -118,10 +118,9 @@ class DriftingStage(LightStage):
         east, north = motion.cloud_velocity_m_s
         if section.wind_speed is not None or section.wind_from is not None:
             layer, base = section, plan.scenario.motion
-            east, north = wind_velocity_m_s(
-                base.wind_speed if layer.wind_speed is None else layer.wind_speed,
-                base.wind_from if layer.wind_from is None else layer.wind_from,
-            )
+            speed = base.wind_speed if layer.wind_speed is None else layer.wind_speed
+            toward = math.radians((base.wind_from if layer.wind_from is None else layer.wind_from) + 180.0)
+            east, north = speed * math.sin(toward), speed * math.cos(toward)
         self._speed = np.array([north, east - motion.platform_speed_m_s]) / plan.grid.pixel_size_m
         self._drifts = np.ceil(np.abs(self._speed) * KEPT_S).astype(int) + 1
         self._lights: OrderedDict[float, tuple[Sun | None, Any, Any]] = OrderedDict()

@@ -12,8 +12,7 @@ from itertools import product
 import numpy as np
 
 from hcss_light.voxels import LightError
-from hcss_twin.engine.stages.light import LARGEST_SQUARE
-from hcss_twin.plan.choose_light import cloudy_layers
+from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.views import views_over_image
 from hcss_twin.providers import Array, View
@@ -45,9 +44,9 @@ class Tiles:
         views = views_over_image(plan.assembly)
         assert views is not None
         self._views, self._size = views, (plan.grid.rows, plan.grid.columns)
-        layer = plan.layers[cloudy_layers(plan)[0]]
+        layer = plan.layers[plan.cloudy_layers[0]]
         points = layer.thickness_max_m * plan.samples_per_pixel / plan.grid.pixel_size_m
-        side = max(LARGEST_SQUARE // plan.samples_per_pixel, 1)
+        side = max(LightStage.largest_square // plan.samples_per_pixel, 1)
         self.side = min(max(self._size), side)
         while (displaced := points * self._turn()) > MOST_DISPLACED and self.side > LEAST_SIDE:
             self.side = max(self.side // 2, LEAST_SIDE)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hcss_twin.core.errors import HcssError
-from hcss_twin.providers import Array
+from hcss_twin.providers import Array, HcssError
 
 
 class LightError(HcssError):

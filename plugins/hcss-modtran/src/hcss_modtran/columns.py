@@ -15,9 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_modtran.spectral_path import PathGeometry, RadianceUnit, SpectralPath, radiance_factor
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError
-from hcss_twin.physics.planck import planck
+from hcss_twin.providers import Array, CatalogError, planck
 
 AxisUnit = Literal["cm1", "um", "nm"]
 

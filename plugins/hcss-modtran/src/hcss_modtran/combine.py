@@ -9,11 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcss_modtran.spectral_path import SpectralPath, sine_deg
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable
-from hcss_twin.physics.planck import planck
-from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile
+from hcss_twin.providers import EARTH_RADIUS_M, Array, CatalogError, Profile, planck
 
 SPACE_FROM_M = 80_000.0
 """Altitude from which the upper end of a path counts as space."""

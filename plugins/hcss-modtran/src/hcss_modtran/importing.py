@@ -13,13 +13,12 @@ from hcss_modtran.libradtran import read_libradtran, read_settings
 from hcss_modtran.modtran6 import read_modtran6_csv, read_modtran6_json
 from hcss_modtran.modtran_tape7 import read_tape7
 from hcss_modtran.spectral_path import PathGeometry, SpectralPath
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.core.files import require_file, require_not_read
 from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.reading import first_bytes, reads
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import write_atmosphere_table
+from hcss_twin.providers import Catalog, CatalogError, choose_from
 
 FORMATS = ("modtran-tape7", "modtran6-json", "modtran6-csv", "libradtran")
 

@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_modtran.spectral_path import PathGeometry, RadianceUnit, SpectralPath, radiance_factor, read_text
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.providers import Array, CatalogError, choose_from
 
 TOP_M = 120_000.0
 """Altitude of uvspec's ``toa``: the top of its standard atmospheres."""

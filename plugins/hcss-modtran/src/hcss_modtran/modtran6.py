@@ -19,8 +19,7 @@ import numpy as np
 
 from hcss_modtran.columns import AxisUnit, Run, axis_unit, is_known, path_from_columns
 from hcss_modtran.spectral_path import PathGeometry, RadianceUnit, SpectralPath, read_text
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.providers import Array, CatalogError, choose_from
 
 _KINDS = ("RADIANCE", "TRANSMITTANCE", "IRRADIANCE")
 

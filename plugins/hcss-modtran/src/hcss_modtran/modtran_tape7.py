@@ -26,7 +26,7 @@ import numpy as np
 
 from hcss_modtran.columns import Run, axis_unit, normalised, path_from_columns
 from hcss_modtran.spectral_path import PathGeometry, SpectralPath, read_text
-from hcss_twin.core.errors import CatalogError
+from hcss_twin.providers import CatalogError
 
 _SENTINEL = "-9999"
 _HEADER = re.compile(r"^\s*(FREQ|WAVLEN|WAVELENGTH)\b", re.IGNORECASE)

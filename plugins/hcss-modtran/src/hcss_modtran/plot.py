@@ -9,15 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, HcssError, choose_from
 from hcss_twin.core.files import atomic_write
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.physics.paths import to_space
-from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import AtmosphereInputs, Kind, TransmittanceProvider
+from hcss_twin.providers import (
+    Array,
+    AtmosphereInputs,
+    Catalog,
+    CatalogError,
+    HcssError,
+    Kind,
+    Profile,
+    TransmittanceProvider,
+    choose_from,
+    to_space,
+)
 from hcss_twin.reports.figures import new_figure
 
 if TYPE_CHECKING:

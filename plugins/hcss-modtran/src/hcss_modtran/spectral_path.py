@@ -10,9 +10,8 @@ from typing import Literal
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.reading import reading
+from hcss_twin.providers import Array, CatalogError
 
 RadianceUnit = Literal["per_cm1", "per_um", "per_nm"]
 """Spectral unit of radiance and irradiance: per cm-1, per micrometre, per nanometre."""

@@ -13,9 +13,8 @@ from hcss_paper.reproduction import Check, Reproduction, Row, judged, rms_percen
 from hcss_paper.scene import BANDS, COLUMNS, black_surface, scene
 from hcss_paper.tables_2_and_4 import COVERAGE_CHOICE, MIXTURE_NOTE
 from hcss_paper.tables_8_and_9 import cloud_field, eq_24_percent
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.engine.simulate import simulate
-from hcss_twin.scenario.scenario import Scenario
+from hcss_twin import Scenario, simulate
+from hcss_twin.providers import Catalog
 
 CLAIMED = {"3.0-5.0": 12.3, "8.0-14.0": 3.7, "shape": 8.3}
 """Percent; abstract and section VI."""

@@ -8,14 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics.mie import BulkOptics, MieOptics
 from hcss_twin.models.optics.size_distribution import projected_area_m1
-from hcss_twin.models.optics.spheres import phase_function
 from hcss_twin.models.parameters import BulkParameters, MieParameters
-from hcss_twin.physics.multiple_scattering.phase_function import henyey_greenstein
-from hcss_twin.providers import Microphysics, Optics, OpticsInputs
+from hcss_twin.providers import Array, Catalog, Microphysics, Optics, OpticsInputs
 from hcss_twin.reports.figures import new_figure
 from hcss_twin.scenario.cloud_types import load_cloud_type
 
@@ -131,6 +127,8 @@ def _phase(provider: Optics, cloud: Microphysics, wavelength_um: float, angle_de
     moments = provider.single_scattering(cloud, np.array([1e4 / wavelength_um])).moments
     mu = np.cos(np.radians(angle_deg))
     if moments.shape[0] == 2:
-        return henyey_greenstein(mu, float(moments[1, 0]))
-    values: Array = phase_function(moments, mu)[:, 0]
+        g = float(moments[1, 0])  # Henyey-Greenstein, eq 13
+        return (1.0 - g**2) / (1.0 + g**2 - 2.0 * g * mu) ** 1.5
+    weights = (2.0 * np.arange(moments.shape[0]) + 1.0) * moments[:, 0]
+    values: Array = np.asarray(np.polynomial.legendre.legval(mu, weights), dtype=np.float64)
     return values

@@ -19,7 +19,7 @@ from hcss_twin.cli.options import (
     with_size,
     write_json,
 )
-from hcss_twin.core.errors import HcssError
+from hcss_twin.providers import HcssError
 
 EXIT_FAILED = 1
 

@@ -10,9 +10,8 @@ import numpy as np
 
 from hcss_paper.inputs import AssumedInput, Moment, assumed, coverage_of, in_words, published
 from hcss_paper.scene import BANDS, COLUMNS, PHYSICAL, Model
-from hcss_twin.core.arrays import Array
-from hcss_twin.engine.simulate import simulate
-from hcss_twin.scenario.scenario import Scenario
+from hcss_twin import Scenario, simulate
+from hcss_twin.providers import Array
 
 SIDE_PIXELS, SIDE_M = 100, 16_000.0
 """Of the cubes: their mean differs by 1e-4 from that of 800 pixels along the same side."""

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from hcss_twin.core.arrays import Array
 from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
+from hcss_twin.providers import Array
 
 GREYS: Mapping[str, Callable[[Array], Array]] = {
     "p of eq 5": lambda field: np.asarray(cloud_fraction_value(field), dtype=np.float64),

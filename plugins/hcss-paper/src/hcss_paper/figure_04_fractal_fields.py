@@ -11,11 +11,11 @@ from hcss_evaluate.measures.semivariance import semivariances
 from hcss_paper.figure_base import blank, reduced, scenario_of, shades
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
-from hcss_twin.core.arrays import Array
+from hcss_twin import make_plan
 from hcss_twin.models.clouds.coverage import cloud_fraction_value
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.providers import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

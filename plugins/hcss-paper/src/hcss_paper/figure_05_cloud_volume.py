@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 from hcss_paper.figure_base import scenario_of
 from hcss_paper.inputs import CLOUD_HEIGHTS_KM, in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.engine.simulate import simulate
+from hcss_twin import make_plan, simulate
 from hcss_twin.models.clouds.coverage import cloud_fraction_value
-from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.providers import Array, Catalog
 from hcss_twin.reports.cloud_columns import CloudColumns
 from hcss_twin.reports.cloud_volume import volume_figure
 from hcss_twin.scenario.cloud_types import load_cloud_type

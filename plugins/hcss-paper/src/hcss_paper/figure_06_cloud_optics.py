@@ -18,7 +18,7 @@ from hcss_paper.cloud_optics import (
 from hcss_paper.figure_base import blank
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
-from hcss_twin.core.catalog import Catalog
+from hcss_twin.providers import Catalog
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

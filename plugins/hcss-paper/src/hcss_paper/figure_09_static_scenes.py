@@ -24,8 +24,7 @@ from hcss_paper.inputs import assumed, in_words, printed_row, published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_paper.scene import Model
 from hcss_paper.static_clouds import StaticClouds, in_place_of_images, static_clouds
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
+from hcss_twin.providers import Array, Catalog
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

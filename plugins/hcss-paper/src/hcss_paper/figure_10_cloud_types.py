@@ -12,9 +12,8 @@ from hcss_paper.figure_base import PANEL_PIXELS, blank, reduced, shades, simulat
 from hcss_paper.inputs import CLOUD_HEIGHTS_KM, in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_paper.sea_surface import surface_elevation
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.sea.pierson_moskowitz import elevation_variance_m2, significant_wave_height_m
+from hcss_twin.providers import Array, Catalog
 from hcss_twin.scenario.cloud_types import load_cloud_type
 
 if TYPE_CHECKING:

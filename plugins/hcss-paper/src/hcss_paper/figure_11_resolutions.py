@@ -18,7 +18,7 @@ from hcss_paper.figure_base import (
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_paper.scene import Model
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

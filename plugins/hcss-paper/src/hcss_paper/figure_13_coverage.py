@@ -15,7 +15,7 @@ from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged, l
 from hcss_paper.scene import Model
 from hcss_paper.tables_2_and_4 import MIXTURE_NOTE, rows_of
 from hcss_paper.tables_5_to_7 import LARGEST_OF_COVERAGES
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,15 +10,11 @@ import numpy as np
 from hcss_paper.figure_base import blank
 from hcss_paper.inputs import in_words, published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
+from hcss_twin import Scenario, make_plan
 from hcss_twin.models.atmosphere.table import TableTransmittance
 from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
 from hcss_twin.models.parameters import TableParameters
-from hcss_twin.physics.paths import to_space
-from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.providers import AtmosphereInputs, TransmittanceProvider
-from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.providers import Array, AtmosphereInputs, Catalog, TransmittanceProvider, to_space
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

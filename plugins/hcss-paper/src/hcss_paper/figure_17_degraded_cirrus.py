@@ -12,9 +12,8 @@ from hcss_paper.figure_base import PHYSICAL_NOTE, RADIANCE, SHORT_WAVE, blank, r
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_paper.scene import Model
-from hcss_twin.core.arrays import Array
-from hcss_twin.engine.sense import sense
-from hcss_twin.engine.simulate import simulate
+from hcss_twin import sense, simulate
+from hcss_twin.providers import Array
 
 if TYPE_CHECKING:
     import xarray as xr

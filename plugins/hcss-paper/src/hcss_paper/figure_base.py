@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from hcss_paper.cubes import ACCURACY
 from hcss_paper.inputs import AssumedInput, assumed, fitted, in_words
 from hcss_paper.scene import COLUMNS, PHYSICAL, Model
-from hcss_twin.core.arrays import Array
-from hcss_twin.engine.simulate import simulate
-from hcss_twin.scenario.scenario import Scenario
+from hcss_twin import Scenario, simulate
+from hcss_twin.providers import Array
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -25,10 +25,9 @@ from hcss_paper.inputs import (
 )
 from hcss_paper.scene import BANDS, BlackSurface, black_surface, scene
 from hcss_paper.tables_8_and_9 import SEED, mean_measures
-from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.reference import reference_radiance
-from hcss_twin.physics.planck import planck
 from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import Array, planck
 
 COVERS = {
     "Scenario3": ("table_2", "Scenario3", "3.0-5.0"),

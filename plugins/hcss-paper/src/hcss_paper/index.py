@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hcss_twin.core.errors import HcssError, choose_from
+from hcss_twin.providers import HcssError, choose_from
 
 
 @dataclass(frozen=True)

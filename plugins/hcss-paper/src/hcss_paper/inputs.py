@@ -11,10 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.physics.sun import sun_position
-from hcss_twin.providers import Sun
+from hcss_twin.providers import Array, CatalogError, Sun, choose_from
 
 DATA = Path(__file__).parent / "data"
 FITTED_FILE = DATA / "fitted-inputs.json"

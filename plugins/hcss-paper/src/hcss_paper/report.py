@@ -10,10 +10,10 @@ from hcss_paper.equations import TITLE
 from hcss_paper.index import heading
 from hcss_paper.reproduction import Check, Reproduction, Row
 from hcss_paper.run import Outcome, relative, totals
+from hcss_twin import __version__
 from hcss_twin.reports.figures import picture
 from hcss_twin.reports.page import Block, Markup, Page, Section, Tone, badge, bullets, element, folded, note, paragraph
 from hcss_twin.reports.tables import Table
-from hcss_twin.version import __version__
 
 _TONES: dict[str, Tone] = {
     "reproduced": "good",

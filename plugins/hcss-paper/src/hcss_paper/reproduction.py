@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from hcss_paper.inputs import AssumedInput, assumed, in_words, origin
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

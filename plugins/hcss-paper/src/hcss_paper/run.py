@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from hcss_paper.index import Item
 from hcss_paper.reproduction import Reproduction, Row, Verdict, settled
+from hcss_twin import __version__
 from hcss_twin.core.json_numbers import json_number
 from hcss_twin.reports.figures import png_of
-from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,12 +10,9 @@ from typing import Any, Literal
 import numpy as np
 
 from hcss_paper.inputs import published
-from hcss_twin.core.arrays import Array
-from hcss_twin.physics.paths import to_space
-from hcss_twin.physics.planck import planck
-from hcss_twin.plan.make_plan import make_plan
+from hcss_twin import Scenario, make_plan
 from hcss_twin.plan.plan import Plan
-from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.providers import Array, planck, to_space
 
 Model = Literal["as-printed", "physical"]
 

@@ -15,8 +15,8 @@ from typing import Any
 from hcss_evaluate.database.cloud_import import ImportOptions, import_image
 from hcss_evaluate.database.samples import sample
 
-from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.clouds.database import FOLDER, SUFFIX, CloudEntry, read_entry, write_entry
+from hcss_twin.providers import Catalog
 
 MADE = {"New Technology": "made-scene-30", "Qilu-2": "made-scene-47"}
 """Entries of the shipped cloud database, made by the fractal generator with the coverages of Table I."""

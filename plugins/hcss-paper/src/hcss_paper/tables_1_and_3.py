@@ -7,7 +7,7 @@ from hcss_paper.reproduction import Check, Reproduction, Row, judged
 from hcss_paper.scene import BANDS
 from hcss_paper.static_clouds import in_place_of_images, static_clouds
 from hcss_paper.tables_8_and_9 import cloud_mask
-from hcss_twin.core.catalog import Catalog
+from hcss_twin.providers import Catalog
 from hcss_twin.scenario.bands import spectral_band
 
 _HALF_A_PIXEL = 0.5 / 800**2

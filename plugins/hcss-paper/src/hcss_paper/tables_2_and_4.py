@@ -11,7 +11,7 @@ from hcss_paper.fits import COVERS, SURFACES, column_terms, fitted_mixture
 from hcss_paper.inputs import coverage_of, fitted, printed_row, published
 from hcss_paper.reproduction import Check, Reproduction, Row, judged, largest_share_check, rms_check, rms_percent
 from hcss_paper.scene import BANDS, black_surface
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 UNIT = "W m-2 sr-1"
 

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from hcss_paper.ev_readings import Reading, readings
 from hcss_paper.inputs import fitted, published
 from hcss_paper.reproduction import Check, Reproduction, Row, judged
+from hcss_twin import Scenario, make_plan
 from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
-from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.scenario.scenario import Scenario
 
 SEED = 1
 """Seed of the images to which inputs are fitted, and the default of the command."""

@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation, Slerp
 from hcss_payload.checks import PayloadError, ascending, require_inside, require_within, unit_quaternion
 from hcss_payload.rays import geographic
 from hcss_payload.trajectory import Trajectory, velocity_m_s
-from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred
+from hcss_twin.providers import Array
 
 _NORTH = np.array([0.0, 0.0, 1.0])
 _PARALLEL = 1e-9

@@ -22,18 +22,15 @@ from hcss_payload.sections import AttitudeSection, CameraSection, JitterSection,
 from hcss_payload.trajectory import Circular, Geostationary, PositionTable, Trajectory
 from hcss_payload.two_lines import TwoLineElements, read_two_lines
 from hcss_twin import Scenario
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import HcssError, Problem, ScenarioError, choose_from
-from hcss_twin.core.plugins import FAILURES, describe
-from hcss_twin.plan.sensor_geometry import smear_time_s
-from hcss_twin.providers.registry.registry import Registry
-from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.scenario.sensor import SensorSection, choose_sensor
-from hcss_twin.scenario.viewing import AGREEMENT
+from hcss_twin.plan.sensor_stages import smear_of_sensor
+from hcss_twin.providers import Catalog, HcssError, Problem, ScenarioError, choose_from
 
 ORBITS, ATTITUDES = "hcss_payload.orbits", "hcss_payload.attitudes"
 """Entry point groups of other packages: functions ``(parameters, scenario, catalog)`` that return a trajectory, and
 ``(parameters, trajectory, scenario, catalog)`` that return an attitude."""
+
+ROUNDED = 0.05
+"""Relative difference of times that are stated with two digits."""
 
 _T = TypeVar("_T")
 
@@ -97,8 +94,9 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     if jitter is not None:
         assert isinstance(jitter, JitterSection)
         shaken = _named("jitter", lambda: _jitter(jitter, scenario.seed))
-    followed = (None, None) if scenario.sensor is None else _integration_of(scenario.sensor, catalog)
-    integration_s, integration_from = followed if camera.integration_time is None else (camera.integration_time, None)
+    followed = None if scenario.sensor is None else smear_of_sensor(scenario.sensor, catalog)
+    given_s = camera.integration_time
+    integration_s, integration_from = followed if followed is not None and given_s is None else (given_s, None)
     return Payload(
         optics,
         trajectory,
@@ -113,10 +111,14 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     )
 
 
+SECTIONS = "camera", "orbit", "attitude", "jitter"
+"""Names of the sections of this package."""
+
+
 def scene_of(scenario: Scenario) -> Scenario:
     """Return a scenario without the sections of this package: sky and sea on the grid on the ground."""
     data = json.loads(scenario.to_json())
-    of_scene = {name: value for name, value in data.items() if name not in scenario.sections}
+    of_scene = {name: value for name, value in data.items() if name not in SECTIONS}
     return Scenario.from_dict(of_scene, base=scenario.base, origin=scenario.origin)
 
 
@@ -134,25 +136,12 @@ def _named(section: str, make: Callable[[], _T], file: str | None = None) -> _T:
         raise ScenarioError([Problem(name, message if known else text)]) from error
 
 
-def _integration_of(sensor: SensorSection, catalog: Catalog) -> tuple[float, str] | tuple[None, None]:
-    """Return the integration time in which motion smears what a sensor measures, and its key."""
-    registry = Registry.discover()
-    for index, stage in enumerate(sensor.stages or (sensor,)):
-        choice = choose_sensor(stage, catalog)
-        model = registry.parameters_model(registry.resolve(Kind.SENSORS, choice.model))
-        defaults = {} if model is None else {name: parameter.default for name, parameter in model.model_fields.items()}
-        time_s = smear_time_s({**defaults, **choice.parameters})
-        if time_s is not None:
-            return time_s, f"sensor{f'.stages[{index}]' if sensor.stages else ''}.parameters.integration_time"
-    return None, None
-
-
 def _require_time(camera: CameraSection, scenario: Scenario) -> None:
     """Raise a :class:`ScenarioError` if a frame takes longer than the time to the next one."""
     interval_s = scenario.frames.interval
     taken = {"integration_time": camera.integration_time or 0.0, "line_time": abs(camera.line_time) * (camera.rows - 1)}
     for name, time_s in taken.items():
-        if scenario.frames.count > 1 and time_s > interval_s * (1.0 + AGREEMENT):
+        if scenario.frames.count > 1 and time_s > interval_s * (1.0 + ROUNDED):
             given = f"{getattr(camera, name):g} s: a frame takes {time_s:g} s, and frames.interval is {interval_s:g} s"
             message = f"{given}; allowed: up to the interval"
             raise ScenarioError([Problem(f"camera.{name}", message)])
@@ -252,6 +241,7 @@ def _of_package(group: str, section: str, name: str) -> Callable[..., Any]:
         )
     try:
         function: Callable[..., Any] = known[name].load()
-    except FAILURES as error:
-        raise PayloadError(f"{section}.provider: '{name}' cannot be imported: {describe(error)}") from error
+    except (Exception, SystemExit) as error:  # whatever the import of a package raises
+        why = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise PayloadError(f"{section}.provider: '{name}' cannot be imported: {why}") from error
     return function

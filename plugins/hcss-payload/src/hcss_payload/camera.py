@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hcss_payload.checks import PayloadError, require_within, unit_quaternion
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 _CONVERGED, _MAX_ITERATIONS = 1e-13, 50
 

@@ -8,8 +8,10 @@ from hcss_payload.camera import Camera
 from hcss_payload.mesh import STEP, Mesh, MeshValues
 from hcss_payload.scene_plane import surface_place, to_scene
 from hcss_payload.shutter import Exposure
-from hcss_twin.core.arrays import Array
-from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.providers import Array
+
+Window = tuple[slice, slice]
+"""Ranges of rows and columns, in pixels."""
 
 
 class CameraPoints:
@@ -50,11 +52,12 @@ class CameraPoints:
         return self._last[1]
 
     def _window(self, window: Window) -> tuple[Array, Array]:
-        points = [points_of(pixels, self._per_pixel) for pixels in window]
+        per = self._per_pixel
+        points = [slice(pixels.start * per, pixels.stop * per) for pixels in window]
         places = self._instants[0].window(*points)
         if self._which is not None:
             for number, instant in enumerate(self._instants[1:], start=1):
-                of_instant, per = instant.window(*points), self._per_pixel
+                of_instant = instant.window(*points)
                 for y, x in np.argwhere(self._which == number):
                     places[y::per, x::per] = of_instant[y::per, x::per]
         return np.ascontiguousarray(places[..., 0]), np.ascontiguousarray(places[..., 1])

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_payload.build import Payload, payload_of
-from hcss_payload.camera_points import CameraPoints
+from hcss_payload.camera_points import CameraPoints, Window
 from hcss_payload.checks import PayloadError
 from hcss_payload.complete import complete
 from hcss_payload.directions import PassDirections, directions_around, view_of
@@ -28,20 +27,14 @@ from hcss_payload.sampled_pass import FIELD, sample_pass
 from hcss_payload.shutter import LEAST_SMEAR_PX, Shutter, exposure_of, instants_for, largest_smear_px
 from hcss_payload.zonal_disk import ZonalDisk
 from hcss_twin import Scenario
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic
+from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded, require_none
-from hcss_twin.plan.rays import NOWHERE, Range, Rays
-from hcss_twin.plan.scene_plane import ScenePlane
-from hcss_twin.plan.slant_paths import reference_height_m
+from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.surroundings import FilledIn
-from hcss_twin.plan.windows import Window
-from hcss_twin.providers import Grid, View
+from hcss_twin.providers import Array, Catalog, Grid, Problem, ScenarioError, View
 
 TIMES = 33
 """Times of the pass at which directions and extent are sampled."""
@@ -55,6 +48,9 @@ NOTES = (
     "without optics and detector",
     "camera: clouds are met at the height of each layer's flat side",
 )
+
+BESIDE = "[camera], which has its own view and parallax"
+"""What :func:`excluded_beside_camera` is beside."""
 
 ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [place]"
 
@@ -85,7 +81,7 @@ def make_rays(scenario: Scenario, catalog: Catalog) -> CameraRays:
 
 def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> CameraRays:
     """Return the rays of a payload above a scenario; raises as :func:`make_rays`."""
-    require_none("[camera], which has its own view and parallax", excluded_beside_camera(scenario), "no [camera]")
+    require_none(BESIDE, excluded_beside_camera(scenario), "no [camera]")
     return CameraRays(scenario, payload, catalog)
 
 
@@ -112,11 +108,28 @@ def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
 
 
 class CameraRays(Rays):
-    """Rays of a camera in orbit."""
+    """Rays of a camera in orbit.
+
+    Parameters
+    ----------
+    margin_px : float
+        Around the detector, within which radiance is known, too: for poses other than those of the payload.
+
+    Attributes
+    ----------
+    gives_coordinates : bool
+        Whether frames get the coordinates of their pixels.
+    """
 
     directions: PassDirections
+    gives_coordinates = True
+    beyond_directions = (
+        f"attitude: a pixel looks beyond the directions of {TIMES} times of the pass, which are examined; allowed: "
+        "attitudes that turn smoothly between the first and the last frame, or a shorter sequence"
+    )
+    """Message about a pixel whose direction has no radiance."""
 
-    def __init__(self, scenario: Scenario, payload: Payload, catalog: Catalog) -> None:
+    def __init__(self, scenario: Scenario, payload: Payload, catalog: Catalog, margin_px: float = 0.0) -> None:
         self._payload, self._scenario = payload, scenario
         self._largest_deg = LARGEST_WITH_LIMB_DEG if payload.beyond == "limb" else LARGEST_ZENITH_DEG
         self.camera = payload.camera
@@ -124,11 +137,11 @@ class CameraRays(Rays):
         frames = scenario.frames
         first, last = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
         self._times_s = (frames.first + np.arange(frames.count, dtype=np.float64)) * frames.interval
-        self._last: tuple[float, FrameGeometry] | None = None
+        self._last: tuple[Hashable, FrameGeometry] | None = None
         self._limb: Limb | None = None
         self._derived = frozenset[str]()
         self._points: dict[float, CameraPoints] = {}
-        self._points_s = math.nan
+        self._points_key: Hashable = None
         self.may_miss_ground = payload.beyond != "refuse"
         # The same times for every list of frames between the same ends: tables depend on them.
         times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
@@ -136,7 +149,7 @@ class CameraRays(Rays):
             doubts = examine(payload.trajectory, first, last)
         self._shutter = self._shutter_over(times)
         jitter = payload.jitter
-        margin = 0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad
+        margin = margin_px + (0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad)
         seen = sample_pass(self.camera, self._geometry, self._require_ground, times, margin, self._largest_deg)
         self.directions, footprints = directions_around(seen.toward, seen.limit_deg), seen.footprint_m
         self.climate = climate_of(scenario, catalog, payload.climate)
@@ -182,11 +195,12 @@ class CameraRays(Rays):
         raise ScenarioError([Problem("camera.beyond", message)])
 
     def _geometry(self, time_s: float) -> FrameGeometry:
-        if self._last is None or self._last[0] != time_s:
+        key = self.frame_key(time_s)
+        if self._last is None or self._last[0] != key:
             with _named():
                 pose = self._payload.pose(time_s)
             lines = self._shutter.lines(time_s, self.camera, self._payload.pose)
-            self._last = time_s, FrameGeometry(self.camera, pose, self._centre, lines, self._largest_deg)
+            self._last = key, FrameGeometry(self.camera, pose, self._centre, lines, self._largest_deg)
         return self._last[1]
 
     def _shutter_over(self, times_s: Array) -> Shutter:
@@ -220,11 +234,11 @@ class CameraRays(Rays):
         """Raise a :class:`ScenarioError` that names what a camera cannot show yet."""
         super().prepare(scenario, assembly, radiance)
         self._derived = frozenset(name for provider in assembly.derived for name in provider.variables)
-        scene, slant = ScenePlane(assembly.grid, scenario.image.samples_per_pixel), assembly.slant
+        scene, slant = assembly.plane(scenario.image.samples_per_pixel), assembly.slant
         below_clouds = (0.0,) if slant.shadows and slant.sun_zenith_deg.size else ()
         for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
             for layer, generator in zip(assembly.layers, assembly.generators, strict=True):
-                for height_m in (reference_height_m(layer), *below_clouds):
+                for height_m in (layer.reference_height_m, *below_clouds):
                     below = scene.around(*scene.in_points(*self._points_at(float(time_s), height_m).at_nodes()))
                     if below is not None:
                         scene.require_in_reach(generator, below, float(time_s))
@@ -246,8 +260,8 @@ class CameraRays(Rays):
         return self._points_at(time_s, height_m).window(window)
 
     def _points_at(self, time_s: float, height_m: float) -> CameraPoints:
-        if self._points_s != time_s:
-            self._points_s, self._points = time_s, {}
+        if self._points_key != (key := self.frame_key(time_s)):
+            self._points_key, self._points = key, {}
         if height_m not in self._points:
             exposure = exposure_of(self._shutter, time_s, self.camera, self._payload.pose)
             self._points[height_m] = CameraPoints(
@@ -262,13 +276,10 @@ class CameraRays(Rays):
         seen = (np.where(ground[..., None], vector, 1.0) for vector in (rays.toward, rays.position_m))
         x, y = (np.where(ground, coordinate, np.nan) for coordinate in self.directions.places(*seen))
         if np.any(np.abs(x) > 1.0 + OUTSIDE) or np.any(np.abs(y) > 1.0 + OUTSIDE):
-            raise PayloadError(
-                f"attitude: a pixel looks beyond the directions of {TIMES} times of the pass, which are examined; "
-                "allowed: attitudes that turn smoothly between the first and the last frame, or a shorter sequence"
-            )
+            raise PayloadError(self.beyond_directions)
         return x, y
 
-    def bounds(self, time_s: float) -> tuple[Range, Range] | None:
+    def bounds(self, time_s: float) -> tuple[tuple[float, float], tuple[float, float]] | None:
         """Return what a frame sees of the rectangle of the pass.
 
         None with the limb: between the outermost rays of the mesh that meet the ground and the limb other pixels do.
@@ -334,7 +345,7 @@ class CameraRays(Rays):
             row, column = self.camera.pixels(np.einsum("...ji,...j->...i", turn, away))
         hidden = np.sum(away * up, axis=-1) >= 0.0  # below the horizon
         nowhere = hidden | np.isnan(row)
-        return np.where(nowhere, NOWHERE, row + 0.5), np.where(nowhere, NOWHERE, column + 0.5)
+        return np.where(nowhere, self.NOWHERE, row + 0.5), np.where(nowhere, self.NOWHERE, column + 0.5)
 
     def pixel_area_m2(
         self, row: float, column: float, time_s: float, point_m: tuple[float, float, float] | None = None
@@ -353,13 +364,14 @@ class CameraRays(Rays):
 
     def _position_m(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
         """Return Earth-fixed positions and vertical directions (..., 3) of points."""
-        latitude, longitude = to_geographic(x_m, y_m, *self._place_deg)
+        latitude, longitude, _ = to_geographic_with_turn(x_m, y_m, *self._place_deg)
         up = east_north_up(latitude, longitude)[2]
         return to_earth_centred(latitude, longitude) + np.asarray(altitude_m)[..., None] * up, up
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Add the coordinates of the pixels; set space to 0 and what is not computed to missing."""
-        complete(frame, self._geometry(time_s), extent, self._payload.beyond == "limb", self._limb, self._derived)
+        shows_limb, coordinates = self._payload.beyond == "limb", self.gives_coordinates
+        complete(frame, self._geometry(time_s), extent, shows_limb, self._limb, self._derived, coordinates)
 
 
 @contextmanager

@@ -25,7 +25,7 @@ from hcss_payload.spans import Spans
 from hcss_payload.trajectory import LARGEST_DEGREE, USUAL_DEGREE, PositionTable, Trajectory, velocity_m_s
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import atomic_write
-from hcss_twin.core.reading import reading, shown_line
+from hcss_twin.core.reading import reading
 
 _AnyTable = TypeVar("_AnyTable", PositionTable, AttitudeTable)
 
@@ -280,11 +280,11 @@ def _read(path: Path, version: str) -> list[_Segment]:
             keys = header if part == "header" else segments[-1].keys
             key, equals, value = (word.strip() for word in line.partition("="))
             if not equals or key in keys:
-                raise PayloadError(f"{path}: line {number}: {shown_line(line)!r}; allowed: KEY = value, each key once")
+                raise PayloadError(f"{path}: line {number}: {_shown(line)!r}; allowed: KEY = value, each key once")
             keys[key] = value
         elif part != "covariance":
             raise PayloadError(
-                f"{path}: line {number}: {shown_line(line)!r} is no state; allowed: a block that begins with META_START"
+                f"{path}: line {number}: {_shown(line)!r} is no state; allowed: a block that begins with META_START"
             )
     if version not in header:
         raise PayloadError(f"{path}: no {version}; allowed: a message of this kind in text form (KVN)")
@@ -306,9 +306,9 @@ def _add_state(segment: _Segment, number: int, line: str, version: str) -> None:
     try:
         moment, values = _parsed(time, where), [float(number) for number in fields]
     except ValueError as error:
-        raise PayloadError(f"{where}: {shown_line(line)!r} is no time with numbers") from error
+        raise PayloadError(f"{where}: {_shown(line)!r} is no time with numbers") from error
     if not np.all(np.isfinite(values)):
-        raise PayloadError(f"{where}: {shown_line(line)!r} is not finite; allowed: finite numbers")
+        raise PayloadError(f"{where}: {_shown(line)!r} is not finite; allowed: finite numbers")
     count = len(segment.values[0]) if segment.values else len(values)
     if len(values) != count or count < 4 - (version == _OEM):
         raise PayloadError(f"{where}: {len(values)} numbers; allowed: as many as in a state")
@@ -331,7 +331,7 @@ def _parsed(text: str, where: str) -> datetime:
             raise ValueError(text)
     except ValueError as error:
         raise PayloadError(
-            f"{where}: {shown_line(text)!r} is no time with numbers; allowed: UTC, as 2024-04-20T02:30:00.0 or "
+            f"{where}: {_shown(text)!r} is no time with numbers; allowed: UTC, as 2024-04-20T02:30:00.0 or "
             "2024-111T02:30:00.0"
         ) from error
     return day + timedelta(hours=int(hour), minutes=int(minute), seconds=float(second))
@@ -379,3 +379,9 @@ def _write(
     ]
     with atomic_write(path, PayloadError) as draft:
         draft.write_text("\n".join(text) + "\n", encoding="utf-8")
+
+
+def _shown(text: str) -> str:
+    """Return a line of a file for a message, at most 200 characters."""
+    line = " ".join(text.split())
+    return line if len(line) <= 200 else f"{line[:197]}..."

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import OptionError
+from hcss_twin.providers import Array
 
 
 class PayloadError(OptionError):

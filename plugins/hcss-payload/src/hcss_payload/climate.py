@@ -17,14 +17,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.climatology import Climatology
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.air_over_field import Air, AirOverField
-from hcss_twin.providers import SeaModel
+from hcss_twin.providers import Array, Catalog, CatalogError, Profile, SeaModel
 
 ZONES_DEG = (-60.0, -45.0, 0.0, 45.0, 60.0)
 """Latitudes of the model atmospheres."""

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_payload.camera_points import Window
 from hcss_payload.limb import Limb, tangent_heights_m
 from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT
-from hcss_payload.ray_geometry import GROUND, LIMB, SLANT, SPACE, FrameGeometry
-from hcss_twin.plan.windows import Window, length
+from hcss_payload.ray_geometry import GROUND, LIMB, SLANT, SPACE, FrameGeometry, PixelRays
 
 PIXELS_AT_ONCE = 2**19
 """Pixels whose coordinates are computed together: the lines of sight of a full disk would take 3 GB."""
@@ -27,6 +27,7 @@ def complete(
     shows_limb: bool,
     limb: Limb | None,
     derived: Collection[str] = (),
+    coordinates: bool = True,
 ) -> None:
     """Add the coordinates of the pixels to a part of a frame; set space to 0 and what is not computed to missing.
 
@@ -38,11 +39,13 @@ def complete(
         Radiance of the limb; None if it is missing.
     derived : collection of str
         Variables of other packages, which are missing in space, too.
+    coordinates : bool
+        Whether to add coordinates, which take longer than all else.
     """
     rows, columns = extent
-    shape, ground_variables = (length(rows), length(columns)), dict(frame)
+    shape, ground_variables = (rows.stop - rows.start, columns.stop - columns.start), dict(frame)
     specs = (*PIXEL_VARIABLES, TANGENT_HEIGHT) if shows_limb else PIXEL_VARIABLES
-    for spec in specs:
+    for spec in specs if coordinates else ():
         frame[spec.name] = np.empty(shape, dtype=spec.dtype)
     step = max(1, PIXELS_AT_ONCE // shape[1])
     for first in range(0, shape[0], step):
@@ -55,20 +58,25 @@ def complete(
                 if values.dtype.kind == "f":
                     values[..., strip, :][..., beyond] = np.nan
                     values[..., strip, :][..., space] = np.nan if name in derived else 0.0
-        latitude, longitude = (
-            np.rint(degrees * STEPS_PER_DEGREE) / STEPS_PER_DEGREE for degrees in geometry.latitude_longitude(rays)
-        )
-        zenith, azimuth = geometry.angles_deg(rays)
-        distance = np.linalg.norm(geometry.pose.position_m - rays.position_m, axis=-1)
-        coordinates = latitude, longitude, zenith, azimuth, distance, rays.kind
-        for spec, coordinate in zip(PIXEL_VARIABLES, coordinates, strict=True):
-            frame[spec.name][strip] = coordinate
+        if coordinates:
+            for spec, coordinate in zip(PIXEL_VARIABLES, _coordinates(geometry, rays), strict=True):
+                frame[spec.name][strip] = coordinate
         if shows_limb:
             height = _tangent_heights(geometry, rays.kind, window)
-            frame[TANGENT_HEIGHT.name][strip] = np.where(rays.kind >= LIMB, height, np.nan)
+            if coordinates:
+                frame[TANGENT_HEIGHT.name][strip] = np.where(rays.kind >= LIMB, height, np.nan)
             if limb is not None:
                 air = (rays.kind >= SLANT) & ~space & (height >= limb.lowest_m)
                 frame["radiance"][..., strip, :][..., air] = limb(height[air])
+
+
+def _coordinates(geometry: FrameGeometry, rays: PixelRays) -> tuple[NDArray[Any], ...]:
+    """Return the coordinates of pixels in the order of ``PIXEL_VARIABLES``."""
+    latitude, longitude = (
+        np.rint(degrees * STEPS_PER_DEGREE) / STEPS_PER_DEGREE for degrees in geometry.latitude_longitude(rays)
+    )
+    distance = np.linalg.norm(geometry.pose.position_m - rays.position_m, axis=-1)
+    return latitude, longitude, *geometry.angles_deg(rays), distance, rays.kind
 
 
 def _tangent_heights(geometry: FrameGeometry, kind: NDArray[np.uint8], window: Window) -> NDArray[np.float64]:

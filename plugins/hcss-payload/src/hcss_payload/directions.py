@@ -8,15 +8,13 @@ has the same radiance in every list of times.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.plan.directions import Directions
-from hcss_twin.providers import View
+from hcss_twin.providers import Array, Sun, View
 
 NARROWEST_RAD = 1e-5
 """Smallest half width of a strip: directions closer than this are one."""
@@ -28,8 +26,17 @@ WIDEST_RAD = np.radians(50.0)
 """Full width of the wider strips that become zenith and azimuth; their corners would lie near the horizon."""
 
 
-class PassDirections(Directions, Protocol):
-    """A rectangle of coordinates of directions."""
+class PassDirections(Protocol):
+    """A rectangle of coordinates of directions, as the engine wants it of rays, and the places of directions in it."""
+
+    @property
+    def suns(self) -> Callable[[View], list[Sun | None]] | None:
+        """Returns the suns of the place of a view at some frames; None if all places have one sun."""
+        ...
+
+    def at(self, places: Iterable[tuple[float, float]]) -> list[View]:
+        """Return the view from positions (x, y), -1 to 1 from edge to edge."""
+        ...
 
     def places(self, toward: Array, position_m: Array) -> tuple[Array, Array]:
         """Return the positions x and y (...) of directions (..., 3) from Earth-fixed positions (..., 3)."""

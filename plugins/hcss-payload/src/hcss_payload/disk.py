@@ -14,13 +14,13 @@ from functools import lru_cache
 import numpy as np
 
 from hcss_payload.directions import PADDING
+from hcss_payload.earth import SEMI_MAJOR_AXIS_M
 from hcss_payload.scene_plane import surface_place, toward_camera
-from hcss_twin.core.arrays import Array
-from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, east_north_up, to_earth_centred
+from hcss_twin.physics.geodesy import east_north_up, to_earth_centred
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.providers import Sun, View
+from hcss_twin.providers import Array, Sun, View
 
 _FOUND, _STEPS = 1e-9, 60
 """Largest error of a direction whose place is sought, rad, and number of steps."""

@@ -7,17 +7,16 @@ import numpy as np
 from hcss_payload.climate import ZonalClimate
 from hcss_payload.directions import Hemisphere, PassDirections
 from hcss_payload.disk import Disk, disk_around, with_glint
+from hcss_payload.earth import SEMI_MAJOR_AXIS_M
 from hcss_payload.sampled_pass import SampledPass
 from hcss_payload.scene_plane import FARTHEST_DEG, surface_place
 from hcss_payload.trajectory import Trajectory
 from hcss_payload.zonal_disk import ZonalDisk, zonal_disk
 from hcss_twin import Scenario
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, to_earth_centred
+from hcss_twin.physics.geodesy import to_earth_centred
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.lines_of_sight import SunTrack
+from hcss_twin.providers import Array, Catalog, Problem, ScenarioError
 from hcss_twin.scenario.bands import spectral_band
 
 SUNS = 3

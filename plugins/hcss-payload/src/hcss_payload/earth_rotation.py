@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from hcss_payload.checks import require_within
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 EARTH_RATE_RAD_S = 7.292115e-5
 """Rotation rate of the Earth; NIMA TR8350.2 (2000), table 3.1."""

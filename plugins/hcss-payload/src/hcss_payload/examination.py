@@ -11,14 +11,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from hcss_payload.checks import PayloadError
+from hcss_payload.earth import EARTH_M3_S2, MEAN_EARTH_RADIUS_M, SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
 from hcss_payload.earth_rotation import EARTH_RATE_RAD_S
 from hcss_payload.rays import geographic
 from hcss_payload.spans import Spans
 from hcss_payload.trajectory import PositionTable, Trajectory
 from hcss_payload.two_lines import TwoLineElements
-from hcss_twin.core.arrays import Array
-from hcss_twin.physics.geodesy import MEAN_EARTH_RADIUS_M, SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M, to_earth_centred
-from hcss_twin.physics.viewing import EARTH_M3_S2
+from hcss_twin.physics.geodesy import to_earth_centred
+from hcss_twin.providers import Array
 
 LOWEST_M, FARTHEST_M = 99e3, 2e9
 """Lowest altitude, where the least that ``orbit.altitude`` allows may be above the ellipsoid, and largest distance from

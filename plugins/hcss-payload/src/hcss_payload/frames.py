@@ -24,7 +24,6 @@ from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import PartMaker
-from hcss_twin.engine.tables.radiance_tables import TOTAL
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,4 +92,4 @@ def frames(
     for time_s in map(float, times_s):
         number = int(np.searchsorted(plan.frame_times_s, time_s, side="right")) - 1
         variables, _ = maker.part(number, plan.extent, time_s=time_s)
-        yield Frame(pose_at(time_s, trajectory, attitude, jitter), variables[TOTAL], variables=variables)
+        yield Frame(pose_at(time_s, trajectory, attitude, jitter), variables["radiance"], variables=variables)

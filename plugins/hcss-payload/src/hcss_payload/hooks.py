@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from hcss_twin.core.commands import CommandSpec
-from hcss_twin.providers import ProviderSpec, hookimpl
+from hcss_twin.providers import CommandSpec, ProviderSpec, hookimpl
 
 
 @hookimpl

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from hcss_payload.checks import PayloadError, require_within
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 PER_OCTAVE = 16
 """Sinusoids per octave: every octave holds the same number of them, wherever it begins."""

@@ -22,14 +22,10 @@ from typing import Any
 
 import numpy as np
 
+from hcss_payload.earth import SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
 from hcss_payload.rays import geographic
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
-from hcss_twin.physics.paths import Path, to_space
-from hcss_twin.physics.planck import planck
-from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.providers import EARTH_RADIUS_M, Array, Path, Problem, Profile, ScenarioError, planck, to_space
 
 TOP_M = 100e3
 """Altitude above which there is no air."""

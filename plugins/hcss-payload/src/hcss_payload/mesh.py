@@ -19,8 +19,8 @@ from hcss_payload.camera import Camera
 from hcss_payload.pose import Pose
 from hcss_payload.rays import meet
 from hcss_payload.shutter import LinePoses
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
+from hcss_twin.providers import Array
 
 STEP, TOLERANCE_PX = 8, 0.02
 

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from hcss_payload.pose import Pose
 from hcss_payload.ray_geometry import LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG
-from hcss_twin.cube.variables import FRAME, VariableSpec, flags
+from hcss_twin.cube.variables import VariableSpec
 
 
 def _pixel(name: str, units: str, long_name: str, text: str, standard: str | None, dtype: str) -> VariableSpec:
     return VariableSpec(
-        name, units, long_name, "geometry", text, FRAME, dtype, standard, may_be_missing=dtype != "uint8"
+        name, units, long_name, "geometry", text, ("time", "y", "x"), dtype, standard, may_be_missing=dtype != "uint8"
     )
 
 
@@ -37,7 +37,7 @@ PIXEL_VARIABLES = (
             f"Ground; ground beyond view zenith {LARGEST_ZENITH_DEG:g} degrees ({LARGEST_WITH_LIMB_DEG:g} with "
             "camera.beyond = 'limb'), and limb, whose radiance is missing without that and of clear air with it; or "
             "space above 100 km, whose radiance is 0.", None, "uint8"),
-        attributes=flags("ground slant_ground limb space"),
+        attributes={"flag_values": np.arange(4, dtype=np.uint8), "flag_meanings": "ground slant_ground limb space"},
     ),
 )  # fmt: skip
 """Coordinates of the pixels of each frame."""

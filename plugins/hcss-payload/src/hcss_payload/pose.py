@@ -12,7 +12,7 @@ from hcss_payload.checks import finite, unit_quaternion
 from hcss_payload.jitter import Jitter
 from hcss_payload.trajectory import Trajectory
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +37,19 @@ class Pose:
         object.__setattr__(self, "position_m", finite("pose.position_m", self.position_m, 3))
         object.__setattr__(self, "quaternion", unit_quaternion("pose.quaternion", self.quaternion))
 
+    @property
+    def rotation(self) -> Rotation:
+        """Turns vectors of the body into Earth-fixed ones."""
+        return Rotation.from_quat(self.quaternion)
+
     def to_earth(self, direction: Array) -> Array:
         """Return directions (..., 3) of the body in the Earth-fixed frame."""
-        turned: Array = Rotation.from_quat(self.quaternion).apply(direction.reshape(-1, 3)).reshape(direction.shape)
+        turned: Array = self.rotation.apply(direction.reshape(-1, 3)).reshape(direction.shape)
         return turned
 
     def to_body(self, direction: Array) -> Array:
         """Return Earth-fixed directions (..., 3) in the body."""
-        turn = Rotation.from_quat(self.quaternion)
-        turned: Array = turn.apply(np.reshape(direction, (-1, 3)), inverse=True).reshape(direction.shape)
+        turned: Array = self.rotation.apply(np.reshape(direction, (-1, 3)), inverse=True).reshape(direction.shape)
         return turned
 
 

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_payload.camera import Camera
+from hcss_payload.earth import ECCENTRICITY_SQUARED
 from hcss_payload.mesh import Mesh, MeshValues
 from hcss_payload.pose import Pose
 from hcss_payload.rays import meet
 from hcss_payload.scene_plane import surface_place, toward_camera
 from hcss_payload.shutter import LinePoses
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
-from hcss_twin.physics.geodesy import ECCENTRICITY_SQUARED
+from hcss_twin.providers import Array
 
 LARGEST_ZENITH_DEG, LARGEST_WITH_LIMB_DEG = 75.0, 85.0
 """Beyond, refraction matters and ground pixels are many times longer than wide; the second where the limb is shown."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.physics.geodesy import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
+from hcss_payload.earth import ECCENTRICITY_SQUARED, SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
+from hcss_twin.providers import Array
 
 _ITERATIONS = 8
 """Each reduces the error of the latitude by more than a factor of 100."""

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_payload.camera import Camera
 from hcss_payload.ray_geometry import GROUND, FrameGeometry
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.providers import Array, Problem, ScenarioError
 
 FIELD, FIELD_AT_LIMB = 9, 129
 """Points along each side of the detector at which a pass is sampled; the second where pixels miss the ground."""

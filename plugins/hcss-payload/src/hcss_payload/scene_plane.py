@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.physics.geodesy import (
-    ECCENTRICITY_SQUARED,
-    MEAN_EARTH_RADIUS_M,
-    east_north_up,
-    to_earth_centred,
-    to_geographic_with_turn,
-)
+from hcss_payload.earth import ECCENTRICITY_SQUARED, MEAN_EARTH_RADIUS_M
+from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn
+from hcss_twin.providers import Array
 
 FARTHEST_DEG = 85.0
 """Greatest angle from the centre of the plane, at which it is stretched across by half."""

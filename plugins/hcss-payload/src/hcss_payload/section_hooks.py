@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hcss_twin.core.commands import hookimpl
-from hcss_twin.core.sections import SectionSpec
+from hcss_twin.providers import SectionSpec, hookimpl
 
 _MODELS = "hcss_payload.sections"
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.core.errors import closest
+from hcss_twin.providers import choose_from
 from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import Angle, Duration, InstrumentLength, Length, Number, Whole
 
@@ -91,13 +91,10 @@ class _ByProvider(ScenarioSection):
         given = {name for name in self.model_fields_set if getattr(self, name) is not None} - {"provider"}
         if provider not in keys:
             if given - {"parameters"}:
-                guess = closest(provider, list(keys))
-                hint = f"; closest valid choice is '{guess}'" if guess else ""
-                names = ", ".join(keys)
                 raise PydanticCustomError(
                     "provider",
-                    f"provider '{provider}' with {', '.join(sorted(given))}; allowed: {names}{hint}; a provider of "
-                    "another package has its keys in parameters",
+                    f"provider '{provider}' with {', '.join(sorted(given))}; {choose_from(provider, keys)}; a provider "
+                    "of another package has its keys in parameters",
                 )
             return
         required, optional = keys[provider]

@@ -22,8 +22,7 @@ from hcss_payload.jitter import Jitter
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.rays import meet
 from hcss_payload.trajectory import Trajectory
-from hcss_twin.core.arrays import Array
-from hcss_twin.plan.rays import instants_s
+from hcss_twin.providers import Array
 
 PoseAt = Callable[[float], Pose]
 
@@ -87,7 +86,7 @@ class Shutter:
 
     def times_s(self, time_s: float) -> list[float]:
         """Return the instants of a frame."""
-        return [time_s + later for later in instants_s(self.integration_s, self.instants)]
+        return [time_s + later for later in _instants_s(self.integration_s, self.instants)]
 
     def lines(self, time_s: float, camera: Camera, pose_at: PoseAt) -> LinePoses | None:
         """Return the poses of the lines of an instant; None if all lines see the same instant."""
@@ -178,3 +177,14 @@ def instants_for(smear: float, field: str = "camera.integration_time") -> int:
             "with a shorter time, an attitude that follows the ground, or without smear (smear = false of a sensor)"
         )
     return count
+
+
+def _instants_s(integration_s: float, count: int) -> list[float]:
+    """Return evenly spaced instants around 0 with the variance of an integration time T, T^2 / 12.
+
+    In the middles of equal parts, N instants would have 1 - 1 / N^2 of it. Elements smear over the same instants.
+    """
+    if count == 1:
+        return [0.0]
+    step = integration_s / math.sqrt(count**2 - 1.0)
+    return [(number - 0.5 * (count - 1)) * step for number in range(count)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 from hcss_payload.checks import PayloadError
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 
 class _Table(Protocol):

@@ -8,10 +8,10 @@ from typing import Protocol
 import numpy as np
 
 from hcss_payload.checks import PayloadError, ascending, finite, require_inside, require_within
+from hcss_payload.earth import EARTH_M3_S2, SEMI_MAJOR_AXIS_M
 from hcss_payload.earth_rotation import EARTH_RATE_RAD_S
-from hcss_twin.core.arrays import Array
-from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, to_earth_centred
-from hcss_twin.physics.viewing import EARTH_M3_S2
+from hcss_twin.physics.geodesy import to_earth_centred
+from hcss_twin.providers import Array
 
 GEOSTATIONARY_RADIUS_M = float((EARTH_M3_S2 / EARTH_RATE_RAD_S**2) ** (1.0 / 3.0))
 """Radius at which the period is that of the Earth's rotation (Kepler's third law), 42 164 km."""

@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 
 from hcss_payload.checks import PayloadError, require_utc
+from hcss_payload.earth import EARTH_M3_S2, SEMI_MAJOR_AXIS_M
 from hcss_payload.earth_rotation import EarthOrientation, days_since_2000
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.reading import reading
-from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
-from hcss_twin.physics.viewing import EARTH_M3_S2
+from hcss_twin.providers import Array
 
 _NUMBER = r"(?P<number>[ \dA-HJ-NP-Z][ \d]{3}\d)"
 """A catalogue number; from 100000 on its first digit is a letter other than I and O (Alpha-5)."""

@@ -15,11 +15,10 @@ import numpy as np
 
 from hcss_payload.directions import PADDING
 from hcss_payload.disk import Disk
+from hcss_payload.earth import SEMI_MAJOR_AXIS_M
 from hcss_payload.scene_plane import surface_place
-from hcss_twin.core.arrays import Array
-from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
 from hcss_twin.plan.air_over_field import PlacedView
-from hcss_twin.providers import Sun, View
+from hcss_twin.providers import Array, Sun, View
 
 BESIDE_DEG = 0.3
 """Margin of latitudes: those of the ellipsoid differ by up to 0.2 degrees from those of a sphere."""

@@ -19,9 +19,8 @@ from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr, ndtri
 
 from hcss_twin.core.files import atomic_write
-from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import open_netcdf
-from hcss_twin.providers import Array, CatalogError
+from hcss_twin.providers import Array, CatalogError, NetcdfFile
 
 LEVELS = 256
 """Ranks of a field."""

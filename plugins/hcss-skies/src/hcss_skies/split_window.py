@@ -11,8 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter, maximum_filter
 
-from hcss_twin.physics.planck import planck
-from hcss_twin.providers import Array
+from hcss_twin.providers import Array, planck
 
 WAVELENGTHS_UM = 10.8, 12.0
 

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.errors import choose_from, shown
+from hcss_twin.core.errors import shown
+from hcss_twin.providers import choose_from
 
 DIGITS = 12
 """Significant digits of computed values, so that 0.1 to 0.9 in steps of 0.2 contains 0.3, not 0.30000000000000004."""

@@ -9,17 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import (
-    FOLDER,
-    NEW_FILE,
-    Stop,
-    assigned,
-    json_option,
-    print_json,
-    progress,
-    set_option,
-    with_size,
-)
+from hcss_twin.cli.options import NEW_FILE, Stop, assigned, json_option, print_json, progress, set_option, with_size
+
+_FOLDER = click.Path(file_okay=False, path_type=Path)
 
 if TYPE_CHECKING:
     from hcss_sweep.run import SweepResult
@@ -33,7 +25,7 @@ EXIT_FAILED = 1
 @click.option(
     "--over", "swept", multiple=True, metavar="KEY=VALUES", help="Sweep a key: 'view.zenith=[0, 30]'; repeat."
 )
-@click.option("-o", "--output", type=FOLDER, help="Folder; default: SWEEP-sweep. An unfinished sweep continues.")
+@click.option("-o", "--output", type=_FOLDER, help="Folder; default: SWEEP-sweep. An unfinished sweep continues.")
 @click.option("--workers", default=1, type=click.IntRange(min=1), help="Processes on this machine.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute, tcp://HOST:PORT.")
 @click.option(

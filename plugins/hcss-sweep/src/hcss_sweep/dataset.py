@@ -18,15 +18,12 @@ from hcss_sweep.design import Design
 from hcss_sweep.errors import SweepError
 from hcss_sweep.folder import INDEX, LOG, PointRecord, is_cube_name
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write, require_file
-from hcss_twin.core.netcdf import NetcdfFile, open_with_xarray
+from hcss_twin.core.netcdf import open_with_xarray
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
-from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.metadata import creation_time
-from hcss_twin.cube.packing import FILL
-from hcss_twin.cube.variables import LAYER
+from hcss_twin.providers import CubeError, NetcdfFile
 from hcss_twin.scenario.section_types import parse_instant
 
 if TYPE_CHECKING:
@@ -57,7 +54,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     named = dataset.set_coords([*described, *of_points])
     names = {
         dim: f"{dim}_name"
-        for dim in ("band", LAYER)
+        for dim in ("band", "layer")
         if f"{dim}_name" in dataset and dataset[f"{dim}_name"].dims == (dim,)
     }
     named = named.assign_coords({dim: (dim, dataset[name].to_numpy().astype(str)) for dim, name in names.items()})
@@ -235,7 +232,7 @@ class _Writer:
             is_of_points = variable.dimensions[: len(self._dims)] == self._dims
             if not is_of_points or name in self._dims or name.startswith("point_"):
                 continue
-            missing = FILL if PACKING[0] in variable.ncattrs() else _nothing(variable.dtype)
+            missing = _PACKED_MISSING if PACKING[0] in variable.ncattrs() else _nothing(variable.dtype)
             for frame in range(variable.shape[len(self._dims)]) if "time" in variable.dimensions else (Ellipsis,):
                 self._set(name, (*index, frame), missing)
         for name, kind in self._found.attributes.items():
@@ -315,7 +312,10 @@ def seconds_since_epoch(units: str) -> float:
     return start.replace(tzinfo=UTC).timestamp()
 
 
-NOT_COMPARED = frozenset({"date_created", "history", "id", FORMAT_ATTRIBUTE})
+_PACKED_MISSING = -32768
+"""Number of missing values in packed variables of cubes."""
+
+NOT_COMPARED = frozenset({"date_created", "history", "id", "hcss_cube_format"})
 """Global attributes of a cube that are not copied to the dataset."""
 
 

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any, Self
 
 from hcss_sweep.axis import FORMS, SweptAxis, axis_of
-from hcss_twin.core.errors import Problem, ScenarioError, closest, shown
-from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.overrides import key_parts
-from hcss_twin.scenario.scenario import SWEEP, Scenario, read_scenario_file
+from hcss_twin import Scenario
+from hcss_twin.core.errors import closest, shown
+from hcss_twin.providers import Problem, ScenarioError
+from hcss_twin.scenario.scenario import SWEEP, read_scenario_file
 
 FOLDERS = ("sweeps", "scenarios")
 """Catalog folders in which names are looked up."""
@@ -203,10 +203,18 @@ def key_problems(
                 message = f"is {adjective}, but {other} is set to one value; allowed: one of them"
                 yield Problem(f"{section}.{key}", message)
         first = key.partition(".")[0]
-        if first not in ScenarioModel.model_fields:
-            guess = closest(first, (*ScenarioModel.model_fields, *options))
+        if first not in Scenario.model_fields:
+            guess = closest(first, (*Scenario.model_fields, *options))
             hint = f"; closest is '{guess}'" if guess else ""
             yield Problem(f"{section}.{key}", f"not a scenario key; {allowed}{hint}")
+
+
+def key_parts(key: str) -> list[str]:
+    """Split a dotted key as scenarios do: ``clouds.KEY`` refers to the single layer."""
+    parts = key.split(".")
+    if parts[0] == "clouds" and len(parts) > 1 and parts[1] != "layers":
+        parts[1:1] = ["layers", "0"]
+    return parts
 
 
 def keys_overlap(one: str, other: str) -> bool:

@@ -1,6 +1,6 @@
 """Errors of a sweep."""
 
-from hcss_twin.core.errors import HcssError
+from hcss_twin.providers import HcssError
 
 
 class SweepError(HcssError):

@@ -16,9 +16,9 @@ from pydantic import TypeAdapter
 
 from hcss_sweep.errors import SweepError
 from hcss_sweep.points import PointOutcome, SweepPoint, sha256_of
-from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import atomic_write, remove_orphans
 from hcss_twin.core.reading import reading
+from hcss_twin.providers import CubeError
 
 PointState = Literal["pending", "done", "failed"]
 
@@ -239,16 +239,17 @@ class SweepFolder:
 
 
 def _is_cube_of(path: Path, point: SweepPoint) -> bool:
-    from hcss_twin.cube.reader import scenario_text
+    from hcss_twin import open_cube
 
     try:
-        return scenario_text(path) == point.scenario.to_json()
+        with open_cube(path) as cube:
+            return bool(cube.attrs.get("hcss_scenario") == point.scenario.to_json())
     except CubeError:
         return False
 
 
 def _certificate_error(path: Path) -> str | None:
-    from hcss_twin.cube.reader import open_cube
+    from hcss_twin import open_cube
 
     with open_cube(path) as cube:
         text = str(cube.attrs.get("hcss_certificate", ""))

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from hcss_sweep.dataset import MARK, open_sweep
 from hcss_sweep.errors import SweepError
 from hcss_sweep.folder import FORMAT, INDEX
-from hcss_twin.core.errors import HcssError
+from hcss_twin import open_cube
 from hcss_twin.core.reading import reading
-from hcss_twin.cube.reader import open_cube
+from hcss_twin.providers import HcssError
 from hcss_twin.reports.cube_frames import CURVES, FrameNumbers, ImageQuantity, Reader, binned, quantities, spread
 from hcss_twin.reports.provenance import json_attribute, versions_text
 

@@ -1,6 +1,6 @@
 """Hook that registers the command. ``hcss --help`` imports this module, so it must import quickly."""
 
-from hcss_twin.core.commands import CommandSpec, hookimpl
+from hcss_twin.providers import CommandSpec, hookimpl
 
 
 @hookimpl

@@ -14,16 +14,16 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from hcss_sweep.design import Design
-from hcss_twin.core.errors import HcssError, Problem, ProviderError, ScenarioError, shown
+from hcss_sweep.design import Design, key_parts
+from hcss_twin import Scenario, make_plan
+from hcss_twin.core.errors import shown
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.simulate import run
-from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.providers import HcssError, Problem, ProviderError, ScenarioError
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.names import SECTIONS, provider_sections
-from hcss_twin.scenario.overrides import key_parts
-from hcss_twin.scenario.scenario import SWEEP, Scenario
+from hcss_twin.scenario.scenario import SWEEP
 
 _MAX_RANGES = 5
 

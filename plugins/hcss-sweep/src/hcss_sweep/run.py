@@ -26,14 +26,13 @@ from hcss_sweep.points import (
     require_one_layout,
     shared_tables,
 )
+from hcss_twin import Scenario, make_plan
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.environment import versions
-from hcss_twin.core.errors import ScenarioError
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.cluster import connected
-from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.providers import ScenarioError
 from hcss_twin.scenario.file_checks import FileCheck
-from hcss_twin.scenario.scenario import Scenario
 
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 

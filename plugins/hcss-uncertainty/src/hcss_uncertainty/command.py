@@ -19,7 +19,7 @@ from hcss_twin.cli.options import (
     print_json,
     progress,
     require_writable,
-    scenario_options,
+    set_option,
     with_size,
 )
 from hcss_twin.core.errors import CertificateWarning
@@ -28,7 +28,8 @@ EXIT_FAILED = 1
 
 
 @click.command("propagate")
-@scenario_options
+@click.argument("scenario")
+@set_option
 @click.option("--draws", type=int, default=200, help="Number of random draws of the inputs, each with two seeds.")
 @click.option("--posterior", type=EXISTING_FILE, help="File of `hcss fit` for the cloud parameters.")
 @click.option(

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.files import atomic_write
 from hcss_twin.core.netcdf import open_with_xarray, write_with_xarray
 from hcss_twin.core.reading import reading
+from hcss_twin.providers import Array
 from hcss_uncertainty.draw_statistics import LEVELS, METRICS, SPREAD, DrawStatistics
 from hcss_uncertainty.errors import PropagationError
 from hcss_uncertainty.joint_sample import JointSample

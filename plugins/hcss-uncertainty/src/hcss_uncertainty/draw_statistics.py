@@ -10,15 +10,12 @@ import numpy as np
 from hcss_evaluate.measures.morphology import morphology
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError, Problem, ScenarioError
 from hcss_twin.engine.certificate.part_sample import strata, stratum_names
-from hcss_twin.engine.stages.stage import SeenWindow
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import length
+from hcss_twin.providers import Array, ImageError, Problem, ScenarioError
 from hcss_uncertainty.pixel_maps import CLOUD
 
 if TYPE_CHECKING:
@@ -73,9 +70,10 @@ class _Classes:
         self._plan = plan
         self.kinds = np.zeros(plan.pixels, dtype=np.int8)
 
-    def observe(self, seen: SeenWindow) -> None:
+    def observe(self, seen: Any) -> None:
         """Process a window, in pixels of the computed part, which here is the whole image."""
-        shape = length(seen.inside[0]), length(seen.inside[1])
+        rows, columns = seen.inside
+        shape = rows.stop - rows.start, columns.stop - columns.start
         self.kinds[seen.inside] = strata(self._plan.layers, seen.thickness_m, shape, self._plan.samples_per_pixel)
 
 

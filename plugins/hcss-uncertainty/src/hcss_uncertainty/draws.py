@@ -15,14 +15,15 @@ from hcss_sweep.axis import DISTRIBUTIONS
 from hcss_sweep.design import joined_keys, key_problems, keys_overlap, read_keys
 from hcss_sweep.points import ranges, value_at
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError, choose_from, count, shown
-from hcss_twin.core.plugins import OWN_DISTRIBUTION
+from hcss_twin import Scenario
+from hcss_twin.core.errors import count, shown
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.scenario import UNCERTAIN, Scenario
+from hcss_twin.providers import Array, Problem, ScenarioError, choose_from
 from hcss_uncertainty.draw_statistics import VARIABLES
 from hcss_uncertainty.joint_sample import OTHER_SEED, SEED, A, B, JointSample, Mixture, UncertainKey
+
+UNCERTAIN = "uncertain"
+"""Section that assigns distributions to keys."""
 
 _SUMMED_UP: Mapping[str, Any] = {"output.variables": list(VARIABLES), "output.derived": [], "output.certificate": 0}
 """Output settings of the summarised scenes; cubes of draws contain the variables that the user requested."""
@@ -128,7 +129,7 @@ def _read_number(text: str) -> float | str:
     return value
 
 
-def layer_of(scenario: ScenarioModel, layer: int | None, origin: str) -> str:
+def layer_of(scenario: Scenario, layer: int | None, origin: str) -> str:
     """Return the part of a scenario to which the cloud parameters belong.
 
     ``layer`` is the number of the layer, required if there are several. Raises ScenarioError if there is no such layer,
@@ -145,7 +146,7 @@ def layer_of(scenario: ScenarioModel, layer: int | None, origin: str) -> str:
         )
     elif not 0 <= number < len(layers):
         problem = Problem("clouds.layers", f"layer {number} given; allowed: 0 to {len(layers) - 1}")
-    elif layers[number].generator not in ("fractal", f"{OWN_DISTRIBUTION}/fractal"):
+    elif layers[number].generator not in ("fractal", "hcss-twin/fractal"):
         message = f"{shown(layers[number].generator)}; a posterior describes clouds of the generator 'fractal'"
         problem = Problem(f"{path}.generator", message)
     else:

@@ -1,6 +1,7 @@
 """Errors of a propagation."""
 
-from hcss_twin.core.errors import HcssError, OptionError
+from hcss_twin.core.errors import OptionError
+from hcss_twin.providers import HcssError
 
 
 class PropagationError(HcssError):

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 RESAMPLES = 200
 """Number of bootstrap samples of the draws for all standard errors."""

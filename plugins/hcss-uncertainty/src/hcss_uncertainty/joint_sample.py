@@ -18,8 +18,8 @@ from hcss_evaluate.posterior.posterior_file import PARAMETERS, Posterior, read_p
 from hcss_sweep.axis import axis_of
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.scenario.models import ScenarioModel
+from hcss_twin import Scenario
+from hcss_twin.providers import Array
 
 _OF_POPULATION = ("mean_", "spread_")
 
@@ -122,7 +122,7 @@ def _octaves(posterior: Posterior, path: Path) -> tuple[int, int] | None:
     return int(numbers[0]), int(numbers[1])
 
 
-def notes_of(draws: PosteriorDraws, scenario: ScenarioModel, layer: str, count: int) -> tuple[str, ...]:
+def notes_of(draws: PosteriorDraws, scenario: Scenario, layer: str, count: int) -> tuple[str, ...]:
     """Return notes for users of a posterior from which ``count`` draws are used."""
     notes = []
     number = int(layer.rpartition(".")[2]) if layer != "clouds" else 0

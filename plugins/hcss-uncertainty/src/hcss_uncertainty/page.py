@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, WIDTH_IN, drawing, new_figure, panels, picture, plain
 from hcss_twin.reports.page import Block, Markup, Page, Section, beside, facts, folded, note, paragraph
 from hcss_twin.reports.provenance import json_attribute, names_in, provenance, scenario

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.cube.sensor_cube import measured_variables
 from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.sensor.detector import band_radiance_per_kelvin
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import BuiltSensor, make_sensor
+from hcss_twin.providers import Array
 
 MEASURED, NUMBER, SATURATED = "measured_radiance", "digital_number", "saturated_fraction"
 
@@ -88,7 +87,7 @@ class Payload:
 
 def _with_all_variables(sensor: BuiltSensor) -> BuiltSensor:
     names = tuple(name for stage in sensor.stages for name in stage.provider.variables)
-    return replace(sensor, variables=measured_variables(names))
+    return sensor.measuring(names)
 
 
 def _reseeded(sensor: BuiltSensor) -> BuiltSensor:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import Array, Problem, ScenarioError
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin import Scenario, make_plan
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.environment import announce_compilation, versions
-from hcss_twin.core.errors import CertificateWarning, ScenarioError, choose_from
+from hcss_twin.core.errors import CertificateWarning
 from hcss_twin.core.files import require_file
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.parts import executor_of
 from hcss_twin.engine.simulate import run
 from hcss_twin.plan.error_budget import error_budget
-from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.providers import ScenarioError, choose_from
 from hcss_uncertainty.dataset import (
     VERSION,
     VERSION_ATTRIBUTE,

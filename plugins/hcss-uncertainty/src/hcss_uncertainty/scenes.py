@@ -11,16 +11,15 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin import Scenario, make_plan
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.compile import compile_tables, tables_of
 from hcss_twin.engine.parts import in_order
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
-from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.providers import Problem, ScenarioError
 from hcss_uncertainty.draw_statistics import DrawStatistics, class_names, statistics_of
 from hcss_uncertainty.sea_family import SeaTemperatures
 

@@ -14,11 +14,9 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
+from hcss_twin import Scenario
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.physics.planck import planck
-from hcss_twin.providers import ColumnSetting, ColumnStates, RadianceModel, SeaModel
-from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.providers import Array, ColumnSetting, ColumnStates, RadianceModel, SeaModel, planck
 
 LARGEST_ERROR = 1e-7
 """Of an interpolated spectrum, relative to its total: one step of single precision. It is estimated by continuing the

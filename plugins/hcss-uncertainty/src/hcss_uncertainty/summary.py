@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 from hcss_uncertainty import estimators
 from hcss_uncertainty.estimators import bootstrap_error, terms_of
 from hcss_uncertainty.joint_sample import POSTERIOR, SEED, bootstrap_seed

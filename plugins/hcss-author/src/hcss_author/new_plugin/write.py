@@ -13,9 +13,9 @@ from string import Template
 from typing import TYPE_CHECKING
 
 from hcss_author.extension_entries import Extension, ExtensionEntry, extensions
+from hcss_twin import __version__
 from hcss_twin.core.errors import OptionError
 from hcss_twin.providers import API_VERSION, HcssError, Kind, choose_from
-from hcss_twin.version import __version__
 
 if TYPE_CHECKING:
     from hcss_twin.providers.registry import Entry

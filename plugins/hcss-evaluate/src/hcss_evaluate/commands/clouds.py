@@ -10,17 +10,11 @@ from typing import Any
 import click
 
 from hcss_evaluate.commands.image_options import cloud_options
-from hcss_twin.cli.options import (
-    EXISTING_FILE,
-    FOLDER,
-    NEW_FILE,
-    force_option,
-    json_option,
-    print_json,
-    require_writable,
-)
-from hcss_twin.core.errors import CatalogError
+from hcss_twin.cli.options import EXISTING_FILE, NEW_FILE, force_option, json_option, print_json, require_writable
 from hcss_twin.core.json_numbers import json_value
+from hcss_twin.providers import CatalogError
+
+_FOLDER = click.Path(file_okay=False, path_type=Path)
 
 
 def _odd(_context: click.Context, _option: click.Parameter, value: int) -> int:
@@ -71,7 +65,7 @@ _LIST = "\0"
 @click.option("--observed", help="Time of observation; default: from the file.")
 @click.option("--source", help="Source of the image.")
 @click.option("--licence", help="Licence of the image; default: from the file.")
-@click.option("--to", "folder", default="clouds", type=FOLDER, help="Folder of the entries.")
+@click.option("--to", "folder", default="clouds", type=_FOLDER, help="Folder of the entries.")
 @force_option
 @json_option
 def import_command(
@@ -105,7 +99,7 @@ def import_command(
         return
     if sample is not None:
         from hcss_evaluate.database.samples import sample as measured
-        from hcss_twin.core.catalog import Catalog
+        from hcss_twin.providers import Catalog
 
         found = measured(sample, Catalog())
         image, name = found.path(), sample if name is None else name
@@ -155,7 +149,7 @@ def import_command(
 def _list_samples(as_json: bool) -> None:
     from hcss_evaluate.database.samples import FOLDER as EXTRA
     from hcss_evaluate.database.samples import samples
-    from hcss_twin.core.catalog import Catalog
+    from hcss_twin.providers import Catalog
 
     known = samples(Catalog())
     if as_json:
@@ -185,7 +179,7 @@ def clouds(context: click.Context, as_json: bool) -> None:
 clouds.add_command(import_command)
 
 _folder_option = click.option(
-    "--from", "folder", type=FOLDER, help="Folder of the entries; default: clouds, and the shipped entries."
+    "--from", "folder", type=_FOLDER, help="Folder of the entries; default: clouds, and the shipped entries."
 )
 
 

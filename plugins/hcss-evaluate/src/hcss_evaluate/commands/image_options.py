@@ -111,7 +111,7 @@ _WORDS = {
 @contextmanager
 def worded_for_options() -> Iterator[None]:
     """Replace scenario keys in errors of the image reader by option names."""
-    from hcss_twin.core.errors import Problem, ScenarioError
+    from hcss_twin.providers import Problem, ScenarioError
 
     try:
         yield

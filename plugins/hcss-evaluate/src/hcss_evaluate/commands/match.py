@@ -85,7 +85,7 @@ def match_command(
     require_writable([preview], force, "give another name", form="PNG")
     from hcss_evaluate.matching.dimension_range import type_parameters
     from hcss_evaluate.matching.match import write_fragment
-    from hcss_twin.core.catalog import Catalog
+    from hcss_twin.providers import Catalog
 
     # Checked before the search, which is slow.
     usual = type_parameters(cloud_type, Catalog())

@@ -35,9 +35,8 @@ from hcss_evaluate.comparison.side import (
 from hcss_evaluate.measures.morphology import MorphologyErrors
 from hcss_evaluate.measures.power_spectrum import mean_spectrum, spectral_distance_db
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError
 from hcss_twin.core.reading import reading
+from hcss_twin.providers import Array, ImageError
 
 BINS = 80
 _PathLike = str | os.PathLike[str]

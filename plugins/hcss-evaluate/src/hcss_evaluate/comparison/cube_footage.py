@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CubeError, HcssError, ImageError, choose_from
 from hcss_twin.cube.frame_selection import FrameSelection, Plane, select_frames
 from hcss_twin.engine.provenance import Recorded
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.models.radiance.spectral_grid import dense_grid
+from hcss_twin.providers import Array, Catalog, CubeError, HcssError, ImageError, choose_from
 from hcss_twin.scenario.bands import Bands, spectral_band
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from hcss_evaluate.errors import ImageOptionError
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.arrays import Array
 from hcss_twin.models.clouds.imagery.cloudiness import CloudIs
+from hcss_twin.providers import Array
 
 Method = Literal["auto", "otsu", "local", "coverage", "valid", "truth"]
 

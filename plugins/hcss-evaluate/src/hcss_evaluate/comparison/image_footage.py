@@ -14,16 +14,13 @@ import numpy as np
 
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
 from hcss_evaluate.errors import ImageOptionError
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError, CubeError, ImageError
-from hcss_twin.core.netcdf import NETCDF, NetcdfFile
+from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.reading import first_bytes, reading
-from hcss_twin.cube.header import FORMAT_ATTRIBUTE
-from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, described, has_values_in_cloud_only
 from hcss_twin.models.clouds.imagery.image import SatelliteImage, SeveralImagesError
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients, quiet
 from hcss_twin.models.clouds.imagery.reader import read_image
+from hcss_twin.providers import Array, CatalogError, CubeError, ImageError, NetcdfFile
 
 _WAVELENGTH = re.compile(r"([0-9.]+) um")
 
@@ -150,7 +147,7 @@ def open_footage(
         except SeveralImagesError as error:
             raise error.chosen_with(f"variable (--{title.lower()}-variable)") from error
     from hcss_evaluate.comparison.cube_footage import cube_footage
-    from hcss_twin.cube.reader import open_cube
+    from hcss_twin import open_cube
 
     with reading(paths[0], CubeError):
         return cube_footage(title, stack.enter_context(open_cube(paths[0])), paths[0], choice, like)
@@ -158,10 +155,10 @@ def open_footage(
 
 def is_cube(path: Path) -> bool:
     """Whether a file is a cube of this package, complete or not."""
-    if is_zarr(path) and path.is_dir():
+    if path.suffix.lower() == ".zarr" and path.is_dir():
         return True
     if not path.is_file() or not first_bytes(path, CatalogError).startswith(NETCDF):
         return False
     with suppress(Exception), quiet(), NetcdfFile(path) as dataset:  # a damaged file of any kind
-        return FORMAT_ATTRIBUTE in dataset.ncattrs()
+        return "hcss_cube_format" in dataset.ncattrs()
     return False

@@ -16,8 +16,7 @@ from hcss_evaluate.measures.checks import complete_part
 from hcss_evaluate.measures.fractal_dimension import DimensionEstimate, spectral_dimension, variogram_dimension
 from hcss_evaluate.measures.morphology import Morphology, morphology
 from hcss_evaluate.measures.power_spectrum import PowerSpectrum, power_spectrum
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError
+from hcss_twin.providers import Array, ImageError
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from hcss_evaluate.comparison.definitions import Mode, four_measures
 from hcss_evaluate.comparison.image_measures import TemporalAutocorrelation
 from hcss_evaluate.comparison.result import Dependence, FrameResult, Metric
 from hcss_evaluate.measures.power_spectrum import PowerSpectrum
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 Definition = Literal["as-printed", "corrected", "both"]
 Measure = Callable[[FrameResult], float]

@@ -14,9 +14,9 @@ from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method
 from hcss_evaluate.comparison.image_measures import TemporalAutocorrelation, measure_image, temporal_autocorrelation
 from hcss_evaluate.comparison.result import FrameResult, Pictured
 from hcss_evaluate.measures.histogram_metrics import joint_histogram, to_grey_levels
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError, ordinal
+from hcss_twin.core.errors import ordinal
 from hcss_twin.models.clouds.imagery.cloudiness import find_threshold, relative_grey, thickness_of
+from hcss_twin.providers import Array, ImageError
 
 LEVELS = (1.0, 255.0)
 """Grey levels of cloudy pixels."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hcss_evaluate.database.segmentation import Cleaning, segment
 from hcss_evaluate.measures.box_counting import box_counting_dimension
 from hcss_evaluate.measures.fractal_dimension import DimensionEstimate, variogram_dimension
-from hcss_twin.core.errors import CatalogError, ImageError
+from hcss_twin import __version__
 from hcss_twin.models.clouds.database import NOT_STATED, CloudEntry, EntryFacts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
@@ -29,7 +29,7 @@ from hcss_twin.models.clouds.imagery.cloudiness import (
 )
 from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.reader import read_image
-from hcss_twin.version import __version__
+from hcss_twin.providers import CatalogError, ImageError
 
 # Percentiles of the image between which the preview picture is stretched.
 _SHOWN_PERCENTILES = (0.5, 99.5)

@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.models.clouds.database import SUFFIX, EntryFacts, read_facts
+from hcss_twin.providers import CatalogError, choose_from
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
 

@@ -11,8 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.providers import Catalog, CatalogError, choose_from
 
 FOLDER = "samples"
 """Folder of the catalog, and name of the extra that installs the images."""

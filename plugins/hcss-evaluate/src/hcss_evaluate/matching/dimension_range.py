@@ -12,10 +12,8 @@ import numpy as np
 
 from hcss_evaluate.matching.match import FRESH_SEEDS, SEARCH_SEEDS, clouds_fragment, rounded
 from hcss_evaluate.matching.structure import CloudImage, simulate_image
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.providers import Array, Catalog, ImageError
 
 Dimension = Literal["fractal", "surface"]
 

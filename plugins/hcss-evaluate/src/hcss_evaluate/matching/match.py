@@ -33,9 +33,9 @@ from hcss_evaluate.matching.structure import (
 )
 from hcss_evaluate.matching.target import Target
 from hcss_evaluate.measures.morphology import morphology_errors
-from hcss_twin.core.errors import CatalogError, ImageError
 from hcss_twin.core.files import atomic_write
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.providers import CatalogError, ImageError
 
 # Realisations per search step, and realisations for validating the result.
 SEARCH_SEEDS = 6

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from hcss_evaluate.matching.structure import CloudImage, Structure
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 # Diagonal steps, in pixels along x and y.
 _STEPS = (2, 4, 8)

@@ -14,11 +14,10 @@ from scipy.optimize import least_squares, minimize
 
 from hcss_evaluate.matching.structure import CloudImage, Structure, image_structure, mean_structure, simulate_image
 from hcss_evaluate.measures.morphology import morphology_errors
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.providers import Array, ImageError
 
 HURST = (0.02, 0.98)
 BRIGHTNESS_EXPONENT = (0.1, 10.0)

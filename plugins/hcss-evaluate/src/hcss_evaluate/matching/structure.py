@@ -18,12 +18,9 @@ from scipy.special import ndtr, ndtri
 
 from hcss_evaluate.measures.morphology import Morphology, morphology
 from hcss_evaluate.measures.semivariance import semivariances
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import ImageError
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
+from hcss_twin.providers import Array, Catalog, CloudInputs, CloudLayer, Grid, ImageError, Microphysics, Motion
 
 # Ratio of the shorter side to the longest lag; a single image constrains longer lags poorly.
 _LONGEST = 3

@@ -12,14 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_evaluate.matching.structure import LEVELS, STILL, CloudImage, grey_inputs
+from hcss_twin import open_cube
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError, CubeError, ImageError, ScenarioError
 from hcss_twin.core.images import SMALLEST_SIDE
 from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.core.reading import first_bytes
-from hcss_twin.cube.reader import open_cube
 from hcss_twin.models.clouds.database import read_facts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
@@ -33,7 +31,7 @@ from hcss_twin.models.clouds.imagery.generator import ImageryClouds
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.imagery.whole_scene import MovingWindow, position_problems
-from hcss_twin.providers import Grid
+from hcss_twin.providers import Array, CatalogError, CubeError, Grid, ImageError, ScenarioError
 
 # Larger images are cropped to this many rows and columns by default, the frame size of the paper.
 LARGEST_SIDE = 800

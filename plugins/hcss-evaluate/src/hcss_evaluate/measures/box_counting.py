@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from hcss_evaluate.measures.checks import checked_levels, checked_mask
 from hcss_evaluate.measures.fractal_dimension import DimensionEstimate, estimator_calibration
-from hcss_twin.core.errors import ImageError
 from hcss_twin.core.images import SMALLEST_SIDE, checked_image, finite_range
+from hcss_twin.providers import ImageError
 
 
 def box_extremes(

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.errors import ImageError
 from hcss_twin.core.kernels import kernel
+from hcss_twin.providers import ImageError
 
 
 def checked_mask(name: str, mask: NDArray[Any], shape: tuple[int, ...]) -> NDArray[np.bool_]:

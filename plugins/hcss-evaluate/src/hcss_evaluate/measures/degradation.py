@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from hcss_evaluate.measures.power_spectrum import DEPENDENT_WAVES
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError
 from hcss_twin.core.images import checked_image
+from hcss_twin.providers import Array, ImageError
 from hcss_twin.reports.power_spectrum import power_density
 
 SMALLEST_SIDE = 64

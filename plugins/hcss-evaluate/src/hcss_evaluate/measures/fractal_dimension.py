@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 from scipy.fft import fftfreq, rfftfreq
 
 from hcss_evaluate.measures.semivariance import semivariances
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError
 from hcss_twin.core.images import checked_image
+from hcss_twin.providers import Array, ImageError
 from hcss_twin.reports.power_spectrum import windowed_power
 
 

@@ -14,9 +14,8 @@ from hcss_evaluate.measures.box_counting import body_dimension, boundary_dimensi
 from hcss_evaluate.measures.checks import checked_mask, complete_part, range_within
 from hcss_evaluate.measures.histogram_metrics import histogram_metrics, to_grey_levels
 from hcss_evaluate.measures.semivariance import semivariances
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError
 from hcss_twin.core.images import SMALLEST_SIDE, checked_image
+from hcss_twin.providers import Array, ImageError
 
 
 def relative_errors(real: Sequence[float], simulated: Sequence[float]) -> tuple[float, ...]:

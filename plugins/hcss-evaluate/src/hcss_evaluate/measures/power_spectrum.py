@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 from hcss_twin.reports.power_spectrum import Rings
 
 SECTORS = 12

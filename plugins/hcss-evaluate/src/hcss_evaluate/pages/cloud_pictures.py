@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write
+from hcss_twin.providers import CatalogError
 from hcss_twin.reports.figures import new_figure
 
 if TYPE_CHECKING:

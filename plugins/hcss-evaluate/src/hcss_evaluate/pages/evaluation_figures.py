@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_evaluate.comparison.result import Evaluation, Side
-from hcss_twin.reports.colour_scale import MISSING
 from hcss_twin.reports.figures import axis_label, new_figure
 
 if TYPE_CHECKING:
@@ -19,6 +18,9 @@ if TYPE_CHECKING:
 
 
 REAL, SIMULATED = "#222222", "#d1495b"
+MISSING = "#9dc3e6"
+"""Colour of pixels without a value, distinct from grey."""
+
 PIXELS_SHOWN = 700
 """Longest side of a drawn image in pixels; larger images are thinned for drawing only."""
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.priors import KINDS, Prior
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 from hcss_twin.reports.figures import INK, LETTERS, WIDTH_IN, new_figure, panels, plain
 
 if TYPE_CHECKING:

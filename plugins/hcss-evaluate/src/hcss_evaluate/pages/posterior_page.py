@@ -14,8 +14,8 @@ from hcss_evaluate.matching.quantities import MAX_RATIO
 from hcss_evaluate.pages import posterior_figures as figures
 from hcss_evaluate.pages.posterior_figures import QUANTILES, Variogram
 from hcss_evaluate.posterior.posterior_file import SUSPICIOUS, VERSION_ATTRIBUTE, Posterior, read_posterior
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.reading import open_netcdf
+from hcss_twin.providers import Array
 from hcss_twin.reports.figures import drawing
 from hcss_twin.reports.page import Block, Page, Section, badge, beside, element, folded, note, paragraph
 from hcss_twin.reports.provenance import json_attribute, names_in, provenance

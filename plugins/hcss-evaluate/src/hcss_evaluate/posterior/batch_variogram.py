@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.octaves import Octaves, mean_density
 from hcss_evaluate.posterior.parameter_space import SHAPE
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM, REFERENCE_LENGTH_M
+from hcss_twin.providers import Array
 
 # Radius of the kernel, cells.
 _REACH_CELLS = 4.0

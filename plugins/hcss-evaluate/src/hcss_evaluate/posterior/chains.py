@@ -12,7 +12,7 @@ import numpy as np
 from hcss_evaluate.posterior.mixing import Mixing, mixing
 from hcss_evaluate.posterior.parameter_space import Space
 from hcss_evaluate.posterior.priors import KINDS
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 Likelihood = Callable[[Array], Array]
 """Log-likelihood (N,) as a function of H, gamma, Lx, Ly, coverage (N, 5)."""

@@ -19,8 +19,8 @@ from hcss_evaluate.posterior.image_data import image_scores
 from hcss_evaluate.posterior.image_likelihood import ImageLikelihood, on_scales
 from hcss_evaluate.posterior.parameter_space import SHAPE, Space
 from hcss_evaluate.posterior.posterior_file import SUSPICIOUS
-from hcss_twin.core.arrays import Array
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
+from hcss_twin.providers import Array
 
 # Images drawn from the posterior, whose differences show how far the image may be from them.
 _REALISATIONS = 20

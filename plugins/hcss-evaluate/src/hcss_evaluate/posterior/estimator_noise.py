@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from hcss_evaluate.errors import PosteriorError
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 # Ridge of the regression, in simulations, which damps directions with hardly any variation.
 _RIDGE = 1e-3

@@ -28,9 +28,9 @@ from hcss_evaluate.posterior.population import PopulationModel
 from hcss_evaluate.posterior.posterior_file import Posterior, read_posterior
 from hcss_evaluate.posterior.result import write_result
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.files import require_not_read
 from hcss_twin.core.images import SMALLEST_SIDE
+from hcss_twin.providers import Array
 
 FRAME = (SIDE, SIDE, PIXEL_SIZE_M)
 """Rows, columns and pixel size of the paper's images; also used to check priors before any image is read."""

@@ -28,12 +28,10 @@ from hcss_evaluate.posterior.priors import KINDS, Prior
 from hcss_twin import __version__
 from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import atomic_write, require_file
 from hcss_twin.core.reading import reading
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
+from hcss_twin.providers import Array, Catalog, HcssError
 
 
 @checked

@@ -22,15 +22,13 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import rankdata
 
 from hcss_evaluate.matching.structure import STILL, CloudImage, image_structure, octave_lags
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError
 from hcss_twin.core.images import SMALLEST_SIDE
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.coverage import highest_values
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
 from hcss_twin.models.clouds.fractal.octaves import AxisScale, merge_noise, separate_octaves
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.providers import Grid
+from hcss_twin.providers import Array, Grid, ImageError
 
 # Bins for ranking simulated fields; a step is less than 2e-4 of the field's standard deviation.
 _BINS = 1 << 16

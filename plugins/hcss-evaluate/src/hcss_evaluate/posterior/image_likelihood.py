@@ -20,9 +20,8 @@ from hcss_evaluate.posterior.image_data import ImageData, ScoreSemivariance
 from hcss_evaluate.posterior.octaves import Octaves, mean_density
 from hcss_evaluate.posterior.parameter_space import SHAPE
 from hcss_evaluate.posterior.priors import KINDS
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import ImageError
 from hcss_twin.core.kernels import kernel
+from hcss_twin.providers import Array, ImageError
 
 
 @kernel(error_model="numpy")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 _TAILS = (0.05, 0.95)
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 UNKNOWN = tuple(range(3, 11))
 """Possible last octaves where none is given; types of the catalogue have 4 to 10."""

@@ -10,8 +10,7 @@ import numpy as np
 
 from hcss_evaluate.errors import PosteriorOptionError
 from hcss_evaluate.posterior.priors import KINDS, Prior
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import choose_from
+from hcss_twin.providers import Array, choose_from
 
 SHAPE = ("H", "gamma", "Lx", "Ly")
 """Parameters that determine the field's variogram."""

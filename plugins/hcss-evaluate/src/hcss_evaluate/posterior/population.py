@@ -20,7 +20,7 @@ from scipy.special import log_ndtr
 from hcss_evaluate.posterior.chains import Likelihood
 from hcss_evaluate.posterior.parameter_space import Space
 from hcss_evaluate.posterior.priors import KINDS, Prior
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 # Initial spread of a population on the scale, and its scatter among walkers.
 _MIN_SPREAD, _SCATTER = 0.05, 0.2

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.mixing import Mixing, mixing
+from hcss_twin import __version__
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.files import atomic_write
-from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import open_netcdf, reads
-from hcss_twin.version import __version__
+from hcss_twin.providers import Array, NetcdfFile
 
 VERSION_ATTRIBUTE = "hcss_posterior_version"
 VERSION = 2

@@ -10,8 +10,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from hcss_evaluate.errors import PosteriorOptionError
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import choose_from
+from hcss_twin.providers import Array, choose_from
 
 # Kinds of priors, and the meaning of their two numbers.
 _KINDS = {

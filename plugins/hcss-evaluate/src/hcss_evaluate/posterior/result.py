@@ -21,7 +21,7 @@ from hcss_evaluate.posterior.parameter_space import SHAPE, Space
 from hcss_evaluate.posterior.population import PopulationModel
 from hcss_evaluate.posterior.posterior_file import Diagnostic, VariogramCheck, write_posterior
 from hcss_evaluate.posterior.priors import KINDS
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 

@@ -16,8 +16,8 @@ import numpy as np
 
 from hcss_evaluate.radiance.measured import Spot, read_spots
 from hcss_twin import CatalogError, ImageError, Scenario, ScenarioError, simulate
-from hcss_twin.core.errors import choose_from
 from hcss_twin.core.reading import open_netcdf
+from hcss_twin.providers import choose_from
 
 CHANNELS_UM = {
     "ir_039": (3.48, 4.36), "wv_062": (5.35, 7.15), "wv_073": (6.85, 7.85), "ir_087": (8.30, 9.10),

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from hcss_twin import CatalogError
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.reading import open_netcdf
+from hcss_twin.providers import Array
 
 BOX = 64
 """Side of a box of clear sea or cloud, pixels."""

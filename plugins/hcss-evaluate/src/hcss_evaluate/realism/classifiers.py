@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin import HcssError, ImageError
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 Classifier = Literal["forest", "boosting"]
 _FOLDS = 5

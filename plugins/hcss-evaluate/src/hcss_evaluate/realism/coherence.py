@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import fftfreq, irfft2, rfft2, rfftfreq
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 from hcss_twin.reports.power_spectrum import hann
 
 WAVELENGTHS = (4.0, 8.0, 16.0, 32.0)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 _QUANTILES = (0.1, 0.3, 0.5, 0.7, 0.9)
 _IN_PLANE = np.array([[[0] * 3] * 3, [[0, 1, 0], [1, 1, 1], [0, 1, 0]], [[0] * 3] * 3])

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.fft import irfft2, next_fast_len, rfft2
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 _FLATTEST = 1e-6
 """Places whose variance is below this share of the image's are skipped: rounding decides their correlation."""

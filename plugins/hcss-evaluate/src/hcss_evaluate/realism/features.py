@@ -10,7 +10,7 @@ from hcss_evaluate.realism.increments import increment_features
 from hcss_evaluate.realism.moments import histogram_features
 from hcss_evaluate.realism.scales import autocorrelation_features, band_features
 from hcss_evaluate.realism.spectrum import spectral_features
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 _TOPICS = (
     spectral_features,

@@ -14,9 +14,9 @@ from hcss_evaluate.comparison.image_footage import is_cube, open_footage
 from hcss_evaluate.realism.patches import SIZE
 from hcss_evaluate.realism.score import Realism, compare
 from hcss_twin import CatalogError, ImageError
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.netcdf import NETCDF, open_with_xarray
 from hcss_twin.core.reading import first_bytes, reading, require_size
+from hcss_twin.providers import Array
 
 SCENE_SIZE = 4 * SIZE
 """Side of the scenes, pixels, into which larger images are cut."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hcss_evaluate.realism.moments import standard_moment
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 _PERCENTILES = (10, 50, 90, 99)
 _FLAT = 0.25

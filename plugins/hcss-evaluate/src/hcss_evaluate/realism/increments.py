@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hcss_evaluate.realism.moments import standard_moment
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 LAGS = (1, 2, 4, 8, 16)
 """Distances, pixels."""

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 
 def standard_moment(values: Array, order: Literal[3, 4]) -> Array:

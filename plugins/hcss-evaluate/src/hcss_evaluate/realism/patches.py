@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin import ImageError
-from hcss_twin.core.arrays import Array
 from hcss_twin.models.clouds.imagery.examination import assumed_kelvin, closest_reading
+from hcss_twin.providers import Array
 
 SIZE = 64
 """Side of a patch, pixels."""

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from hcss_evaluate.realism.moments import standard_moment
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 _SIGMAS = (1.0, 2.0, 4.0, 8.0)
 """Standard deviations of the Gaussians, pixels."""

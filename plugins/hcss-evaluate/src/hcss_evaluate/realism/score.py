@@ -17,7 +17,7 @@ from hcss_evaluate.realism.increments import LAGS, structure_function
 from hcss_evaluate.realism.patches import SIZE, Patches, cut_patches, z_scored
 from hcss_evaluate.realism.spectrum import power_by_ring
 from hcss_twin import ImageError
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 Scale = Literal["z-scored", "kelvin"]
 Fields = Sequence[Array] | Array

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import fftfreq, rfft2, rfftfreq
 
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 from hcss_twin.reports.power_spectrum import hann
 
 _RINGS_PER_OCTAVE = 2

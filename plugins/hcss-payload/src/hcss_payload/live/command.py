@@ -3,33 +3,49 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
 import click
 
-from hcss_payload.checks import PayloadError
+from hcss_payload.checks import PayloadError, require_within
 from hcss_twin.cli.options import Number, load, set_option
+
+if TYPE_CHECKING:
+    from hcss_payload.live.twin import Method
 
 
 @click.command()
 @click.argument("scenario")
 @set_option
-@click.option("--start", "start_s", default=0.0, show_default=True, help="First time of poses, s.")
+@click.option("--start", "start_s", type=Number(), help="First time of poses, s; default: that of the first frame.")
 @click.option("--end", "end_s", type=Number(), help="Last time of poses, s; default: that of the last frame.")
 @click.option("--name", help="Of the shared memory; default: hcss-live- and the number of the process.")
 @click.option("--slots", default=4, show_default=True, type=click.IntRange(4, 1024), help="Frames in the ring.")
 @click.option("--threads", default=2, show_default=True, type=click.IntRange(1, 64), help="Threads that compute.")
 @click.option("--fineness", default=1.4, show_default=True, help="Points of the sky per width of a pixel, 1 to 16.")
+@click.option(
+    "--method",
+    type=click.Choice(["auto", "fast", "cube"]),
+    default="auto",
+    show_default=True,
+    help="Fast frames of one layer of cloud, or the pixels of cubes, of any scene; auto: fast ones if they show it.",
+)
+@click.option("--margin", "margin_px", type=Number(), help="Pixels by which poses may look beside the pass (cube).")
+@click.option("--rate", "rate_hz", type=Number(), help="Frames a second that you need; says what is too slow for them.")
 @click.option("--highest-target", "highest_m", type=Number(), help="Altitude up to which clients may show targets, m.")
 @click.option("--outlive-parent", is_flag=True, help="Go on when the process that started this one has ended.")
 def serve(
     scenario: str,
     assignments: tuple[str, ...],
-    start_s: float,
+    start_s: float | None,
     end_s: float | None,
     name: str | None,
     slots: int,
     threads: int,
     fineness: float,
+    method: Method,
+    margin_px: float | None,
+    rate_hz: float | None,
     highest_m: float | None,
     outlive_parent: bool,
 ) -> None:
@@ -45,7 +61,10 @@ def serve(
 
     name = name or f"hcss-live-{os.getpid()}"
     Ring.require_name(name)  # before minutes of compilation
-    live = live_pass(load(scenario, assignments), start_s, end_s, threads, fineness, highest_target_m=highest_m)
+    if rate_hz is not None:
+        require_within("rate", rate_hz, 1e-3, 1e6, "Hz")
+    loaded = load(scenario, assignments)
+    live = live_pass(loaded, start_s, end_s, threads, fineness, None, highest_m, method, margin_px)
     for note in live.notes:
         click.echo(f"note: {note}", err=True)
     try:
@@ -57,7 +76,12 @@ def serve(
     kind = "digital numbers" if live.has_numbers else "radiance"
     text = f"{name}: {bands} x {rows} x {columns} {kind}, times {live.start_s:g} to {live.end_s:g} s"
     omitted = [f"omitted: {omission.what}: {omission.why}" for omission in live.omissions]
-    server.serve(lambda: click.echo("\n".join((text, *omitted))))
+
+    def ready() -> None:
+        assert server.cost is not None
+        click.echo("\n".join((text, f"{live.method} frames: {server.cost.of_rate(rate_hz)}", *omitted)))
+
+    server.serve(ready)
 
 
 def _parent() -> int:

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from hcss_payload.live.octaves import SeenOctaves, blended, keyframe_interval_s, seen_octaves, shape_of
-from hcss_twin.core.arrays import Array
 from hcss_twin.plan.plan import Plan
+from hcss_twin.providers import Array
 
 _POINT_STEPS = 4
 """Steps of the distance of points for a factor of 2."""

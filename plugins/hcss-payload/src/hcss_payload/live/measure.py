@@ -7,21 +7,41 @@ the same bits on one machine, not on all.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.core.kernels import inner, kernel
-from hcss_twin.models.sensor.blur import Weights
-from hcss_twin.models.sensor.noise import MAX_COUNTED
-from hcss_twin.models.sensor.philox import BLOCK, fill_normals
-from hcss_twin.models.sensor.rows import FEW
+from hcss_twin.models.sensor.philox import fill_normals
 
 TOGETHER = 8
 """Weights of a kernel that are applied in one pass over a row."""
 
+BLOCK = 64
+"""Columns for which normal numbers are drawn at once."""
+
+FEW, MAX_COUNTED = 100.0, 1e12
+"""Fewest and most electrons to expect that noise is drawn for as a function of a normal number, as of cubes."""
+
 _SQUARE_ROOT = np.int32(0x5F375A86)
 """Start of Newton's method for 1 / sqrt(x), from the bits of x (C. Lomont, Fast inverse square root, 2003)."""
+
+
+class Weights(NamedTuple):
+    """Weights of neighbouring pixels, as sensors of cubes have them.
+
+    Attributes
+    ----------
+    down, across : ndarray (K, N) of float32
+        Kernels along columns and rows, whose K products are summed; N is a multiple of 4, filled up with 0.
+    reach : (int, int)
+        Pixels before the middle of a kernel, along columns and rows.
+    """
+
+    down: NDArray[np.float32]
+    across: NDArray[np.float32]
+    reach: tuple[int, int]
 
 
 class Kernels:

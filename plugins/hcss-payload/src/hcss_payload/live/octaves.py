@@ -16,12 +16,11 @@ from typing import Any
 import numpy as np
 
 from hcss_payload.checks import PayloadError
-from hcss_twin.core.arrays import Array
 from hcss_twin.models.clouds.fractal.octaves import Octave, separate_octaves
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.fractal.rows import cubic_weights
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Grid, Motion
+from hcss_twin.providers import Array, Grid, Motion
 
 FADING_CELLS, FINEST_CELLS = 1.8, 2.4
 """Cells per footprint from which on an octave fades, and at which it is gone: a shape that small is noise."""

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_payload.checks import PayloadError
+from hcss_payload.earth import SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
 from hcss_payload.rays import geographic
-from hcss_twin.core.arrays import Array
-from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M, east_north_up, to_plane
+from hcss_twin.physics.geodesy import east_north_up, to_plane
+from hcss_twin.providers import Array
 
 _DEGREES = (5, 7, 9, 11, 13)
 _POINTS = 40

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcss_payload.live.octaves import SeenOctaves, separations
-from hcss_twin.core.arrays import Array
+from hcss_twin.providers import Array
 
 _HALF, _CELLS = 16.0, 6400
 """Range of the field, and cells in it, for averages of the radiance; beyond 8 nothing matters, the rest is padding."""

@@ -20,13 +20,11 @@ from scipy.special import ndtr
 from hcss_payload.live.kernels import TABLE_HALF, TABLE_PER_VALUE
 from hcss_payload.live.octaves import SeenOctaves, shape_of
 from hcss_payload.live.prefilter import Sharpness, sharpness
-from hcss_twin.core.arrays import Array
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import View
+from hcss_twin.providers import Array, View
 
 SMALLEST_SIGMA = 0.005
 """Below, the cloud's edge is sharp: an interval of the table is as wide as twice the blur."""
@@ -123,13 +121,13 @@ class FieldRadiance:
         return [*left, *right[1:]]
 
     def _moment(self, time_s: float) -> Moment:
-        table = TableReader(tables_of(self._plan.toward(self._view_at(time_s)))).at(time_s)
-        look_up, layer = LookUp(table), self._plan.layers[0]
+        look_up = LookUp.at(tables_of(self._plan.toward(self._view_at(time_s))), time_s)
+        layer = self._plan.layers[0]
         exponent = shape_of(self._plan).brightness_exponent
 
         def radiance(field: Array) -> Array:
             thickness = field_thickness(field[None].astype(np.float32), layer, exponent, in_place=True)
-            values = np.empty((table.clear.size, 1, field.size), np.float32)
+            values = np.empty((look_up.table.clear.size, 1, field.size), np.float32)
             look_up.fill(values, [thickness])
             return values[: len(self._plan.bands), 0].astype(np.float64)
 

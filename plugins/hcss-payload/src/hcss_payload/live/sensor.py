@@ -10,21 +10,20 @@ from numpy.typing import NDArray
 
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError
-from hcss_payload.live.measure import Kernels, measure_rows
-from hcss_twin.models.sensor.blur import Weights
+from hcss_payload.live.measure import Kernels, Weights, measure_rows
 from hcss_twin.models.sensor.noise import key_of
-from hcss_twin.models.sensor.point_spread import LEAST
-from hcss_twin.models.sensor.rows import TAPS_AT_ONCE
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor_geometry import examine_geometry, smear_time_s
+from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_stages import build_stages
-from hcss_twin.providers import Grid, Points, SensorInputs
-from hcss_twin.scenario.bands import sensor_bands
+from hcss_twin.providers import Grid, Points, SensorBand, SensorInputs
 
 Each = Callable[[Callable[[Any], None], list[Any]], None]
 
 _LINES = 64
 """Rows that a thread measures at once."""
+
+LEAST, TAPS_AT_ONCE = 7, 4
+"""Smallest reach in pixels of kernels that decrease slowly, and weights in a group: those of the sensors of cubes."""
 
 BLUR_LEFT_OUT = 0.02
 """Largest share of a blur's weights, in absolute values, that live frames leave out: a narrow point spread that is
@@ -64,7 +63,7 @@ class LiveSensor:
         section = plan.scenario.sensor
         assert section is not None
         inputs = SensorInputs(
-            bands=sensor_bands(plan.bands),
+            bands=tuple(SensorBand(band.name, band.wavelength_um, band.response) for band in plan.bands),
             grid=Grid(camera.rows, camera.columns, 1.0),
             platform_speed_m_s=0.0,
             frame_interval_s=plan.assembly.motion.frame_interval_s,
@@ -84,7 +83,7 @@ class LiveSensor:
         cut = {name: shortened(weights, BLUR_LEFT_OUT) for name, weights in sensor.blur.weights.items()}
         sensor.blur.weights = {name: weights for name, (weights, _) in cut.items()}
         self.blur_left_out = max((left_out for _, left_out in cut.values()), default=0.0)
-        self.smear_time_s = smear_time_s(stages[0].parameters) or 0.0
+        self.smear_time_s = stages[0].smear_time_s or 0.0
         self._seed = plan.scenario.seed
         self._kernels = [Kernels.of(weights) for weights in sensor.blur.weights.values()]
         self.scene = np.zeros((len(plan.bands), camera.rows, camera.columns), np.float32)

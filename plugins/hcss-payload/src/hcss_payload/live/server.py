@@ -13,9 +13,9 @@ from types import FrameType
 import numpy as np
 
 from hcss_payload.checks import PayloadError
+from hcss_payload.live.prepared_pass import FrameCost, PreparedPass
 from hcss_payload.live.ring import MOST_TARGETS, NUMBERS, Letter, Ring, RingShape
 from hcss_payload.live.target import PointTarget
-from hcss_payload.live.twin import PreparedPass
 from hcss_payload.pose import Pose
 from hcss_twin.providers import HcssError
 
@@ -43,7 +43,14 @@ class Server:
         Frames in the ring.
     parent : int, optional
         Process with whose end the server ends, if that has started this one.
+
+    Attributes
+    ----------
+    cost : FrameCost or None
+        What a frame takes; None until a first one, which compiles, has been computed.
     """
+
+    cost: FrameCost | None = None
 
     def __init__(self, live: PreparedPass, name: str, slots: int = 4, parent: int | None = None) -> None:
         self._live, self._parent = live, parent
@@ -58,7 +65,7 @@ class Server:
         """Serve until SIGTERM, SIGINT, the client's stop, or the end of the parent; then delete the memory."""
         before = {number: signal.signal(number, self._stop) for number in (signal.SIGTERM, signal.SIGINT)}
         try:
-            self._warm_up()
+            self.cost = self._live.warm_up(self._radiance)
             self._ring.header["ready"] = 1
             ready()
             self._loop()
@@ -76,12 +83,6 @@ class Server:
 
     def _stop(self, number: int, frame: FrameType | None) -> None:
         self._stopped = True
-
-    def _warm_up(self) -> None:
-        """Compute a frame before clients may ask for some: the first one compiles for seconds."""
-        live = self._live
-        live.frame(live.start_s, out=self._radiance)
-        live.sky.stalls = 0
 
     def _loop(self) -> None:
         # The first letter may come before this line: clients write as soon as they see that the server is ready.

@@ -16,10 +16,9 @@ from hcss_payload.live.plane import PlaneFit
 from hcss_payload.mesh import Mesh
 from hcss_payload.pose import Pose
 from hcss_payload.rays import geographic, meet
-from hcss_twin.core.arrays import Array
 from hcss_twin.physics.geodesy import east_north_up, to_geographic_with_turn, to_plane
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import View
+from hcss_twin.providers import Array, View
 
 LARGEST_ZENITH_DEG = 75.0
 """Beyond, refraction matters and ground pixels are many times longer than wide."""

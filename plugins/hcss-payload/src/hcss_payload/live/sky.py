@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from hcss_payload.checks import PayloadError
 from hcss_payload.live.kernels import TILE, VALUE_STEP, WIDE, pack
 from hcss_payload.live.octaves import SeenOctaves
-from hcss_twin.core.arrays import Array
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.providers import Array
 
 LARGEST_BYTES = 2**30
 """Memory of all tiles."""

@@ -14,12 +14,11 @@ from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.live.octaves import shape_of
 from hcss_payload.pose import Pose
 from hcss_payload.rays import meet
-from hcss_twin.core.arrays import Array
 from hcss_twin.engine.stages.element_paths import ElementPaths
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import View
+from hcss_twin.providers import Array, View
 
 FieldAt = Callable[[Array], float]
 
@@ -73,9 +72,13 @@ class PointTarget:
         """
         if self.temperature_K is not None:
             raise PayloadError(f"target.temperature_K: {self.temperature_K:g} K; allowed: none for a server's targets")
+        self.require_bands(bands)
+        return [self.latitude_deg, self.longitude_deg, self.altitude_m, *self.velocity_m_s, *self.intensity]
+
+    def require_bands(self, bands: int) -> None:
+        """Raise a :class:`PayloadError` if it has another number of bands."""
         if len(self.intensity) != bands:
             raise PayloadError(f"target.intensity: {len(self.intensity)} values; allowed: {bands}, one a band")
-        return [self.latitude_deg, self.longitude_deg, self.altitude_m, *self.velocity_m_s, *self.intensity]
 
     @classmethod
     def of_values(cls, values: Sequence[float]) -> PointTarget:
@@ -140,7 +143,7 @@ class TargetLight:
 
     def prepare(self, target: PointTarget) -> None:
         """Compute the light of targets like one, at its altitude and of its colour."""
-        self._require_bands(target)
+        target.require_bands(len(self._plan.bands))
         key = target.altitude_m, target.temperature_K
         if key not in self._own:
             self._own[key] = self._along(*key)
@@ -157,15 +160,9 @@ class TargetLight:
         """Return the shares (T, 1 + N, B) along the pass."""
         return np.stack([self._shares(zenith, altitude_m, temperature_K) for zenith in self._zeniths_deg])
 
-    def _require_bands(self, target: PointTarget) -> None:
-        if len(target.intensity) != len(self._plan.bands):
-            raise PayloadError(
-                f"target.intensity: {len(target.intensity)} values; allowed: {len(self._plan.bands)}, one a band"
-            )
-
     def _arriving(self, target: PointTarget) -> Array:
         """Return the shares (T, 1 + N, B) of a target."""
-        self._require_bands(target)
+        target.require_bands(len(self._plan.bands))
         arriving = self._own.get((target.altitude_m, target.temperature_K))
         if arriving is not None:
             return arriving

@@ -2,77 +2,37 @@
 
 from __future__ import annotations
 
-import itertools
 import json
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import replace
-from types import TracebackType
-from typing import Any, Self
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Literal, get_args
 
 from hcss_payload.attitude import Attitude
+from hcss_payload.build import Payload, scene_of
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError, require_within
-from hcss_payload.examination import examine, examine_place
-from hcss_payload.frames import Frame
 from hcss_payload.jitter import Jitter
-from hcss_payload.live.footprints import PassFootprints
-from hcss_payload.live.kernels import sky_rows, to_points
-from hcss_payload.live.plane import fit_plane
-from hcss_payload.live.radiance import FieldRadiance
-from hcss_payload.live.sensor import LiveSensor
-from hcss_payload.live.sight import Sight, mesh_step, seen_m, view_of_axis
-from hcss_payload.live.sky import Sky, Tiles, tiles_around
-from hcss_payload.live.supported import require_supported
-from hcss_payload.live.target import TOP_M, PointTarget, SeenTarget, TargetLight
-from hcss_payload.pose import Pose, pose_at
-from hcss_payload.rays import geographic
-from hcss_payload.shutter import LEAST_SMEAR_PX, largest_smear_px
+from hcss_payload.live.fast_pass import FINENESS, FastPass
+from hcss_payload.live.fast_scenes import EFFECT, excluded_by_payload, excluded_by_plan, excluded_by_scenario
+from hcss_payload.live.prepared_pass import PreparedPass
+from hcss_payload.live.scene_pass import ScenePass
+from hcss_payload.live.target import PointTarget
 from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
-from hcss_twin.core.arrays import Array
-from hcss_twin.physics.geodesy import SEMI_MAJOR_AXIS_M
-from hcss_twin.plan.clouds import layer_seed
+from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.omissions import texture_of_sea
-from hcss_twin.plan.slant_paths import reference_height_m
-from hcss_twin.providers import Points, View
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.sensor_stages import smear_of_sensor
+from hcss_twin.providers import Catalog, choose_from
 
-__all__ = ["LiveTwin", "PointTarget", "PreparedPass"]
+__all__ = ["FINENESS", "LiveTwin", "Method", "PointTarget", "PreparedPass"]
 
-FINENESS = 1.4
-"""Points of a tile per width of the smallest footprint of a pass."""
+Method = Literal["auto", "fast", "cube"]
 
-_MARGIN_M = 20e3
-"""Distance from what the nominal pass sees up to which frames may look, or more for large regions."""
+_ONE_TEMPERATURE = "fast frames have a sea of one temperature"
 
-_POSES = 33
-"""Times of a pass at which footprints are determined."""
-
-_AHEAD_S = 3.0
-"""Time ahead of a frame for which tiles are made."""
-
-_RATE_S = 1e-3
-"""Time before and after a frame from which the motion of targets in the image follows."""
-
-_STRIPS_PER_THREAD = 4
-
-_ONE_TEMPERATURE = "live frames have a sea of one temperature"
-
-
-_NOT_LIVE = ("shadows of clouds on the sea", "waves as shapes")
-
-
-def _of_columns(scenario: Scenario) -> Scenario:
-    """Return a scenario without what is on by default and live frames do not show; parallax is that of their rays."""
-    data = json.loads(scenario.to_json())
-    for section, name in (("slant", "shadows"), ("slant", "parallax"), ("sea", "waves")):
-        if data[section][name] == "auto":
-            data[section][name] = "off"
-    return Scenario.from_dict(data, base=scenario.base, origin=scenario.origin)
+_NOT_FAST = ("shadows of clouds on the sea", "waves as shapes")
 
 
 class LiveTwin:
@@ -81,39 +41,45 @@ class LiveTwin:
     Parameters
     ----------
     scenario : Scenario
-        With one layer of fractal clouds with ``coverage_mode = "field"``, and a platform that does not move. Its
-        sensor, if any, is applied to the pixels of the camera.
+        The scene. Its sensor, if any, is applied to the pixels of the camera.
     threads : int
-        Threads that compute a frame; frames do not depend on it.
+        Threads that compute a fast frame; frames do not depend on it.
     fineness : float
-        Points of the sky per width of a pixel's footprint.
-
-    Attributes
-    ----------
-    omissions : tuple of Omission
-        What is on by default, and live frames do not show: shadows of clouds, waves as shapes, and the texture of the
-        sea's temperature, with their sizes.
+        Points of the sky of fast frames per width of a pixel's footprint.
+    method : {"auto", "fast", "cube"}
+        ``"fast"``: one layer of fractal clouds in milliseconds, whose detail within a pixel is statistical and whose
+        omissions are listed. ``"cube"``: the pixels of ``hcss run``, through the same stages, of any scene that it
+        shows through a camera. ``"auto"``: fast frames of the scenes that have them, and those of cubes of all others.
+    margin_px : float, optional
+        Pixels by which frames of cubes may look beside those of the pass; by default a quarter of the detector.
 
     Raises
     ------
     ScenarioError
-        If the scenario has what live frames cannot show; names the fields.
+        If fast frames are asked for and cannot show the scenario; names the fields.
     """
 
-    def __init__(self, scenario: Scenario, camera: Camera, threads: int = 2, fineness: float = FINENESS) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        camera: Camera,
+        threads: int = 2,
+        fineness: float = FINENESS,
+        method: Method = "auto",
+        margin_px: float | None = None,
+    ) -> None:
         require_within("threads", threads, 1, 64)
         require_within("fineness", fineness, 1.0, 16.0)
-        plan = make_plan(_of_columns(scenario))
-        require_supported(plan)
-        by_default = (scenario.slant.shadows, scenario.sea.waves)
-        wanted = [what for what, value in zip(_NOT_LIVE, by_default, strict=True) if value == "auto"]
-        self.omissions = tuple(item for item in plan.omissions if item.what in wanted and item.bound != 0.0)
-        if plan.texture is not None:
-            texture = texture_of_sea(plan.assembly, _ONE_TEMPERATURE)
-            self.omissions = (texture, *self.omissions)
-            plan = replace(plan, texture=None, omissions=(*plan.omissions, texture))
-        self.plan = plan
-        self.camera, self.threads, self.fineness = camera, threads, fineness
+        if margin_px is not None:
+            require_within("margin_px", margin_px, 0.0, 65536.0, "pixels")
+        if method not in get_args(Method):
+            raise PayloadError(f"method: '{method}'; {choose_from(str(method), get_args(Method))}")
+        self.scenario, self.camera, self.method = scenario, camera, method
+        self._threads, self._fineness, self._margin_px = threads, fineness, margin_px
+        self._fast: tuple[Plan, tuple[Omission, ...]] | None = None
+        self._why: tuple[Excluded, ...] = ()
+        if method != "cube":
+            self._fast = self._planned()
 
     def prepare(
         self,
@@ -131,8 +97,8 @@ class LiveTwin:
         Parameters
         ----------
         trajectory, attitude
-            Of the nominal pass. Frames may have other poses near those of the pass; view, footprint and sun are those
-            of the pass at the time of the frame.
+            Of the nominal pass. Frames may have other poses near those of the pass; view, footprint and sun of fast
+            frames are those of the pass at the time of the frame.
         start_s, end_s : float
             Within the scenario's frames.
         jitter : Jitter, optional
@@ -140,276 +106,95 @@ class LiveTwin:
         target : PointTarget or sequence of them, optional
             Sources in the scene.
         highest_target_m : float, optional
-            Altitude up to which frames may have targets that are decided on at run time; by default none but those
-            with altitude and colour of ``target``.
+            Altitude up to which fast frames may have targets that are decided on at run time; by default none but those
+            with altitude and colour of ``target``. Frames of cubes may have any.
         integration_s : float, optional
-            Integration time whose smear is omitted; by default that of the sensor.
+            Integration time, whose smear fast frames omit; by default that of the sensor.
 
         Raises
         ------
-        PayloadError
-            If the camera looks beyond the limb or 75 degrees, or the pass is too long.
+        PayloadError, ScenarioError
+            If the pass is too long, or the camera looks beyond what is computed.
         """
-        first, last = float(self.plan.frame_times_s[0]), float(self.plan.frame_times_s[-1])
+        followed: tuple[float | None, str | None] = integration_s, None
+        if integration_s is None and self.scenario.sensor is not None:
+            followed = smear_of_sensor(self.scenario.sensor, Catalog(base=self.scenario.base)) or (None, None)
+        seconds, key = followed
+        payload = Payload(self.camera, trajectory, attitude, jitter, integration_s=seconds or 0.0, integration_from=key)
+        return self.prepare_payload(payload, start_s, end_s, target, highest_target_m)
+
+    def prepare_payload(
+        self,
+        payload: Payload,
+        start_s: float,
+        end_s: float,
+        target: PointTarget | Sequence[PointTarget] | None = None,
+        highest_target_m: float | None = None,
+    ) -> PreparedPass:
+        """Prepare the pass of a payload, with all that the sections of a camera say; else as :meth:`prepare`."""
+        frames = self.scenario.frames
+        first, last = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
         if not first <= start_s <= end_s <= last:
             raise PayloadError(
                 f"start_s, end_s: {start_s:g} to {end_s:g} s; allowed: within {first:g} to {last:g} s, the frames of "
                 "the scenario"
             )
         targets = [] if target is None else [target] if isinstance(target, PointTarget) else list(target)
-        return PreparedPass(
-            self, trajectory, attitude, start_s, end_s, jitter, targets, highest_target_m, integration_s
-        )
+        why, table = [excluded.what.rstrip(",") for excluded in self._why], excluded_by_payload(payload)
+        if self.method == "fast":
+            require_none(EFFECT, table, "method = 'cube'")
+        why += [excluded.what for excluded in table if excluded.present] if self._fast is not None else []
+        if self._fast is not None and not why:
+            try:
+                return FastPass(
+                    self._fast[0],
+                    payload,
+                    start_s,
+                    end_s,
+                    targets,
+                    self._fast[1],
+                    self._threads,
+                    self._fineness,
+                    highest_target_m,
+                )
+            except PayloadError as error:
+                if self.method == "fast":
+                    raise
+                why.append(f"this pass ({error})")
+        prepared = ScenePass(self.scenario, payload, start_s, end_s, targets, self._margin_px)
+        if why:
+            reason = f"frames are those of cubes, since fast frames do not show {'; '.join(why)}"
+            prepared.notes = (reason, *prepared.notes)
+        return prepared
 
-
-class PreparedPass:
-    """A pass whose frames are computed on demand; close it, or use it in a ``with`` block.
-
-    Frames of the same pose and time have the same bits, whatever was computed before. One thread at a time may call.
-
-    Attributes
-    ----------
-    omissions : tuple of Omission
-        Those of the twin, and the smear of the scene, with its size in pixels.
-    errors : dict of str to float
-        Measured in preparation: ``tables`` relative, between the tables along the pass; ``place_m`` of the plane.
-    notes : tuple of str
-        What is doubtful about the trajectory and the place, with its size.
-    removed : (float, float)
-        Smallest and largest share of the field's variance that is inside pixels.
-    """
-
-    def __init__(
-        self,
-        twin: LiveTwin,
-        trajectory: Trajectory,
-        attitude: Attitude,
-        start_s: float,
-        end_s: float,
-        jitter: Jitter | None,
-        targets: Sequence[PointTarget],
-        highest_target_m: float | None,
-        integration_s: float | None,
-    ) -> None:
-        plan, camera = twin.plan, twin.camera
-        self._plan, self._camera, self._threads = plan, camera, twin.threads
-        self.trajectory, self.attitude, self._jitter = trajectory, attitude, jitter
-        self.start_s, self.end_s, self.omissions = start_s, end_s, twin.omissions
-        times = np.linspace(start_s, end_s, _POSES if end_s > start_s else 1)
-        doubts = examine(trajectory, start_s, end_s)
-        poses = [pose_at(float(time), trajectory, attitude) for time in times]
-        height = reference_height_m(plan.layers[0])
-        seen = np.concatenate([seen_m(camera, pose, height) for pose in poses])
-        centre_deg = plan.scenario.place.latitude, plan.scenario.place.longitude
-        seen_deg = np.stack(geographic(seen)[:2], axis=-1)
-        apart_m = float(np.linalg.norm(np.ptp(seen[: len(seen) // times.size], axis=0)))
-        positions_m = np.array([pose.position_m for pose in poses])
-        self.notes = (*doubts, *examine_place(centre_deg, seen_deg, apart_m, positions_m))
-        step = mesh_step(camera, poses[:: max(1, len(poses) // 4)], height)
-        fit = fit_plane(seen, height, *centre_deg, 0.02 * _shortest(camera, poses), _MARGIN_M)
-        self._sight = Sight(camera, fit, step)
-        footprints_m = np.array([self._sight.footprint_m(pose) for pose in poses])
-        self._seen = PassFootprints(plan, times, footprints_m, twin.fineness)
-        self.removed, self.interval_s = self._seen.removed, self._seen.interval_s
-        motion = plan.assembly.motion
-        self._drift = np.array([motion.platform_speed_m_s, 0.0]) - np.array(motion.cloud_velocity_m_s)
-        self._radiance = FieldRadiance(plan, self._view, self._seen.of_frame, start_s, end_s, plan.accuracy.relative)
-        self.errors = {"tables": self._radiance.error, "place_m": fit.error_m}
-        self._targets = targets
-        views = [(float(time_s), self._view(float(time_s))) for time_s in self._radiance.times_s]
-        self._light = TargetLight(plan, camera, views, self._radiance.edge)
-        for target in targets:
-            self._light.prepare(target)
-        if highest_target_m is not None:
-            require_within("highest_target_m", highest_target_m, 1.0, TOP_M, "m")
-            self._light.prepare_up_to(highest_target_m)
-        self._nodes = np.empty((*self._sight.directions.shape[:2], 2))
-        footprints = [
-            self._tiles(float(time), self._sight.places(pose)) for time, pose in zip(times, poses, strict=True)
-        ]
-        self._corners = np.ascontiguousarray(self._sight.directions[[0, -1]][:, [0, -1]])
-        # Those of a frame, of two keyframes and moved by what is seen ahead.
-        capacity = 16 + 3 * max(
-            (footprint.end_row - footprint.row + 2) * (footprint.end_column - footprint.column + 2)
-            for footprint in footprints
-        )
-        self.sky = Sky(layer_seed(plan.scenario.seed, 0), self._seen.of_tiles, self.interval_s, capacity, self._ahead)
-        self.sky.require(footprints[0])
-        self.sky.stalls = 0
-        self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
-        if integration_s is None:
-            integration_s = 0.0 if self._sensor is None else self._sensor.smear_time_s
-        smear = largest_smear_px(camera, trajectory, attitude, jitter, times, integration_s)
-        if smear >= LEAST_SMEAR_PX:
-            self.omissions += (_smear_of_scene(smear, integration_s, self._sensor is not None),)
-        self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="live") if self._threads > 1 else None
-        blocks = self._nodes.shape[0] - 1
-        count = min(blocks, 1 if self._pool is None else _STRIPS_PER_THREAD * self._threads)
-        bounds = [blocks * index // count for index in range(count + 1)]
-        self._strips = list(itertools.pairwise(bounds))
-
-    @property
-    def shape(self) -> tuple[int, int, int]:
-        """Bands, rows and columns of frames."""
-        return len(self._plan.bands), self._camera.rows, self._camera.columns
-
-    @property
-    def has_numbers(self) -> bool:
-        """Whether frames have digital numbers."""
-        return self._sensor is not None and self._sensor.has_numbers
-
-    @property
-    def stalls(self) -> int:
-        """Tiles of the sky that frames had to wait for."""
-        return self.sky.stalls
-
-    def frame(
-        self,
-        time_s: float,
-        pose: Pose | None = None,
-        out: NDArray[np.float32] | None = None,
-        targets: Sequence[PointTarget] | None = None,
-    ) -> Frame:
-        """Return the frame of a pose.
-
-        Parameters
-        ----------
-        time_s : float
-            Within the pass.
-        pose : Pose, optional
-            Of the same time; by default that of the pass, with its jitter.
-        out : ndarray of float32 (B, rows, columns), optional
-            Where the radiance is written; by default a new array.
-        targets : sequence of PointTarget, optional
-            Those of this frame; by default the prepared ones.
-
-        Raises
-        ------
-        PayloadError
-            If the time is not within the pass, or the camera looks far from what the pass sees.
-        """
-        if not self.start_s <= time_s <= self.end_s:
-            raise PayloadError(f"time_s: {time_s:g} s; allowed: {self.start_s:g} to {self.end_s:g} s, the pass")
-        pose = pose_at(time_s, self.trajectory, self.attitude, self._jitter) if pose is None else pose
-        if pose.time_s != time_s:
-            raise PayloadError(f"pose.time_s: {pose.time_s!r} s; allowed: {time_s!r} s, the time of the frame")
-        radius = float(np.linalg.norm(pose.position_m))
-        if radius < SEMI_MAJOR_AXIS_M:
-            raise PayloadError(
-                f"pose.position_m: {1e-3 * radius:.6g} km from the Earth's centre; allowed: outside the Earth, in m"
-            )
-        shape = self.shape
-        radiance = np.empty(shape, np.float32) if out is None else out
-        if radiance.shape != shape or radiance.dtype != np.float32 or not radiance.flags.c_contiguous:
-            raise PayloadError(f"out: {radiance.dtype} {radiance.shape}; allowed: contiguous float32 of shape {shape}")
-        scene = radiance if self._sensor is None else self._sensor.scene
-        self._fill(time_s, pose, scene)
-        seen = list[tuple[PointTarget, SeenTarget]]()
-        for target in self._targets if targets is None else targets:
-            target_seen = self._light.seen(target, time_s, pose, lambda direction: self._field(time_s, pose, direction))
-            if target_seen is not None:
-                seen.append((target, target_seen))
-        number = None
-        if self._sensor is not None:
-            number = self._sensor.measure(time_s, radiance, self._each, self._points(seen, time_s))
-        else:
-            for _, target_seen in seen:
-                target_seen.add(scene)
-        return Frame(pose, radiance, number)
-
-    def close(self) -> None:
-        """End the threads."""
-        self.sky.close()
-        if self._pool is not None:
-            self._pool.shutdown()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def _points(self, seen: Sequence[tuple[PointTarget, SeenTarget]], time_s: float) -> Points | None:
-        """Return targets as the sensor draws them, with the motion that they have in the nominal pass."""
-        if not seen:
+    def _planned(self) -> tuple[Plan, tuple[Omission, ...]] | None:
+        """Return the plan of fast frames, and what they omit of what is on by default; None if they have not all."""
+        scenario = scene_of(self.scenario)
+        if self._excludes(excluded_by_scenario(scenario)):
             return None
-        ends = max(time_s - _RATE_S, self.start_s), min(time_s + _RATE_S, self.end_s)
-        rates = np.zeros((len(seen), 2))
-        if ends[1] > ends[0]:
-            before, after = (pose_at(end, self.trajectory, self.attitude) for end in ends)
-            for rate, (target, _) in zip(rates, seen, strict=True):
-                places = [self._light.pixel_of(target, pose.time_s, pose) for pose in (before, after)]
-                rate[:] = np.subtract(places[1], places[0]) / (ends[1] - ends[0])
-        position = np.array([(target_seen.row + 0.5, target_seen.column + 0.5) for _, target_seen in seen])
-        light = np.stack([target_seen.light for _, target_seen in seen], axis=1)
-        return Points(position[:, 0], position[:, 1], rates[:, 0], rates[:, 1], light)
+        plan = make_plan(_of_columns(scenario))
+        if self._excludes(excluded_by_plan(plan)):
+            return None
+        by_default = (scenario.slant.shadows, scenario.sea.waves)
+        wanted = [what for what, value in zip(_NOT_FAST, by_default, strict=True) if value == "auto"]
+        omissions = tuple(item for item in plan.omissions if item.what in wanted and item.bound != 0.0)
+        if plan.texture is not None:
+            texture = texture_of_sea(plan.assembly, _ONE_TEMPERATURE)
+            omissions = (texture, *omissions)
+            plan = replace(plan, texture=None, omissions=(*plan.omissions, texture))
+        return plan, omissions
 
-    def _fill(self, time_s: float, pose: Pose, radiance: NDArray[np.float32]) -> None:
-        nodes = self._sight.places(pose, self._nodes)
-        _, later = self.sky.keyframe(time_s)
-        tiles = self._tiles(time_s, nodes)
-        slots = self.sky.require(tiles)
-        self.sky.look_ahead(time_s)
-        table, corner = self._radiance.at(time_s).reshape(-1), (tiles.row, tiles.column)
-
-        def strip(rows: tuple[int, int]) -> None:
-            sky_rows(
-                nodes,
-                self._sight.step,
-                rows,
-                self.sky.pool,
-                slots,
-                corner,
-                later,
-                table,
-                self._radiance.middle,
-                radiance,
-            )
-
-        self._each(strip, self._strips)
-
-    def _each(self, work: Callable[[Any], None], parts: list[Any]) -> None:
-        if self._pool is None:
-            for part in parts:
-                work(part)
-        else:
-            for _ in self._pool.map(work, parts):
-                pass
-
-    def _field(self, time_s: float, pose: Pose, direction: Array) -> float:
-        """Return the field in a direction (3,) of the body within the image of the last frame."""
-        position = self._sight.places(pose, directions=direction.reshape(1, 1, 3))
-        tiles = self._tiles(time_s, position)
-        return self.sky.value(position[0, 0], tiles, self.sky.require(tiles), float(self.sky.keyframe(time_s)[1]))
-
-    def _view(self, time_s: float) -> View:
-        """Return the nominal view of the optical axis."""
-        return view_of_axis(self._plan, self._camera, pose_at(time_s, self.trajectory, self.attitude))
-
-    def _tiles(self, time_s: float, places: Array) -> Tiles:
-        """Turn places in the plane into points of the sky, which drifts, in the same array; return their tiles."""
-        keyframe = int(np.floor(time_s / self.interval_s))
-        drift_x, drift_y = (self._drift * time_s).tolist()
-        return tiles_around(to_points(places, drift_x, drift_y, self._seen.point_m(keyframe)), keyframe)
-
-    def _ahead(self, time_s: float) -> Iterator[Tiles]:
-        """Yield the tiles that frames soon after a time need."""
-        for later in (0.25 * _AHEAD_S, _AHEAD_S, self.interval_s):
-            at = min(time_s + later, self.end_s)
-            pose = pose_at(at, self.trajectory, self.attitude)
-            tiles = self._tiles(at, self._sight.places(pose, directions=self._corners))
-            yield Tiles(tiles.row - 1, tiles.column - 1, tiles.end_row + 1, tiles.end_column + 1, tiles.keyframe)
+    def _excludes(self, table: tuple[Excluded, ...]) -> bool:
+        if self.method == "fast":
+            require_none(EFFECT, table, "method = 'cube'")
+        self._why = tuple(excluded for excluded in table if excluded.present)
+        return bool(self._why)
 
 
-def _shortest(camera: Camera, poses: list[Pose]) -> float:
-    """Return about the smallest width of a pixel on the ground, m: at the altitude of the camera."""
-    return camera.pixel_rad * min(float(np.linalg.norm(pose.position_m)) - SEMI_MAJOR_AXIS_M for pose in poses)
-
-
-def _smear_of_scene(pixels: float, integration_s: float, sensor: bool) -> Omission:
-    """Return the omission of the motion of the scene within the integration time."""
-    why = f"live frames are instantaneous, and the ground moves by up to {pixels:.3g} pixels within {integration_s:g} s"
-    smeared = "; the sensor smears targets by their own motion" if sensor else ""
-    return Omission("smear of the scene", why + smeared, None, needs="a cube, whose scene smears")
+def _of_columns(scenario: Scenario) -> Scenario:
+    """Return a scenario without what is on by default and fast frames do not show; parallax is that of their rays."""
+    data = json.loads(scenario.to_json())
+    for section, name in (("slant", "shadows"), ("slant", "parallax"), ("sea", "waves")):
+        if data[section][name] == "auto":
+            data[section][name] = "off"
+    return Scenario.from_dict(data, base=scenario.base, origin=scenario.origin)

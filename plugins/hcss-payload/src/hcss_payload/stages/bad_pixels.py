@@ -7,10 +7,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_payload.stages.random_numbers import uniform
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.sensor.noise import key_of
-from hcss_twin.providers import Measured, SensorDeclaration, SensorInputs
+from hcss_twin.providers import Array, Measured, Problem, ScenarioError, SensorDeclaration, SensorInputs
 
 
 class Parameters(BaseModel):

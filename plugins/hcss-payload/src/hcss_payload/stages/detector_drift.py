@@ -8,12 +8,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.sensor.noise import key_of, pixel_key, row_key, standard_normal
-from hcss_twin.models.sensor.parameters import PerBand, of_band, within
-from hcss_twin.providers import Measured, SensorDeclaration, SensorInputs
+from hcss_twin.models.sensor.parameters import of_band, within
+from hcss_twin.providers import Array, Measured, Problem, ScenarioError, SensorDeclaration, SensorInputs
 
 PER_OCTAVE = 4
 """Sinusoids per octave."""
@@ -24,7 +22,7 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    rms_radiance: Annotated[PerBand, within(0.0, 1e9)] = Field(
+    rms_radiance: Annotated[float | dict[str, float], within(0.0, 1e9)] = Field(
         description="Rms of the 1/f noise, W m-2 sr-1; one number or a table by band."
     )
     lowest: float = Field(1e-3, gt=0, le=1e4, description="Lowest frequency of the noise, Hz.")

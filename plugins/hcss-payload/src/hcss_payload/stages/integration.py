@@ -7,8 +7,7 @@ import math
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.providers import Array, Measured, Points, SensorDeclaration, SensorInputs
+from hcss_twin.providers import Array, Measured, Points, Problem, ScenarioError, SensorDeclaration, SensorInputs
 
 _STEPS_PER_PIXEL = 8
 """Instants for each pixel by which small elements move."""

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.models.sensor.parameters import PerBand, of_band, within
+from hcss_twin.models.sensor.parameters import of_band, within
 from hcss_twin.providers import Array, Measured, SensorDeclaration, SensorInputs
 
 
@@ -16,7 +16,7 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    full_radiance: Annotated[PerBand, within(1e-12, 1e9)] = Field(
+    full_radiance: Annotated[float | dict[str, float], within(1e-12, 1e9)] = Field(
         description="Radiance at full scale, W m-2 sr-1; one number or a table by band."
     )
     quadratic: float = Field(

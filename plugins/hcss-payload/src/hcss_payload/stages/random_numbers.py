@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.sensor.noise import pixel_key, row_key
+from hcss_twin.providers import Array
 
 
 @kernel()

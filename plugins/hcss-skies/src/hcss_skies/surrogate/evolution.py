@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import fftfreq, rfftfreq
 
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.fractal.lattice import lattice_normals, unit_offset
-from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
-from hcss_twin.models.clouds.fractal.rows import cubic_weights, split
+from hcss_twin.models.clouds.fractal.rows import cubic_weights
+from hcss_twin.providers import Problem, ScenarioError
+
+NEAREST_FROM = 2.5
+"""Cells per frame from which the nearest time node replaces the interpolation, as of fractal clouds."""
 
 _T = 2
 
@@ -105,11 +107,12 @@ class EvolvingNoise:
     def _nodes(self, ring: Ring, time_s: float) -> list[tuple[int, float]]:
         if math.isinf(ring.cell_s):
             return [(0, 1.0)]
-        cell, fraction = split(np.full(1, time_s / ring.cell_s + unit_offset(self._seed, ring.number, _T)))
+        position = time_s / ring.cell_s + unit_offset(self._seed, ring.number, _T)
+        cell = math.floor(position)
         if ring.nearest:
-            return [(int(cell[0]), 1.0)]
-        weights = cubic_weights(fraction)[0]
-        return [(int(cell[0]) + tap - 1, float(weights[tap])) for tap in range(4)]
+            return [(cell, 1.0)]
+        weights = cubic_weights(np.array([position - cell]))[0]
+        return [(cell + tap - 1, float(weights[tap])) for tap in range(4)]
 
 
 def _check(evolution_time_s: float, frame_interval_s: float) -> None:

@@ -11,7 +11,7 @@ from scipy.fft import fftfreq, irfft2, rfft2, rfftfreq
 
 from hcss_skies.surrogate.amplitude_adjusted import AdjustedSpectrum, adjust_amplitudes, match_ranks
 from hcss_skies.surrogate.bands import BandAmplitudes
-from hcss_skies.surrogate.evolution import EvolvingNoise
+from hcss_skies.surrogate.evolution import NEAREST_FROM, EvolvingNoise
 from hcss_skies.surrogate.parameters import SurrogateParameters
 from hcss_skies.surrogate.template import (
     Template,
@@ -20,11 +20,7 @@ from hcss_skies.surrogate.template import (
     read_template,
     underlying_magnitude,
 )
-from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.fractal.generator import displacement_pixels
-from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
-from hcss_twin.models.clouds.thickness import window_inside
-from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid
+from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Problem, ScenarioError
 
 EVOLVING_ITERATIONS = 4
 """Default number for every frame of evolving clouds.
@@ -159,7 +155,7 @@ class SurrogateClouds:
         """
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
-        window = window_inside(rows, columns, self._grid)
+        window = self._grid.inside(rows, columns)
         if self._noise is None:
             shape = (self._grid.rows, self._grid.columns)
             return np.full(shape, self._amplitudes[0], dtype=np.float32)[window]
@@ -191,7 +187,7 @@ class SurrogateClouds:
         """Return the torus indices of the scene pixels, and the phases of a subpixel shift."""
         size = (self._grid.rows, self._grid.columns)[axis]
         period = self.period[axis]
-        shift = displacement_pixels(self._speed[axis], time_s, self._grid.pixel_size_m)
+        shift = self._grid.displacement_pixels(self._speed[axis], time_s)
         whole = math.floor(shift + 0.5)
         indices = (np.arange(size, dtype=np.int64) + whole % period) % period
         if shift == whole:

@@ -17,14 +17,12 @@ from scipy.ndimage import map_coordinates
 from scipy.special import ndtri
 
 from hcss_skies.surrogate.parameters import SurrogateParameters
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.imagery.cloudiness import described
 from hcss_twin.models.clouds.imagery.generator import ImageryClouds
 from hcss_twin.models.clouds.imagery.parameters import ImageReading, ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.imagery.whole_scene import size_notes
-from hcss_twin.providers import CloudInputs, Grid, Motion
+from hcss_twin.providers import Array, CloudInputs, Grid, Motion, Problem, ScenarioError
 
 # The spectrum of a smaller crop would have too few wavenumbers.
 _SMALLEST_CROP = 64

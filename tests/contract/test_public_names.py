@@ -1,0 +1,458 @@
+"""The public names beyond the frozen ones, used as another package would: laws that must hold for what they return.
+
+This module imports what the page of public names lists, and nothing else of hcss_twin.
+"""
+
+import ast
+import json
+import math
+import re
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+from cheap import CHEAP
+from click.testing import CliRunner
+from hcss_author import sample_cloud_inputs
+from pydantic import Field, ValidationError
+from test_plugins_use_the_public_api import FROZEN, PAGE, private_imports
+
+from hcss_twin import Scenario, brightness_temperature, make_plan, simulate
+from hcss_twin.cli import options
+from hcss_twin.core.arguments import checked
+from hcss_twin.core.errors import OptionError
+from hcss_twin.core.files import atomic_write
+from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.reading import reading
+from hcss_twin.cube.header import ImageLayout
+from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.engine.clouds import FrameClouds
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.scene_around import SceneAround
+from hcss_twin.engine.stages.element_paths import ElementPaths
+from hcss_twin.engine.stages.light import LightStage
+from hcss_twin.engine.stream import PartMaker
+from hcss_twin.engine.tables.look_up import LookUp
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.models.atmosphere.climatology import Climatology
+from hcss_twin.models.atmosphere.path_radiance import path_radiance
+from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
+from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.octaves import Octave, separate_octaves
+from hcss_twin.models.clouds.fractal.parameters import FractalParameters
+from hcss_twin.models.clouds.fractal.rows import cubic_weights
+from hcss_twin.models.clouds.thickness import field_thickness
+from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
+from hcss_twin.models.radiance.physical.sunlight_in_air import scattered_once
+from hcss_twin.models.sensor.noise import key_of, pixel_key, row_key, standard_normal
+from hcss_twin.models.sensor.parameters import of_band, within
+from hcss_twin.models.sensor.philox import fill_normals
+from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn, to_plane
+from hcss_twin.physics.sun import sun_position
+from hcss_twin.plan.air_over_field import Air, AirOverField, PlacedView
+from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.choose_light import light_inputs
+from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.few_columns import Omission
+from hcss_twin.plan.lines_of_sight import SunTrack
+from hcss_twin.plan.omissions import texture_of_sea
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.rays import Rays
+from hcss_twin.plan.sensor_geometry import examine_geometry
+from hcss_twin.plan.sensor_stages import build_stages, smear_of_sensor
+from hcss_twin.plan.surroundings import FilledIn
+from hcss_twin.plan.views import views_over_image
+from hcss_twin.providers import Array, CatalogError, Grid, Leg, ScenarioError, SensorBand, SensorInputs, View, planck
+from hcss_twin.providers import Path as LightPath
+from hcss_twin.providers.light import LightInputs
+from hcss_twin.scenario.bands import spectral_band
+from hcss_twin.scenario.section_types import ScenarioSection
+from hcss_twin.scenario.units import Angle, Duration, InstrumentLength, Length, Number, Whole
+
+SOURCE = Path(__file__).read_text(encoding="utf-8")
+
+
+def test_this_module_uses_every_public_name_and_no_other():
+    assert not list(private_imports(SOURCE))
+    used = {node.id for node in ast.walk(ast.parse(SOURCE)) if isinstance(node, ast.Name)}
+    used |= {node.attr for node in ast.walk(ast.parse(SOURCE)) if isinstance(node, ast.Attribute)}
+    others = PAGE.public().keys() - FROZEN.keys()
+    assert not {name for module in others for name in PAGE.public()[module]} - used
+
+
+# --- commands, arguments, files, compiled loops
+
+
+def test_a_command_of_another_package_reads_a_scenario_and_writes_a_new_file(tmp_path):
+    @click.command()
+    @click.argument("scenario")
+    @options.set_option
+    @options.json_file_option
+    @options.force_option
+    @click.option("--scale", type=options.Number(min=0.0), default=1.0)
+    def ours(scenario, assignments, json_file, force, scale):
+        options.require_writable([json_file], force, form="JSON")
+        coverage = options.load(scenario, assignments).clouds.layers[0].coverage
+        options.write_json(json_file, json.dumps({"coverage": scale * coverage}))
+
+    def run(*arguments):
+        return CliRunner().invoke(ours, ["stratus", "--set", "clouds.coverage=0.25", *arguments])
+
+    path = tmp_path / "result.json"
+    assert run("--json", str(path), "--scale", "2").exit_code == 0
+    assert json.loads(path.read_text()) == {"coverage": 0.5}
+    assert "--force" in run("--json", str(path)).output
+    assert run("--json", str(path), "--force").exit_code == 0
+    assert "finite" in run("--json", str(path), "--force", "--scale", "nan").output
+
+
+def test_a_wrong_argument_and_a_damaged_file_are_errors_of_this_package(tmp_path):
+    @checked
+    def halved(width_m: float) -> float:
+        return 0.5 * width_m
+
+    assert halved(3.0) == 1.5
+    with pytest.raises(OptionError, match=r"width_m: 'wide'.*allowed: a finite number"):
+        halved("wide")
+    path = tmp_path / "numbers.txt"
+    with pytest.raises(CatalogError, match="cannot write"), atomic_write(path, CatalogError) as draft:
+        (draft / "of no folder").write_text("1 2")
+    assert not list(tmp_path.iterdir())
+    with atomic_write(path, CatalogError) as draft:
+        draft.write_text("1 2 x")
+    with pytest.raises(CatalogError, match=re.escape(str(path))), reading(path, CatalogError):
+        np.loadtxt(path)
+
+
+def test_compiled_loops_give_what_python_gives():
+    @inner()
+    def square(x):
+        return x * x
+
+    @kernel()
+    def total(values):
+        result = 0.0
+        for x in values:
+            result += square(x)
+        return result
+
+    assert total(np.array([1.0, 2.0, 3.0])) == 14.0
+
+
+# --- sections of scenarios
+
+
+def test_a_section_takes_quantities_with_units_and_refuses_unknown_keys():
+    class Scope(ScenarioSection):
+        focal_length: InstrumentLength = 0.1
+        field: Angle = Field(1.0, gt=0)
+        altitude: Length = 1.0
+        exposure: Duration = 1.0
+        gain: Number = 1.0
+        lines: Whole = 1
+
+    given = {"focal_length": "50 mm", "altitude": "500 km", "exposure": "2 ms", "field": f"{math.pi / 4} rad"}
+    scope = Scope.model_validate(given)
+    assert (scope.focal_length, scope.altitude, scope.exposure) == pytest.approx((0.05, 5e5, 2e-3))
+    assert scope.field == pytest.approx(45.0)
+    for wrong in ({"gain": True}, {"lines": "3"}, {"altitude": "3 deg"}, {"width": 1}):
+        with pytest.raises(ValidationError):
+            Scope.model_validate(wrong)
+
+
+# --- geometry
+
+
+def test_the_plane_of_the_scene_is_where_the_earth_is():
+    x, y = np.array([-3e5, 0.0, 2e5]), np.array([1e5, 0.0, -2e5])
+    latitude, longitude, turn = to_geographic_with_turn(x, y, 40.0, 10.0)
+    back = to_plane(latitude, longitude, 40.0, 10.0)
+    assert np.max(np.abs(np.stack(back) - [x, y])) < 1e-3
+    assert turn[1] == 0.0
+    position = to_earth_centred(latitude, longitude)
+    east, north, up = east_north_up(latitude, longitude)
+    np.testing.assert_allclose(np.cross(east, north), up, atol=1e-12)
+    higher = to_earth_centred(latitude, longitude, 1e3)
+    np.testing.assert_allclose(higher - position, 1e3 * up, atol=1e-6)
+
+
+def test_the_sun_stands_south_at_noon_and_a_track_follows_it():
+    noon = datetime(2024, 3, 20, 12, 7, tzinfo=UTC)  # equinox, equation of time 7 min
+    zenith, azimuth, distance = sun_position([noon], 50.0, 0.0)
+    assert zenith[0] == pytest.approx(50.0, abs=0.3)
+    assert azimuth[0] == pytest.approx(180.0, abs=1.0)
+    assert distance[0] == pytest.approx(0.996, abs=2e-3)
+    track = SunTrack(noon, 50.0, 0.0)
+    assert track.at(0.0).zenith_deg == zenith[0]
+    assert track.at(6 * 3600.0).azimuth_deg == pytest.approx(270.0, abs=2.0)
+
+
+# --- image geometries
+
+
+class Wide(Rays):
+    """Two pixels, each a point below."""
+
+    directions, view = None, View(0.0, 0.0)
+    image, samples_per_pixel = Grid(1, 2, 100.0), 1
+
+    def points_m(self, window, time_s, height_m):
+        column = np.arange(window[1].start, window[1].stop)
+        return 100.0 * (column[None] - 0.5), np.zeros((1, column.size))
+
+    def positions(self, window, time_s):
+        x, _ = self.points_m(window, time_s, 0.0)
+        return x / 100.0, np.zeros_like(x)
+
+    def layout(self, scenario):
+        column = VariableSpec("column", "1", "column", "coordinate", "From 0.", ("column",), "int32")
+        return ImageLayout(((column, np.arange(2, dtype=np.int32)),), 10.0, 10.1, 20.0, 20.1)
+
+
+def test_rays_place_their_pixels_and_name_what_excludes_them():
+    rays = Wide()
+    rays.filled_in = (FilledIn("wide.pixels", "2", "the default"),)
+    assert rays.points_m((slice(0, 1), slice(1, 2)), 0.0, 0.0)[0] == [[50.0]]
+    (column, values), *_ = rays.layout(None).coordinates
+    assert column.dims == ("column",)
+    assert values.size == rays.image.columns
+    assert rays.filled_in[0].field == "wide.pixels"
+    table = (Excluded("elements", False, "elements", "none"), Excluded("view.zenith", True, "another view", "0"))
+    with pytest.raises(ScenarioError, match=r"view\.zenith: another view cannot be computed with wide; allowed: 0"):
+        require_none("wide", table)
+    require_none("wide", table[:1])
+
+
+def test_air_over_a_field_is_that_of_the_place_of_a_view(plan):
+    air = {latitude: Air(plan.assembly.profile, plan.assembly.transmittance) for latitude in (10.0, 60.0)}
+    over = AirOverField((10.0, 0.0), lambda latitude, longitude: air[latitude], lambda: iter(()))
+    assert over.of(PlacedView(0.0, 0.0, 60.0, 0.0)) is air[60.0]
+    assert over.of(View(0.0, 0.0)) is air[10.0]
+
+
+# --- the plan of a scene, its tables, and frames in parts
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    given = {
+        "time": "2024-04-20T02:30:00Z",
+        "place": {"latitude": 20.0, "longitude": 150.0},
+        "image": {"rows": 16, "columns": 20, "pixel_size": 100.0},
+        "frames": {"count": 2, "interval": 5.0},
+        "bands": [{"name": "lwir", "limits": [10.5, 11.0]}],
+        "clouds": {"type": "stratocumulus", "coverage": 0.5, "coverage_mode": "field"},
+        "sensor": {"parameters": {"noise": "nedt", "nedt": 0.05, "nedt_temperature": 300.0}},
+        "output": {"certificate": 0},
+    }
+    return Scenario.from_dict(given, CHEAP)
+
+
+@pytest.fixture(scope="module")
+def plan(scenario):
+    return make_plan(scenario)
+
+
+@pytest.fixture(scope="module")
+def tables(plan):
+    return tables_of(plan)
+
+
+def test_a_plan_says_what_it_computes_and_what_it_leaves_out(plan, scenario):
+    assert isinstance(plan, Plan)
+    assert isinstance(plan.assembly, Assembly)
+    assert plan.cloudy_layers == [0]
+    assert plan.layers[0].reference_height_m == plan.layers[0].base_m
+    assert plan.assembly.plane(3).samples == 3
+    assert views_over_image(plan.assembly) is None  # parallel lines of sight
+    left_out = [*plan.omissions, texture_of_sea(plan.assembly, "one temperature")]
+    assert all(isinstance(omission, Omission) and omission.what for omission in left_out)
+    assert 0.0 < left_out[-1].bound < 0.1
+    bands = [spectral_band(band, plan.catalog) for band in scenario.bands]
+    assert [(band.lower_um, band.upper_um) for band in bands] == [(10.5, 11.0)]
+
+
+def test_parts_of_frames_are_those_of_the_cube(plan, tables, scenario, tmp_path):
+    cube = simulate(scenario, tmp_path / "cube.nc")
+    assert isinstance(tables, RadianceTables)
+    window = (slice(3, 9), slice(5, 20))
+    frame, radiance = PartMaker(plan, tables).part(1, window)
+    np.testing.assert_array_equal(frame["radiance"], cube["radiance"].values[1, :, 3:9, 5:20])
+    time_s = float(plan.frame_times_s[1])
+    thickness = FrameClouds(plan, time_s).thickness_m(window)
+    looked_up = np.empty((1, 6, 15), np.float32)
+    LookUp.at(tables, time_s).fill(looked_up, thickness, plan.samples_per_pixel)
+    np.testing.assert_allclose(looked_up, radiance[0], rtol=1e-5)
+    kelvin = BrightnessTemperature(plan.spectral_grid, ["lwir"])(frame["radiance"])
+    expected = brightness_temperature(cube)
+    np.testing.assert_allclose(kelvin, np.asarray(expected)[1, :, 3:9, 5:20], atol=2e-4)
+
+
+def test_the_scene_around_a_frame_contains_it_at_any_time(plan, tables):
+    window, time_s = (slice(0, 16), slice(0, 20)), float(plan.frame_times_s[1])
+    frame, _ = PartMaker(plan, tables).part(1, window)
+    sensor = plan.sensor.measuring(())
+    around = SceneAround(plan, tables, sensor)
+    wide, _ = around.frame(1, frame["radiance"])
+    (rows, columns), (outer_rows, outer_columns) = sensor.cube, sensor.given
+    top, left = rows.start - outer_rows.start, columns.start - outer_columns.start
+    np.testing.assert_array_equal(wide[:, top : top + 16, left : left + 20], frame["radiance"])
+    again, _ = around.at(1, time_s, slice(0, 16), slice(0, 20))
+    np.testing.assert_array_equal(again, frame["radiance"])
+
+
+def test_nothing_is_between_the_sensor_and_what_is_above_the_air_and_the_clouds(plan):
+    paths, top_m = ElementPaths(plan), float(plan.assembly.profile.altitude_m[-1])
+    np.testing.assert_allclose(paths.air(top_m, 30.0), 1.0)
+    assert np.all(paths.air(0.0, 30.0) < 1.0)
+    heights = paths.heights_above([np.full((2, 2), 300.0, np.float32)], plan.layers[0].top_m + 1.0)
+    np.testing.assert_array_equal(paths.through_cloud(heights, 0.0), 1.0)
+
+
+def test_light_gets_the_scene_of_the_plan(plan, tables):
+    inputs = light_inputs(plan, tables.spectrum.nodes)
+    assert isinstance(inputs, LightInputs)
+    assert inputs.layer == plan.layers[0]
+    assert inputs.image == (16 * plan.samples_per_pixel, 20 * plan.samples_per_pixel)
+    assert [each.number for each in inputs.stack] == plan.cloudy_layers
+    assert LightStage.largest_square >= max(inputs.image)  # one square, so that the image is computed at once
+
+
+# --- sensors
+
+
+def test_the_stages_of_a_sensor_are_built_and_examined(plan, scenario):
+    inputs = SensorInputs(
+        bands=tuple(SensorBand(band.name, band.wavelength_um, band.response) for band in plan.bands),
+        grid=plan.grid,
+        platform_speed_m_s=0.0,
+        frame_interval_s=5.0,
+        seed=1,
+        catalog=plan.catalog,
+    )
+    (stage,) = build_stages(scenario.sensor, inputs)
+    measured, _ = stage.measure(np.full((1, 16, 20), 8.0, np.float32), 0, 0.0)
+    assert np.mean(measured.radiance) == pytest.approx(8.0, rel=1e-2)
+    assert np.std(measured.radiance) > 0.0
+    assert isinstance(examine_geometry({}, (stage,)), tuple)
+    assert smear_of_sensor(scenario.sensor, plan.catalog) is None
+    smeared = scenario.sensor.model_copy(update={"parameters": {"integration_time": 0.01}})
+    time_s, key = smear_of_sensor(smeared, plan.catalog)
+    assert (time_s, key) == (0.01, "sensor.parameters.integration_time")
+
+
+def test_random_numbers_of_pixels_depend_on_their_place_alone():
+    key = key_of(7, "ours", "lwir")
+    assert key != key_of(7, "ours", "mwir")
+    whole, part = standard_normal(key, (40, 50), (-5, -5)), standard_normal(key, (3, 4), (10, 20))
+    np.testing.assert_array_equal(part, whole[15:18, 25:29])
+    rows = [np.uint64(row_key(np.uint64(key), np.int64(row))) for row in (0, 1)]
+    keys = {int(pixel_key(row, np.int64(column))) for row in rows for column in (0, 1)}
+    assert len(keys) == 4
+    numbers, tail = np.empty(64 * 200, np.float32), np.empty(64, np.float32)
+    fill_normals(numbers, 3, 0, np.uint64(key))
+    fill_normals(tail, 3, 199, np.uint64(key))
+    np.testing.assert_array_equal(numbers[-64:], tail)
+    assert (np.mean(numbers), np.std(numbers)) == pytest.approx((0.0, 1.0), abs=0.03)
+
+
+def test_a_parameter_is_a_number_for_all_bands_or_a_table():
+    check = within(0.0, 2.0).func
+    assert of_band(check(1), "lwir", "gain") == 1.0
+    assert of_band(check({"lwir": 2.0}), "lwir", "gain") == 2.0
+    with pytest.raises(ScenarioError, match=r"sensor\.parameters\.gain: gives no number for band 'mwir'"):
+        of_band({"lwir": 2.0}, "mwir", "gain")
+    with pytest.raises(ValueError, match="out of range"):
+        check(3.0)
+
+
+# --- fractal clouds
+
+
+@pytest.fixture(scope="module")
+def octaves(plan):
+    shape = plan.assembly.generators[0].parameters
+    assert isinstance(shape, FractalParameters)
+    return separate_octaves(shape, plan.grid, plan.assembly.motion, noise=False)
+
+
+def test_octaves_share_the_variance_of_the_field(octaves):
+    assert all(isinstance(octave, Octave) for octave in octaves)
+    assert sum(octave.variance for octave in octaves) == pytest.approx(1.0)
+
+
+def test_a_window_of_the_field_is_a_part_of_the_whole(octaves, plan):
+    field = FractalField(5, octaves)
+    whole = field.window(0.0, PixelWindow(0, 30, 0.0), PixelWindow(0, 40, 0.0))
+    part = field.window(0.0, PixelWindow(10, 5, 0.0), PixelWindow(20, 8, 0.0))
+    np.testing.assert_array_equal(part, whole[10:15, 20:28])
+    layer = replace(plan.layers[0], coverage=0.5)
+    thickness = field_thickness(whole[None].astype(np.float32), layer)[0]
+    np.testing.assert_array_equal(thickness > 0.0, whole >= 0.0)  # the median of the field
+    assert np.max(thickness) <= layer.thickness_max_m
+
+
+def test_weights_between_nodes_have_unit_norm_and_correlate_as_tabulated():
+    fraction = np.linspace(0.0, 1.0, 11)
+    weights = np.asarray(cubic_weights(fraction))
+    np.testing.assert_allclose(np.sum(weights**2, axis=1), 1.0)
+    correlation = KernelCorrelation.tabulate()
+    assert correlation(np.array([0.0])) == pytest.approx(1.0)
+    assert correlation(np.array([4.0, 9.0])) == pytest.approx(0.0, abs=1e-12)
+    # positions a cell apart share three of their four nodes
+    apart = np.mean(np.sum(weights[:-1, 1:] * weights[:-1, :3], axis=1))
+    assert correlation(np.array([1.0])) == pytest.approx(apart, abs=0.02)
+
+
+def test_a_generator_can_be_derived_from_the_fractal_one():
+    class Halved(FractalClouds):
+        def thickness_m(self, time_s, rows, columns):
+            return np.float32(0.5) * super().thickness_m(time_s, rows, columns)
+
+    inputs = sample_cloud_inputs()
+    shape = FractalParameters(gamma=2.0, H=0.7, L=(10.0, 10.0), k=(0, 3))
+    window = 0.0, slice(0, 6), slice(2, 9)
+    whole = FractalClouds(inputs, shape).thickness_m(*window)
+    assert np.any(whole > 0.0)
+    np.testing.assert_array_equal(2.0 * Halved(inputs, shape).thickness_m(*window), whole)
+
+
+# --- air and radiance
+
+
+def test_the_climatology_is_warm_at_the_equator_and_profiles_follow(plan):
+    climatology, when = Climatology(plan.catalog), datetime(2024, 1, 15, tzinfo=UTC)
+    warm, cold = (
+        climatology.look_up("sea_surface_temperature", latitude, 200.0, when).value for latitude in (0.0, 45.0)
+    )
+    assert warm > cold + 10.0
+    tropical, winter = (load_profile(name, plan.catalog) for name in ("tropical", "subarctic-winter"))
+    assert tropical.temperature_at(np.array([0.0]))[0] > winter.temperature_at(np.array([0.0]))[0] + 30.0
+
+
+class Grey:
+    """Air of one absorber; no sunlight is scattered."""
+
+    def transmittance(self, wavenumber_cm1: Array, paths: list[LightPath]) -> Array:
+        depth = [sum(self._depth(leg) for leg in path.legs) for path in paths]
+        return np.exp(-np.array(depth))[:, None] * np.ones(wavenumber_cm1.size)
+
+    def _depth(self, leg: Leg) -> float:
+        low, high = leg.lower_m, leg.upper_m
+        return (math.exp(-low / 8e3) - math.exp(-high / 8e3)) / math.cos(math.radians(leg.zenith_deg))
+
+
+def test_isothermal_air_emits_what_it_absorbs_and_scatters_nothing_without_a_sun(plan):
+    profile = load_profile("tropical", plan.catalog)
+    isothermal = replace(profile, temperature_K=np.full_like(profile.temperature_K, 280.0))
+    wavenumber = np.array([900.0, 1000.0])
+    (seen,) = path_radiance(Grey(), isothermal, wavenumber, [0.0], 0.0)
+    through = math.exp(-1.0)
+    np.testing.assert_allclose(seen, (1.0 - through) * planck(wavenumber, 280.0), rtol=1e-9)
+    above = scattered_once(Grey(), isothermal, 0.0, None, 0.0, wavenumber)
+    np.testing.assert_array_equal(above(0.0), 0.0)
