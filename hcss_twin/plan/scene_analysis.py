@@ -32,7 +32,7 @@ from hcss_twin.plan.packing import RadianceRange, radiance_range, widest
 from hcss_twin.plan.path_radiance import unused_path_radiance
 from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
 from hcss_twin.plan.views import EDGES, EXTREMES, ViewAxis, choose_views, views_over_image
-from hcss_twin.plan.waves import WAVES, choose_waves
+from hcss_twin.plan.waves import WAVES, choose_waves, wants_waves
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -41,6 +41,9 @@ SUNS = 5
 
 LEFT_FOR_VIEWS = 0.5
 """Part of what the spectral grid leaves of its share that views may use: a glory in the image needs many of them."""
+
+
+TOO_MANY_VIEWS = NotComputed("waves would need tables toward more views than there can be", "accuracy: a lower one")
 
 
 @dataclass(frozen=True)
@@ -176,7 +179,16 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     if assembly.surface is None:
         omitted_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
     waves = omitted_waves is None
-    views = choose_views(scenario, assembly, extreme_suns, shares.views, left, waves)
+    views_for = partial(choose_views, scenario, assembly, extreme_suns, shares.views, left)
+    try:
+        views = views_for(waves)
+    except ScenarioError:
+        if not waves or wants_waves(scenario):
+            raise
+        # The mirror images of the sun in tilted facets may need more views than tables can have.
+        views = views_for(False)
+        omitted_waves = choose_waves(scenario, assembly, suns, accuracy.relative, TOO_MANY_VIEWS)
+        waves = False
     over_image = views_over_image(assembly)
     if views is not None and over_image is not None:
         numerics = refine_toward(assembly, numerics, over_image.at(EXTREMES + EDGES), extreme_suns, shares.numerics)

@@ -18,7 +18,7 @@ from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.combinations import Excluded, why_not
+from hcss_twin.plan.combinations import Excluded, NotComputed, why_not
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SKIP_SHARE, Omission, omitted
 from hcss_twin.plan.sunlight import toward_glint
@@ -173,8 +173,13 @@ def excluded_beside_waves(scenario: Scenario, assembly: Assembly) -> tuple[Exclu
     )
 
 
+def wants_waves(scenario: Scenario) -> bool:
+    """Whether a scenario asks for resolved waves, rather than leaving them to the plan."""
+    return scenario.sea.waves == "on" or not {"sea_slope_x", "sea_slope_y"}.isdisjoint(scenario.output.variables)
+
+
 def choose_waves(
-    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float
+    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float, why: NotComputed | None = None
 ) -> Omission | None:
     """Return the omission if waves are not resolved; None if they are.
 
@@ -184,14 +189,16 @@ def choose_waves(
         Sun positions for the bound; none if no radiance is needed.
     accuracy : float
         Relative to the radiance; waves are negligible below their share of it.
+    why : NotComputed, optional
+        Why they cannot be resolved, if this is known already.
 
     Raises
     ------
     ScenarioError
         If the scenario requests resolved waves beside what excludes them.
     """
-    sea, mode = assembly.sea, scenario.sea.waves
-    left_out = why_not("sea.waves", mode, excluded_beside_waves(scenario, assembly))
+    sea = assembly.sea
+    left_out = why_not("sea.waves", scenario.sea.waves, excluded_beside_waves(scenario, assembly)) or why
     if not hasattr(sea, "wave_slope_rms"):
         return Omission(WAVES, "the sea model does not know how long its waves are", None)
     points = _points(scenario, assembly)
@@ -199,8 +206,7 @@ def choose_waves(
         wind, size = assembly.sea_wind_speed_m_s, points.pixel_size_m
         short = f"a wind of {wind:.3g} m/s raises no waves longer than two points of {size:g} m; slopes are averaged"
         return Omission(WAVES, short if wind > 0.0 else "no wind raises waves", 0.0)
-    slopes = not {"sea_slope_x", "sea_slope_y"}.isdisjoint(scenario.output.variables)
-    if left_out is None and (mode == "on" or slopes):
+    if left_out is None and wants_waves(scenario):
         return None
     if not assembly.has_clear_sky:
         return Omission(WAVES, "cloud covers every pixel, and waves are resolved in clear sky only", 0.0)

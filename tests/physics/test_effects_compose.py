@@ -10,12 +10,14 @@ from hand_made import paths_of, with_clouds
 from surface_files import write_half
 
 from hcss_twin import Scenario, make_plan
+from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.engine import stream as stream_module
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import PartMaker, stream
 from hcss_twin.physics.viewing import LinesOfSight
+from hcss_twin.plan import scene_analysis
 from hcss_twin.plan.windows import windows
 from hcss_twin.providers import Sun, View
 
@@ -444,3 +446,23 @@ def test_pixels_in_shadow_pass_the_certificate_in_a_wide_field():
     in_shadow = next(stratum for stratum in found.strata if stratum.name == "clear in shadow")
     assert in_shadow.checked >= 2
     assert not any(stratum.left_out for stratum in found.strata)
+
+
+def test_waves_left_to_the_plan_are_not_resolved_if_they_need_more_views_than_there_can_be(monkeypatch):
+    choose = scene_analysis.choose_views
+
+    def choose_views(scenario, assembly, suns, tolerance, left, waves):
+        if waves:
+            raise ScenarioError([Problem("accuracy", "too many views")])
+        return choose(scenario, assembly, suns, tolerance, left, waves)
+
+    monkeypatch.setattr(scene_analysis, "choose_views", choose_views)
+    changes = {**SEA, "image.rows": 60, "image.columns": 80, "accuracy": 2e-2}
+    plan = plan_of(THIN | {"coverage": 0.0}, **changes | {"sea.waves": "auto"})
+    assert plan.waves is None
+    (omitted,) = (omission for omission in plan.omissions if omission.what == "waves as shapes")
+    assert "more views" in omitted.why
+    assert omitted.bound > 0.02
+    for wanted in ({"sea.waves": "on"}, {"sea.waves": "auto", "output.variables": ["radiance", "sea_slope_x"]}):
+        with pytest.raises(ScenarioError, match="too many views"):
+            plan_of(THIN | {"coverage": 0.0}, **changes | wanted)

@@ -240,10 +240,11 @@ class CameraRays(Rays):
         """Raise a :class:`ScenarioError` that names what a camera cannot show yet."""
         super().prepare(scenario, assembly, radiance)
         self._derived = frozenset(name for provider in assembly.derived for name in provider.variables)
-        scene = ScenePlane(assembly.grid, scenario.image.samples_per_pixel)
+        scene, slant = ScenePlane(assembly.grid, scenario.image.samples_per_pixel), assembly.slant
+        below_clouds = (0.0,) if slant.shadows and slant.sun_zenith_deg.size else ()
         for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
             for layer, generator in zip(assembly.layers, assembly.generators, strict=True):
-                for height_m in (reference_height_m(layer), *((0.0,) if assembly.slant.shadows else ())):
+                for height_m in (reference_height_m(layer), *below_clouds):
                     below = scene.around(*scene.in_points(*self._points_at(float(time_s), height_m).at_nodes()))
                     if below is not None:
                         scene.require_in_reach(generator, below, float(time_s))
