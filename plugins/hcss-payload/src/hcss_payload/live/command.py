@@ -12,6 +12,7 @@ from hcss_twin.cli.options import Number, load, set_option
 
 if TYPE_CHECKING:
     from hcss_payload.live.twin import Method
+    from hcss_twin.plan.few_columns import Omission
 
 
 @click.command()
@@ -75,13 +76,17 @@ def serve(
     bands, rows, columns = live.shape
     kind = "digital numbers" if live.has_numbers else "radiance"
     text = f"{name}: {bands} x {rows} x {columns} {kind}, times {live.start_s:g} to {live.end_s:g} s"
-    omitted = [f"omitted: {omission.what}: {omission.why}" for omission in live.omissions]
+    omitted = [f"omitted: {omission.what}{_size(omission)}: {omission.why}" for omission in live.omissions]
 
     def ready() -> None:
         assert server.cost is not None
         click.echo("\n".join((text, f"{live.method} frames: {server.cost.of_rate(rate_hz)}", *omitted)))
 
     server.serve(ready)
+
+
+def _size(omission: Omission) -> str:
+    return "" if omission.size is None else f" ({100.0 * omission.size:.2g} % of the radiance)"
 
 
 def _parent() -> int:

@@ -77,6 +77,8 @@ class PreparedPass(ABC):
         What frames do not show, with its size.
     notes : tuple of str
         What is doubtful, and how frames are computed.
+    errors : mapping of str to float
+        Largest errors that were measured in preparation, of fast frames; the certificate of a cube has those of others.
     seconds : mapping of str to float
         Wall time of the parts of the last frame.
     """
@@ -84,6 +86,7 @@ class PreparedPass(ABC):
     method: str
     omissions: tuple[Omission, ...] = ()
     notes: tuple[str, ...] = ()
+    errors: Mapping[str, float] = {}
     seconds: Mapping[str, float] = {}
 
     def __init__(
