@@ -24,7 +24,7 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.plan.air_over_field import Climate
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, require_none
 from hcss_twin.plan.directions import Directions
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ImageViews
@@ -194,7 +194,7 @@ def excluded_beside_rays(rays: Rays, scenario: Scenario, assembly: Assembly) -> 
     profiles = assembly.air_over_field is not None and rays.climate is None
     return (
         *modes,
-        Excluded("clouds.generator", assembly.tops_vary, "cloud tops that vary with the generator", "one without"),
+        Excluded("clouds.generator", assembly.tops_vary, "cloud tops that vary with the generator", LAYER_TOPS),
         Excluded("atmosphere.profile", profiles, "a field of several profiles", "one profile"),
     )
 
