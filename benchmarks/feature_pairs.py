@@ -214,7 +214,22 @@ def features(folder: Path) -> dict[str, Feature]:
     }  # fmt: skip
 
 
-MEANINGLESS: dict[frozenset[str], str] = {}
+_CAMERAS = ("camera", "camera, push-broom", "conical scanner")
+_SENSORS = ("blur and noise", "digital numbers", "rows one by one", "stray light")
+_OTHER_AIR = ("inversion", "field of profiles", "own profile", "aerosol", "vapour texture")
+
+MEANINGLESS: dict[frozenset[str], str] = {
+    frozenset((one, other)): why
+    for why, ones, others in (
+        ("two views of one image", _CAMERAS, ("altitude", "push-broom", "view to the glint", "low view")),
+        ("two image geometries", _CAMERAS[:2], _CAMERAS[2:]),
+        ("a table is computed for one air", ("table of air",), _OTHER_AIR),
+        ("what is beyond an image is not known", ("clouds of an image",), ("shadows", "parallax", *_CAMERAS)),
+        ("a sensor measures radiance", ("mask alone",), _SENSORS),
+    )
+    for one in ones
+    for other in others
+}
 """Pairs that no program could compute, and why."""
 
 
