@@ -648,7 +648,11 @@ def run(names: Sequence[str], chosen: Sequence[Feature], folder: Path) -> Iterat
                 remove(without, key)
             else:
                 put(without, key, value)
-        _, other = _simulated(without, folder / "off.nc")
+        try:
+            _, other = _simulated(without, folder / "off.nc")
+        except ScenarioError as error:
+            yield f"{name}: cannot be switched off alone: {error.problems[0]}"
+            continue
         plan = make_plan(Scenario.from_dict(without))
         stated = next((omission for omission in plan.omissions if omission.what == effect.what), None)
         changed = effect.measure(radiance, other)
