@@ -74,7 +74,7 @@ def _one_view(
         f"rays are parallel, one direction{'' if air is None or own_air else ' and one air'} for the whole image; "
         + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
         bound,
-        needs="platform.altitude" if lines is None else "an atmosphere that knows these angles",
+        needs="platform.altitude" if lines is None else "an atmosphere that knows these angles: no key computes it",
         decision=TOO_DEAR if lines is None else "",
     )
 
