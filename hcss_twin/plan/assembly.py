@@ -61,6 +61,8 @@ class Assembly:
     ----------
     entries : mapping of str to Entry
         Registry entry of each provider, by kind; generators and optics of several layers are numbered.
+    samples_per_pixel : int
+        Points along a pixel that are averaged.
     particle_fields, optics_fields : tuple of str (L,)
         Scenario fields that define the particles of each layer, and their optics.
     optics_of_layers : tuple of Optics (L,)
@@ -106,6 +108,7 @@ class Assembly:
     spectral_grid: SpectralGrid
     profile: Profile
     grid: Grid
+    samples_per_pixel: int
     motion: Motion
     layers: tuple[CloudLayer, ...]
     generators: tuple[CloudGenerator, ...]

@@ -113,7 +113,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         assembly = assemble(scenario, catalog, slant, None, family)
     else:
         assembly = assemble(scenario, catalog, slant, given.climate, family, given.image)
-        assembly = replace(assembly, directions=given.directions)
+        assembly = replace(assembly, directions=given.directions, samples_per_pixel=given.samples_per_pixel)
     texture = _texture(scenario, assembly)
     assembly = replace(assembly, has_texture=texture is not None)
     beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns is not None)

@@ -53,7 +53,8 @@ class Layer(ScenarioSection):
     coverage_mode: Literal["frame", "field"] | None = Field(
         None,
         description='"frame": exactly this coverage in every frame; "field": one threshold for the unbounded sky, '
-        'exact in the mean; default: "field" for several frames that differ, if the generator can, else "frame". '
+        'exact in the mean; default: "field" for several frames that differ and for cameras, if the generator can, '
+        'else "frame". '
         "`hcss plan` warns about generators that may ignore it.",
     )
     edge_taper: Fraction = Field(

@@ -65,7 +65,11 @@ def test_a_plan_tells_the_pixels_of_the_camera_and_those_of_the_plane_of_the_sce
 def test_only_pixels_of_one_point_lack_what_their_footprint_holds():
     what = "clouds within the footprint of a pixel", "surfaces within the footprint of a pixel"
     coast = {"place": {"latitude": 36.7, "longitude": -6.4}, "surfaces": {"provider": "coast"}}
-    over = {"orbit": PASS["orbit"] | {"above": [36.7, -3.5]}, "clouds": {"type": "cumulus"}, "image": {"pixel_size": 300}}
+    over = {
+        "orbit": PASS["orbit"] | {"above": [36.7, -3.5]},
+        "clouds": {"type": "cumulus"},
+        "image": {"pixel_size": 300},
+    }
     for points, lacks in ((None, False), (1, True), (2, False)):
         camera = {} if points is None else {"camera": {"points": points}}
         plan = hcss_twin.make_plan(scenario(PASS, coast, over, camera))
@@ -217,7 +221,8 @@ def test_a_full_disk_has_ground_missing_limb_and_space_of_no_radiance():
     plan = hcss_twin.make_plan(scenario(DISK))
     assert isinstance(plan.rays.directions, Hemisphere)
     # Its radiance changes little, because the air is as warm as the sea, but not its path through the air.
-    assert plan.views.edges and len(plan.views.extremes) > 1
+    assert plan.views.edges
+    assert len(plan.views.extremes) > 1
 
 
 @pytest.mark.parametrize(("latitude", "longitude"), [(89.9, 10.0), (10.0, 179.98)])

@@ -64,7 +64,7 @@ class Nadir:
 
 @dataclass(frozen=True)
 class Track:
-    """Toward a fixed place on or above the Earth, with its north up: the meridian of the place is vertical in the image.
+    """Toward a fixed place on or above the Earth, with its north up: its meridian is vertical in the image.
 
     The Earth's axis, of which oblique views show the part toward the zenith, too, would turn the image by up to 180
     degrees during a pass.
