@@ -182,7 +182,7 @@ NARROW = 0.1
 """Change of radiance and path over an image below which its errors are those of the middle: they change as little.
 
 Radiance alone does not tell: in a window it changes by a tenth from nadir to a zenith of 75 degrees, because air as
-warm as the sea emits what it absorbs, whereas wavenumbers that stand for the band at one path err by 1 % at the other."""
+warm as the sea emits what it absorbs; but wavenumbers that stand for the band at one path err by 1 % at the other."""
 
 
 def _centres(count: int) -> Array:
