@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import io
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -175,7 +175,7 @@ def main(arguments: list[str]) -> int:
     Image.fromarray(streets()).save(FOLDER / "streets-template.png", optimize=True)
     for entry in chosen:
         print(entry.name, flush=True)
-        scenes = ({}, entry.second) if entry.second else ({},)
+        scenes: list[Mapping[str, Any]] = [{}, entry.second] if entry.second else [{}]
         draw(entry, *(simulate(Scenario.load(FOLDER / f"{entry.name}.toml", keys)) for keys in scenes))
     PAGE.write_text(page(), encoding="utf-8")
     return 0
