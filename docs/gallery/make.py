@@ -70,8 +70,8 @@ def on_the_ground(cube: xr.Dataset) -> xr.Dataset:
     if "row" not in cube.dims:
         return cube
     east, north = (
-        float(np.radians(cube[f"pixel_{angle}"].isel(time=0)).diff(axis).mean()) * EARTH_RADIUS_M
-        for angle, axis in (("longitude", "column"), ("latitude", "row"))
+        float(np.diff(np.radians(cube[f"pixel_{angle}"].values[0]), axis=axis).mean()) * EARTH_RADIUS_M
+        for angle, axis in (("longitude", 1), ("latitude", 0))
     )
     east *= float(np.cos(np.radians(cube.pixel_latitude.mean())))
     upward = (
