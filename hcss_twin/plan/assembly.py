@@ -97,6 +97,8 @@ class Assembly:
         Notes on the cloud types.
     directions : Directions or None
         All directions of view; None if pixels form a grid on the ground.
+    reach_m : (float, float) or None
+        How far the ground that is seen reaches from the centre along x and y; None: as far as the grid.
     has_texture : bool
         Whether clear sky has texture.
     alterations : tuple of (SectionEffect, float)
@@ -141,6 +143,7 @@ class Assembly:
     cloud_notes: tuple[str, ...] = ()
     built: Mapping[str, Built] = field(default_factory=dict)
     directions: Directions | None = None
+    reach_m: tuple[float, float] | None = None
     has_texture: bool = False
     alterations: tuple[tuple[SectionEffect, float], ...] = ()
 

@@ -84,6 +84,17 @@ def test_a_single_frame_of_a_camera_shows_part_of_a_sky_with_one_threshold():
         hcss_twin.make_plan(scenario(PASS, one, {"clouds": {"coverage_mode": "frame"}}))
 
 
+def test_the_error_of_one_sun_is_that_over_what_the_camera_sees_however_large_the_plane():
+    def bound(**image):
+        day = {"time": "2024-04-20T03:00:00Z", "bands": ["mwir"], "frames": {"count": 1}, "image": image}
+        plan = hcss_twin.make_plan(scenario(PASS, day, {"orbit": {"above_time": 0.0}}))
+        return next(item.bound for item in plan.omissions if item.what == "sun angles of single pixels")
+
+    small = bound(rows=64, columns=64)
+    assert small > 0.0
+    assert bound(rows=2000, columns=2000) == small
+
+
 def test_pixels_of_a_pass_agree_with_its_geometry_and_certificate(pass_path):
     with hcss_twin.open_cube(pass_path) as cube:
         assert cube.attrs["hcss_certificate"].startswith("PASSED")
