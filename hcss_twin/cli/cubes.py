@@ -12,7 +12,6 @@ import click
 
 from hcss_twin.cli.options import (
     EXISTING,
-    EXISTING_FILE,
     EXISTING_FOLDER,
     NEW_FILE,
     Number,
@@ -54,7 +53,7 @@ def report_command(source: Path, output: Path | None, force: bool, as_json: bool
 
 
 @click.command()
-@click.argument("cube", type=EXISTING_FILE)
+@click.argument("cube", type=EXISTING)
 @click.option("--sensor", "name", required=True, metavar="NAME|FILE", help="Sensor of the catalog, or a TOML file.")
 @click.option(
     "--set",
@@ -157,7 +156,7 @@ def verify(
 
 
 @click.command()
-@click.argument("cube", type=EXISTING_FILE)
+@click.argument("cube", type=EXISTING)
 @click.option("--frame", default=0, type=click.IntRange(min=0), help="Number of the frame.")
 @click.option("-o", "--output", type=NEW_FILE, help="Picture; default: CUBE_volume.png.")
 @click.option("--occupancy", type=NEW_FILE, help="Also write the cloudy fraction of every voxel (.nc).")

@@ -16,7 +16,7 @@ from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
 from hcss_twin.plan.clouds import sums_up
-from hcss_twin.plan.combinations import Excluded, present, require_none
+from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, present, require_none
 from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.plan import Plan, PlannedLight
@@ -219,7 +219,7 @@ def excluded_beside_light(plan: Plan) -> tuple[Excluded, ...]:
     return (
         Excluded(_FIELD, not plan.is_grid, "an image that is no grid on the ground", "no camera"),
         Excluded("surfaces", assembly.surfaces is not None, "a map of the ground", "sea everywhere"),
-        Excluded("clouds.generator", assembly.tops_vary, "cloud with tops of its own", "the tops of the layer"),
+        Excluded("clouds.generator", assembly.tops_vary, "cloud with tops of its own", LAYER_TOPS),
         Excluded("clouds.generator", ends, "cloud that ends with the image", generator),
         Excluded("elements", bool(assembly.elements), "an element among broken cloud", "no elements"),
         Excluded("sea.waves", plan.waves is not None, "a sea of resolved waves", "'off'"),

@@ -14,7 +14,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder, numbered
-from hcss_twin.plan.combinations import Excluded, NotComputed
+from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, NotComputed
 from hcss_twin.plan.displaced_clouds import DisplacedClouds
 from hcss_twin.plan.slant_paths import MAX_POINTS_WITHIN, SlantPaths, enlarged
 from hcss_twin.plan.surroundings import FilledIn, Surroundings, with_climatological_top
@@ -48,7 +48,7 @@ def _excluded_beside_slant_paths(
             f"clouds of '{layer.name}' that are known in the image only, which slant paths leave,",
             "a generator that knows the clouds around it (closest is 'fractal')",
         ),
-        Excluded(f"{field}.generator", tops, "cloud tops that vary with the generator", "one without"),
+        Excluded(f"{field}.generator", tops, "cloud tops that vary with the generator", LAYER_TOPS),
     )
     point_m, longest_m = points.pixel_size_m, paths.longest_m(layer)
     size = Excluded(

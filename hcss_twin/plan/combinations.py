@@ -13,6 +13,9 @@ from hcss_twin.core.errors import Problem, ScenarioError
 
 __all__ = ["Excluded", "require_none"]
 
+LAYER_TOPS = "a generator with one top of the layer (closest is 'fractal')"
+"""What is allowed in place of cloud tops that vary with the generator."""
+
 
 class Excluded(NamedTuple):
     """What a scene may not have beside an effect.

@@ -32,7 +32,8 @@ class Omission:
     sense : str
         What the estimate means, such as ``98.9 % of the clear pixels``.
     needs : str
-        Keys and values that would compute what is omitted; empty if no choice of keys does.
+        A key and a value that would compute what is omitted, as ``key = value`` or ``key: what is allowed``; or what
+        else would, with "no key computes it" at the end; empty if nothing is known that would.
     decision : {"", "switched off", "too dear"}
         Whose decision it is: the user's, or that of the plan for the time that it would take.
     """

@@ -18,6 +18,7 @@ from hcss_twin.plan.few_columns import SAFETY_FACTOR
 from hcss_twin.plan.waves import wave_bound
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
+from hcss_twin.scenario.units import MAX_ACCURACY
 
 
 @dataclass(frozen=True)
@@ -145,11 +146,14 @@ class _Packings:
             kelvin = relative / slope
         worst, most = int(np.argmax(relative)), LARGEST_SHARE * self._accuracy.relative
         if relative[worst] > most:
+            # The range of the radiance is found to within the accuracy.
+            needed = 1.1 * float(relative[worst]) / LARGEST_SHARE
+            coarser = f", or accuracy = {needed:.2g}" if needed <= MAX_ACCURACY else ""
             message = (
                 f"'int16': rounding {spec.name} to 16 bits is an error of up to {relative[worst]:.2g} of the radiance "
-                f"({kelvin[worst]:.2g} K) in band '{self._assembly.bands[worst].name}'; allowed: {most:.2g} "
-                f"({100 * LARGEST_SHARE:g} % of the accuracy), as with brightness_temperature instead of radiance, "
-                "bands of similar radiance or a lower accuracy"
+                f"({kelvin[worst]:.2g} K) in band '{self._assembly.bands[worst].name}', beyond {most:.2g}, "
+                f"{100 * LARGEST_SHARE:g} % of the accuracy (brightness_temperature and bands of similar radiance lose "
+                f"less); allowed: no output.packing{coarser}"
             )
             raise ScenarioError([Problem("output.packing", message)])
         return replace(packing, relative=tuple(relative.tolist()), kelvin=tuple(kelvin.tolist()))

@@ -66,8 +66,8 @@ class ScenePlane:
         elif not inside and not hasattr(generator, "thickness_around_m"):
             message = (
                 f"rays meet rows {rows.start} to {rows.stop} and columns {columns.start} to {columns.stop} of the "
-                f"scene at time {time_s:g} s; allowed: its {grid.rows} x {grid.columns} pixels, since this cloud "
-                "generator ends there"
+                f"scene at time {time_s:g} s; allowed: its {grid.rows} x {grid.columns} pixels, where this cloud "
+                "generator ends, or clouds.generator = 'fractal', which does not end"
             )
         else:
             return

@@ -183,7 +183,7 @@ def low_sun(
             f"the radiance model has no {missing} with the sun beyond {LOW_SUN_DEG:g} deg from the zenith of any point "
             f"seen; the bound is for {sun.zenith_deg:g} deg",
             SAFETY_FACTOR * float(np.max(lost[total > 0.0] / total[total > 0.0], initial=0.0)),
-            needs="another time: no radiance model has it",
+            needs="another time, as no radiance model has it: no key computes it",
         )
 
 

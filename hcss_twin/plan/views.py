@@ -272,7 +272,8 @@ def choose_views(
     try:
         tilts = tilted_seas(scenario, assembly) if waves else None
         values = _columns(assembly, views, suns, tilts)
-        spread = max(_spread(values), _spread_of_paths(assembly, views))
+        may_be_narrow = not has_directions and assembly.air_over_field is None
+        spread = max(_spread(values), _spread_of_paths(views)) if may_be_narrow else math.inf
         (x, x_error), (y, y_error) = (_narrow(values, 2.0 * axis_tolerance) if spread <= NARROW else None) or _placed(
             values, axis_tolerance, most
         )
@@ -336,10 +337,8 @@ def _spread(values: Values) -> float:
     return max(error_of_columns(middle, other) for other in others)
 
 
-def _spread_of_paths(assembly: Assembly, views: Views) -> float:
-    """Return the largest change of the path through the air, or infinity if the air itself changes."""
-    if assembly.air_over_field is not None:
-        return math.inf
+def _spread_of_paths(views: Views) -> float:
+    """Return the largest change of the path through the air from the middle to corners and edges of the image."""
     middle, *others = (1.0 / math.cos(math.radians(view.zenith_deg)) for view in views.at(EXTREMES + EDGES))
     return max(abs(other / middle - 1.0) for other in others)
 

@@ -114,7 +114,10 @@ def read_columns(cube: str | Path, frame: int = 0) -> CloudColumns:
             raise CubeError(f"frame {frame}: the cube has 0 to {frames - 1}; closest is {closest}")
         for name in NEEDED:
             if dataset[name].dims != ("time", "y", "x"):
-                raise CubeError(f"{name} has the dimensions {dataset[name].dims}; ('time', 'y', 'x') is needed")
+                raise CubeError(
+                    f"{name} has the dimensions {dataset[name].dims}; clouds are drawn on a grid on the ground (time, "
+                    "y, x); allowed: a cube without [camera] or other rays"
+                )
         # As numbers before any arithmetic: single precision would lose the base of thin high clouds.
         thickness, top = (dataset[name].isel(time=frame).to_numpy().astype(np.float64) for name in NEEDED)
         cloudy = thickness > 0.0

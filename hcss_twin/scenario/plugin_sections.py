@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -30,6 +31,12 @@ def take_owned(data: dict[str, Any]) -> tuple[dict[str, BaseModel], list[Problem
             message = f"is a section of {package}, which is not installed: {how_to_install(package)}"
             problems.append(Problem(name, message))
     return sections, problems
+
+
+def bring_rays(names: Iterable[str]) -> bool:
+    """Whether a section of a plugin brings another image geometry than the grid on the ground."""
+    owners = plugin_sections()
+    return any(owners[name].spec.rays is not None for name in names)
 
 
 def owned_schemas() -> dict[str, Any]:

@@ -159,11 +159,14 @@ class Scenario(ScenarioModel):
         short = has_single_layer(raw.get("clouds"))
         scenario: Self | None = None
         sections: dict[str, BaseModel] = {}
+        on_grid = True
         if any(name not in ScenarioModel.model_fields for name in data):
-            from hcss_twin.scenario.plugin_sections import take_owned  # not for scenarios without such sections
+            # not for scenarios without such sections
+            from hcss_twin.scenario.plugin_sections import bring_rays, take_owned
 
             sections, of_sections = take_owned(data)
             problems += of_sections
+            on_grid = not bring_rays(sections)
         try:
             scenario = cls.model_validate(data)
         except ValidationError as error:
@@ -182,7 +185,7 @@ class Scenario(ScenarioModel):
                 [Problem(typed(problem.field), better.get(problem.field, problem.message)) for problem in problems],
                 origin,
             )
-        scenario = _with_coverage_modes(with_viewing(scenario), registry, _on_a_grid(sections))
+        scenario = _with_coverage_modes(with_viewing(scenario), registry, on_grid)
         scenario._base = base
         scenario._short = short
         scenario._origin = origin
@@ -248,27 +251,17 @@ class Scenario(ScenarioModel):
         return copy
 
 
-def _on_a_grid(sections: Mapping[str, BaseModel]) -> bool:
-    """Whether the pixels of a scenario with these sections of plugins form a grid on the ground."""
-    if not sections:
-        return True
-    from hcss_twin.core.sections import plugin_sections  # not for scenarios without such sections
-
-    owners = plugin_sections()
-    return all(owners[name].spec.rays is None for name in sections)
-
-
-def _with_coverage_modes(scenario: _Scenario, registry: Registry, on_a_grid: bool) -> _Scenario:
+def _with_coverage_modes(scenario: _Scenario, registry: Registry, on_grid: bool) -> _Scenario:
     """Return a valid scenario whose layers all have a coverage mode.
 
-    A threshold of each frame changes pixels that no cloud moved into, which looks like targets. Cameras see parts of a
-    sky, which has one threshold.
+    A threshold of each frame changes pixels that no cloud moved into, which looks like targets; an image that is no
+    grid on the ground has no frame to set it for.
     """
 
     def mode(layer: Layer) -> str:
         wind = scenario.motion.wind_speed if layer.wind_speed is None else layer.wind_speed
         still = scenario.motion.evolution_time == "frozen" and scenario.motion.platform_speed == wind == 0.0
-        if on_a_grid and (scenario.frames.count == 1 or still):
+        if on_grid and (scenario.frames.count == 1 or still):
             return "frame"
         entry = registry.resolve(Kind.CLOUDS, selected(layer, "generator"))
         # All generators of this package can; their code is not loaded here.

@@ -46,3 +46,11 @@ def test_clouds_are_seen_and_certified_where_rays_meet_their_layer():
 def test_what_needs_more_of_the_rays_is_refused():
     with pytest.raises(Exception, match=r"clouds\.coverage_mode: 'frame'.*allowed: 'field'"):
         make_plan(of(**{"clouds.coverage_mode": "frame"}))
+
+
+def test_clouds_that_do_not_state_it_have_the_coverage_of_the_whole_sky():
+    raw = json.loads(of(**{"frames.count": 1}).to_json())
+    del raw["clouds"]["layers"][0]["coverage_mode"]
+    assert Scenario.from_dict(raw).clouds.layers[0].coverage_mode == "field"
+    del raw["conical_scanner"]
+    assert Scenario.from_dict(raw).clouds.layers[0].coverage_mode == "frame"

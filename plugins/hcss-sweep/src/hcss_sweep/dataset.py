@@ -180,7 +180,7 @@ class _Writer:
         found = self._found
         if name == GRID_MAPPING and found.moves:
             return  # CF allows no plane per location; latitude and longitude remain
-        is_data = "grid_mapping" in variable.ncattrs()
+        is_data = _is_data(variable)
         of_point = "_FillValue", "packing_maximum_relative_error", "packing_maximum_error_kelvin"
         attributes = {key: variable.getncattr(key) for key in variable.ncattrs() if key not in of_point}
         if found.moves:
@@ -221,7 +221,7 @@ class _Writer:
             start = seconds_since_epoch(cube.variables["time"].units)
             self._set(FRAME_TIME, index, start + cube.variables["time"][...])
         for name, variable in cube.variables.items():
-            if "grid_mapping" in variable.ncattrs():
+            if _is_data(variable):
                 for frame in range(variable.shape[0]):
                     self._set(name, (*index, frame), variable[frame])
             elif name in found.variables:
@@ -237,6 +237,16 @@ class _Writer:
                 self._set(name, (*index, frame), missing)
         for name, kind in self._found.attributes.items():
             self._set(_of_point(name), index, _nothing(kind))
+
+
+def _is_data(variable: Any) -> bool:
+    """Whether a variable of a cube is an image, and no coordinate."""
+    return not {"grid_mapping", "coordinates"}.isdisjoint(variable.ncattrs())
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two coordinates are equal; places of pixels that miss the ground are NaN in both."""
+    return np.array_equal(one, other, equal_nan=np.asarray(one).dtype.kind == "f")
 
 
 def _nothing(kind: Any) -> Any:
@@ -356,13 +366,12 @@ def differences(cubes: Mapping[int, Path]) -> Differences:
                         attributes[name] = str if isinstance(known, str) else "f8"
                 for name, variable in first.variables.items():
                     twin = other.variables[name]
-                    if "grid_mapping" in variable.ncattrs():
-                        continue
-                    if not np.array_equal(variable[...], twin[...]):
+                    if not _is_data(variable) and not _same(variable[...], twin[...]):
                         variables.add(name)
                 starts |= first.variables["time"].units != other.variables["time"].units
-                plane, another_plane = first.variables[GRID_MAPPING], other.variables[GRID_MAPPING]
-                moves |= any(plane.getncattr(name) != another_plane.getncattr(name) for name in plane.ncattrs())
+                if GRID_MAPPING in first.variables:  # images of cameras have none
+                    plane, another_plane = first.variables[GRID_MAPPING], other.variables[GRID_MAPPING]
+                    moves |= any(plane.getncattr(name) != another_plane.getncattr(name) for name in plane.ncattrs())
     return Differences(attributes, frozenset(variables), starts, moves)
 
 

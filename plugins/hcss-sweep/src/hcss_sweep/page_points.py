@@ -18,6 +18,7 @@ from hcss_sweep.errors import SweepError
 from hcss_sweep.folder import FORMAT, INDEX
 from hcss_twin import open_cube
 from hcss_twin.core.reading import reading
+from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.providers import HcssError
 from hcss_twin.reports.cube_frames import CURVES, FrameNumbers, ImageQuantity, Reader, binned, quantities, spread
 from hcss_twin.reports.provenance import json_attribute, versions_text
@@ -253,7 +254,8 @@ def read(points: Sequence[PointEntry]) -> SweepSummary:
     for point in chosen:
         assert point.cube is not None
         try:
-            with point.cube() as dataset:
+            with point.cube() as opened:
+                dataset = as_seen(opened)
                 present = quantities(dataset)
                 reader = Reader.of(dataset)
                 frames = spread(dataset.sizes["time"], READ_FRAMES)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.providers import Array
 from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, WIDTH_IN, drawing, new_figure, panels, picture, plain
 from hcss_twin.reports.page import Block, Markup, Page, Section, beside, facts, folded, note, paragraph
@@ -107,16 +108,16 @@ def _maps(contents: PropagationContents) -> Iterator[Block]:
 
 
 def _maps_of(contents: PropagationContents, name: str, band: int) -> Figure:
-    """Draw mean and standard deviations of the pixels of the first frame side by side, north at the top."""
+    """Draw mean and standard deviations of the pixels of the first frame side by side, as they are seen."""
+    dataset = as_seen(contents.dataset)
     figure = new_figure(2.0 * WIDTH_IN, 3.2)
     titles = ("mean", "standard deviation", "due to the seed")
     statistics = ("mean", "standard_deviation", "seed_standard_deviation")
-    x, y = (contents.dataset[axis].values * 1e-3 for axis in ("x", "y"))
-    top = float(
-        contents.dataset[f"{name}{MAP}standard_deviation"][..., 0, :, :].values.reshape(-1, y.size, x.size)[band].max()
-    )
+    unit = 1e3 if "units" in dataset["x"].attrs else 1.0
+    x, y = (dataset[axis].values / unit for axis in ("x", "y"))
+    top = float(dataset[f"{name}{MAP}standard_deviation"][..., 0, :, :].values.reshape(-1, y.size, x.size)[band].max())
     for axis, title, statistic in zip(figure.subplots(1, 3), titles, statistics, strict=True):
-        values = contents.dataset[f"{name}{MAP}{statistic}"]
+        values = dataset[f"{name}{MAP}{statistic}"]
         plane = values.isel(time=0).values.reshape(-1, y.size, x.size)[band]
         step = max(1, max(plane.shape) // DRAWN_PIXELS)
         limits = {} if statistic == "mean" else {"vmin": 0.0, "vmax": top or 1.0}
@@ -129,7 +130,7 @@ def _maps_of(contents: PropagationContents, name: str, band: int) -> Figure:
         bar.ax.tick_params(labelsize=LETTERS - 1)
         bar.ax.locator_params(nbins=4)
         bar.set_label(values.attrs["units"].removeprefix("1"), fontsize=LETTERS - 1)
-    figure.supxlabel("km from the centre", fontsize=LETTERS)
+    figure.supxlabel("km from the centre" if unit > 1.0 else "column; row, the first at the top", fontsize=LETTERS)
     return figure
 
 

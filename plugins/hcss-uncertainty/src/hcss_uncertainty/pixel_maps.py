@@ -81,14 +81,18 @@ class PixelMaps:
             self._moments.setdefault(name, PairMoments(values.shape)).add(values, second[name])
 
     def dataset(self, plan: Plan) -> xr.Dataset:
-        """Return the maps (band, time, y, x), with coordinates in metres from the centre and seconds."""
+        """Return the maps (band, time, y, x), with coordinates in metres from the centre and seconds.
+
+        Images that are no grid on the ground have rows and columns, the first row at the top.
+        """
         import xarray as xr
 
-        frames = plan.frame_times_s.size, *plan.pixels
+        plane = ("y", "x") if plan.is_grid else ("row", "column")
+        frames, metres = (plan.frame_times_s.size, *plan.pixels), {"units": "m"}
         data: dict[str, Any] = {}
         for name, found in self._moments.items():
             of_band = () if name == CLOUD else (len(plan.bands),)
-            dims, shape = (*(("band",) if of_band else ()), "time", "y", "x"), (*of_band, *frames)
+            dims, shape = (*(("band",) if of_band else ()), "time", *plane), (*of_band, *frames)
             label = {CLOUD: "cloud (1: cloud, 0: none)"}.get(name, name.replace("_", " "))
             for statistic, values, meaning in (
                 ("mean", found.mean, "mean over scenes of the pixel's"),
@@ -97,12 +101,13 @@ class PixelMaps:
             ):
                 about = {"long_name": f"{meaning} {label}", "units": _UNITS.get(name, "1")}
                 data[f"{name}{MAP}{statistic}"] = (dims, values.reshape(shape).astype(np.float32), about)
-        axes = {
-            name: (name, (pixels.start + np.arange(count) - 0.5 * (size - 1)) * plan.grid.pixel_size_m, {"units": "m"})
-            for name, pixels, count, size in zip(
-                ("y", "x"), plan.extent, plan.pixels, (plan.grid.rows, plan.grid.columns), strict=True
-            )
-        }
+        axes: dict[str, Any] = {name: (name, np.arange(count)) for name, count in zip(plane, plan.pixels, strict=True)}
+        if plan.is_grid:
+            sizes = zip(plane, plan.extent, plan.pixels, (plan.grid.rows, plan.grid.columns), strict=True)
+            axes = {
+                name: (name, (pixels.start + np.arange(count) - 0.5 * (size - 1)) * plan.grid.pixel_size_m, metres)
+                for name, pixels, count, size in sizes
+            }
         time = ("time", plan.frame_times_s, {"long_name": "time after the start of the scenario", "units": "s"})
         return xr.Dataset(data, {"time": time, **axes})
 

@@ -15,7 +15,7 @@ import click
 from hcss_evaluate.commands.image_options import image_options, refuse_image_options, worded_for_options
 from hcss_evaluate.matching import BUDGET
 from hcss_twin.cli.options import (
-    EXISTING_FILE,
+    EXISTING,
     NEW_FILE,
     Number,
     force_option,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @click.command("match")
-@click.argument("image", required=False, type=EXISTING_FILE)
+@click.argument("image", required=False, type=EXISTING)
 @click.option(
     "--fd",
     "wanted",

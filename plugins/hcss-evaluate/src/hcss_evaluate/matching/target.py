@@ -18,6 +18,8 @@ from hcss_twin.core.images import SMALLEST_SIDE
 from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.core.reading import first_bytes
+from hcss_twin.cube.coordinates import as_seen
+from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.database import read_facts
 from hcss_twin.models.clouds.imagery.cloudiness import (
     CloudIs,
@@ -183,13 +185,14 @@ def _cube(path: Path, choice: ImageChoice) -> _Source | None:
     """Read the first frame of a cube's thickness with its mask; None if the file or the choice is another image."""
     if choice.method != "auto" or choice.variable not in (None, _THICKNESS):
         return None
-    if not first_bytes(path, CatalogError).startswith(NETCDF):
+    if not is_zarr(path) and not first_bytes(path, CatalogError).startswith(NETCDF):
         return None
     try:
-        dataset = open_cube(path)
+        opened = open_cube(path)
     except CubeError:
         return None
-    with dataset:
+    with opened:
+        dataset = as_seen(opened)
         if choice.cloud_is != "auto":
             raise ImageError("cloud_is: has no meaning for a cube, whose own cloud is used; leave it out")
         if _THICKNESS not in dataset:
@@ -203,7 +206,9 @@ def _cube(path: Path, choice: ImageChoice) -> _Source | None:
             if name in dataset
         }
         step_y, step_x = (
-            float(dataset[axis][1] - dataset[axis][0]) if axis in dataset.coords and dataset.sizes[axis] > 1 else None
+            float(dataset[axis][1] - dataset[axis][0])
+            if dataset[axis].attrs.get("units") == "m" and dataset.sizes[axis] > 1
+            else None
             for axis in ("y", "x")
         )
         frames = dataset.sizes["time"]
@@ -219,7 +224,8 @@ def _cube(path: Path, choice: ImageChoice) -> _Source | None:
     turn = slice(None, None, -1 if north_first else 1), slice(None, None, -1 if east_first else 1)
     level = np.where(cloudy, thickness, np.nan)[turn]
     clouds = partial(_masked, choice, level, (north_first, east_first), cloud)
-    return _Source(thickness.shape, None if step_x is None else abs(step_x), False, clouds, tuple)
+    why = "" if "row" not in opened.dims else ", as pixels of a camera differ in size on the ground"
+    return _Source(thickness.shape, None if step_x is None else abs(step_x), False, clouds, tuple, why)
 
 
 def _image(path: Path, choice: ImageChoice) -> _Source:
