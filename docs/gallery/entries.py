@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 Panel = tuple[str, str, dict[str, int]]
-"""Title, variable and index along its axes."""
+"""Title, variable and index along its axes; ``"scene"`` 1 is the second scene."""
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,8 @@ class Entry:
     columns: int | None = None
     same_scale: tuple[int, ...] = ()
     """Group number of each panel; panels of a group share a scale. By default each panel has its own."""
+    second: Mapping[str, Any] = field(default_factory=dict)
+    """Keys of the second scene that differ from the file."""
 
 
 def _bands(variable: str, *titles: str) -> Iterator[Panel]:
@@ -112,6 +115,31 @@ ENTRIES = (
         "Each layer has its own particles, and some columns contain both layers. Each pixel is the mean of "
         "2 x 2 points.",
         tuple(_bands("brightness_temperature", "3-5 um", "8-14 um")),
+    ),
+    Entry(
+        "three-layers",
+        "Cirrus over altocumulus over cumulus. The plan chooses parallax, shadows and texture of the sea by itself. "
+        "At 3.7-4.2 um the sun glint is warmest; in the shadows of water clouds it is gone, and cirrus weakens it. At "
+        "10.3-11.3 um shadows are not seen.",
+        (*_bands("brightness_temperature", "3.7-4.2 um", "10.3-11.3 um"), *_layers(("shadow_mask", "shadow_mask"))),
+    ),
+    Entry(
+        "coast-from-two-orbits",
+        "Two cameras at an altitude of 700 km see one sky at one time from the west (left) and from the east (right: "
+        "`--set 'orbit.above=[36.7, -4.66]'`), at zenith angles of 14 degrees. Coast and ship, 2.5 km west and 1 km "
+        "south of the middle, stay in place. Cirrus at 9 km moves by 9 km x 2 tan 14 degrees = 4.5 km. At 3.7-4.2 um "
+        "the western camera looks toward the sun glint: the ship is 2.5 K warmer than the sea, which varies by 1.5 "
+        "K (standard deviation) with shadows of cirrus; from the east, under thin cirrus, it is 7.8 K warmer. Install "
+        "the [camera](../plugins/hcss-payload/README.md) and the [ship](../plugins/hcss-examples/README.md) with "
+        "`pip install ./plugins/hcss-payload ./plugins/hcss-examples`.",
+        tuple(
+            (f"{band}, from the {side}", "brightness_temperature", {"time": 0, "band": number, "scene": scene})
+            for number, band in enumerate(("3.7-4.2 um", "8-14 um"))
+            for scene, side in enumerate(("west", "east"))
+        ),
+        2,
+        (0, 0, 1, 1),
+        {"orbit.above": [36.7, -4.66]},
     ),
     Entry(
         "narrow-bands",

@@ -105,7 +105,8 @@ _LACKING = {
     "elements": "the scene has no elements; allowed: with a section [[elements]]",
     "surfaces": "the scene is sea everywhere; allowed: with a section [surfaces]",
     "texture": "clear sky has no texture; allowed: with sea.temperature_texture or atmosphere.water_vapour_texture",
-    "altitude": "the altitude of the sensor is not known; allowed: with platform.altitude",
+    "altitude": "the altitude of the sensor is not known; allowed: with platform.altitude; cubes of cameras have the "
+    "coordinates of their pixels without being asked",
 }
 """Reason why a scene lacks the variables that need a feature."""
 

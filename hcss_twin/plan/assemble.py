@@ -167,6 +167,7 @@ def assemble(
         spectral_grid=spectral_grid,
         profile=around.profile,
         grid=grid,
+        samples_per_pixel=scenario.image.samples_per_pixel,
         motion=motion,
         layers=layers,
         generators=generators,

@@ -61,6 +61,8 @@ class Assembly:
     ----------
     entries : mapping of str to Entry
         Registry entry of each provider, by kind; generators and optics of several layers are numbered.
+    samples_per_pixel : int
+        Points along a pixel that are averaged.
     particle_fields, optics_fields : tuple of str (L,)
         Scenario fields that define the particles of each layer, and their optics.
     optics_of_layers : tuple of Optics (L,)
@@ -95,6 +97,8 @@ class Assembly:
         Notes on the cloud types.
     directions : Directions or None
         All directions of view; None if pixels form a grid on the ground.
+    reach_m : (float, float) or None
+        How far the ground that is seen reaches from the centre along x and y; None: as far as the grid.
     has_texture : bool
         Whether clear sky has texture.
     alterations : tuple of (SectionEffect, float)
@@ -106,6 +110,7 @@ class Assembly:
     spectral_grid: SpectralGrid
     profile: Profile
     grid: Grid
+    samples_per_pixel: int
     motion: Motion
     layers: tuple[CloudLayer, ...]
     generators: tuple[CloudGenerator, ...]
@@ -138,6 +143,7 @@ class Assembly:
     cloud_notes: tuple[str, ...] = ()
     built: Mapping[str, Built] = field(default_factory=dict)
     directions: Directions | None = None
+    reach_m: tuple[float, float] | None = None
     has_texture: bool = False
     alterations: tuple[tuple[SectionEffect, float], ...] = ()
 

@@ -113,7 +113,12 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         assembly = assemble(scenario, catalog, slant, None, family)
     else:
         assembly = assemble(scenario, catalog, slant, given.climate, family, given.image)
-        assembly = replace(assembly, directions=given.directions)
+        assembly = replace(
+            assembly,
+            directions=given.directions,
+            samples_per_pixel=given.samples_per_pixel,
+            reach_m=given.reach_m(float(times[0]), float(times[-1])),
+        )
     texture = _texture(scenario, assembly)
     assembly = replace(assembly, has_texture=texture is not None)
     beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns is not None)

@@ -214,8 +214,8 @@ def list_omissions(
     # Waves make clear pixels brighter or darker than any of the columns.
     contrast = None if waves else largest_contrast(assembly, list(known.values()))
     typical = typical_contrast(list(known.values()))
-    if assembly.has_cloud and scenario.image.samples_per_pixel == 1:
-        why = "image.samples_per_pixel is 1: a pixel is what its centre sees; the bound is for a pixel"
+    if assembly.has_cloud and assembly.samples_per_pixel == 1:
+        why = "one point for each pixel: a pixel is what its centre sees; the bound is for a pixel"
         # Where a share f of the footprint is cloudy, the centre errs by 2 f (1 - f) steps on average: 1/3 over all f.
         crossed = "mean over the pixels that the edge of a cloud crosses"
         needs = "image.samples_per_pixel = 2 or more"

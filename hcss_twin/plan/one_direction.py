@@ -131,9 +131,10 @@ def corner_suns(assembly: Assembly, track: SunTrack, time_s: float) -> tuple[Sun
 
 
 def _corners_m(assembly: Assembly) -> tuple[tuple[float, float], ...]:
-    """Outer corners of the image in the north-east and south-east."""
+    """Outer corners of what is seen, in the north-east and south-east."""
     grid = assembly.grid
-    x, y = 0.5 * grid.columns * grid.pixel_size_m, 0.5 * grid.rows * grid.pixel_size_m
+    of_grid = 0.5 * grid.columns * grid.pixel_size_m, 0.5 * grid.rows * grid.pixel_size_m
+    x, y = of_grid if assembly.reach_m is None else assembly.reach_m
     return tuple((across * x, up * y) for across, up in _CORNERS)
 
 

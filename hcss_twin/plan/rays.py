@@ -116,6 +116,14 @@ class Rays(ABC):
         """Return what part of ``directions`` along x and y a frame sees, in which fewer tables do; None: any."""
         return None
 
+    def reach_m(self, *times_s: float) -> tuple[float, float] | None:
+        """Return how far the corners of some frames are from the centre of the scene along x and y; None: unknown."""
+        ends = (slice(row, row + 1) for row in (0, self.image.rows - 1))
+        corners = [(row, slice(at, at + 1)) for row in ends for at in (0, self.image.columns - 1)]
+        seen = [self.points_m(corner, time_s, 0.0) for time_s in times_s for corner in corners]
+        x_m, y_m = (np.abs(np.concatenate([np.ravel(part) for part in axis])) for axis in zip(*seen, strict=True))
+        return None if np.any(np.isnan(x_m)) else (float(x_m.max()), float(y_m.max()))
+
     def frame_key(self, time_s: float) -> Hashable:
         """Return what tells the rays of a frame from those of others; by default its time, which decides over them."""
         return time_s

@@ -205,8 +205,8 @@ def merged(
         bound = None if unknown else max(item.bound or 0.0, before.bound or 0.0)
         estimates = [omission.estimate for omission in (item, before) if omission.estimate is not None]
         omissions[item.what] = replace(before, bound=bound, estimate=max(estimates, default=None))
-    if len(surfaces.classes) > 1 and scenario.image.samples_per_pixel == 1:
-        why = "image.samples_per_pixel is 1: a pixel has the surface at its centre"
+    if len(surfaces.classes) > 1 and assembly.samples_per_pixel == 1:
+        why = "one point for each pixel: a pixel has the surface at its centre"
         omissions["surfaces within the footprint of a pixel"] = Omission(
             "surfaces within the footprint of a pixel", why, None
         )

@@ -56,6 +56,19 @@ def test_tracking_over_the_pole_keeps_the_target():
         assert (row, column) == pytest.approx((31.5, 31.5), abs=0.02)
 
 
+@pytest.mark.parametrize("bearing", range(0, 360, 45))
+@pytest.mark.parametrize("away", [0.5, 4.0, 12.0])
+def test_tracking_shows_north_of_the_place_straight_above_it_from_any_side(bearing, away):
+    place = np.array([36.7, -6.5])
+    toward = away * np.array([np.cos(np.radians(bearing)), np.sin(np.radians(bearing)) / np.cos(np.radians(place[0]))])
+    rest = above(*(place + toward))
+    pose, optics = pose_at(0.5, rest, Track(rest, *place)), camera(64, 2.0)
+    north = to_earth_centred(np.float64(place[0] + 0.005), np.float64(place[1]), 0.0)
+    row, column = optics.pixels(pose.to_body(north - pose.position_m))
+    assert row < 31.5 - 0.05
+    assert abs(column - 31.5) < 1e-3 * (31.5 - row)
+
+
 def test_push_broom_turns_smoothly_over_the_pole_and_the_date_line():
     orbit = Circular(700e3, 90.0, node_longitude_deg=179.99, argument_deg=80.0)
     turns = Rotation.from_quat([pose_at(t, orbit, PushBroom(orbit)).quaternion for t in np.arange(0.0, 400.0, 5.0)])

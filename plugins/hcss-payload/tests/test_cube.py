@@ -62,6 +62,39 @@ def test_a_plan_tells_the_pixels_of_the_camera_and_those_of_the_plane_of_the_sce
     assert told["plane"].startswith("64 rows x 64 columns of 100 m (6.4 x 6.4 km)")
 
 
+def test_only_pixels_of_one_point_lack_what_their_footprint_holds():
+    what = "clouds within the footprint of a pixel", "surfaces within the footprint of a pixel"
+    coast = {"place": {"latitude": 36.7, "longitude": -6.4}, "surfaces": {"provider": "coast"}}
+    over = {
+        "orbit": PASS["orbit"] | {"above": [36.7, -3.5]},
+        "clouds": {"type": "cumulus"},
+        "image": {"pixel_size": 300},
+    }
+    for points, lacks in ((None, False), (1, True), (2, False)):
+        camera = {} if points is None else {"camera": {"points": points}}
+        plan = hcss_twin.make_plan(scenario(PASS, coast, over, camera))
+        assert [any(item.what == name for item in plan.omissions) for name in what] == [lacks, lacks], points
+
+
+def test_a_single_frame_of_a_camera_shows_part_of_a_sky_with_one_threshold():
+    one = {"frames": {"count": 1}, "clouds": {"coverage_mode": None}}
+    assert [layer.coverage_mode for layer in scenario(PASS, one).clouds.layers] == ["field"]
+    assert [layer.coverage_mode for layer in scenario(one).clouds.layers] == ["frame"]
+    with pytest.raises(ScenarioError, match="one coverage of every image"):
+        hcss_twin.make_plan(scenario(PASS, one, {"clouds": {"coverage_mode": "frame"}}))
+
+
+def test_the_error_of_one_sun_is_that_over_what_the_camera_sees_however_large_the_plane():
+    def bound(**image):
+        day = {"time": "2024-04-20T03:00:00Z", "bands": ["mwir"], "frames": {"count": 1}, "image": image}
+        plan = hcss_twin.make_plan(scenario(PASS, day, {"orbit": {"above_time": 0.0}}))
+        return next(item.bound for item in plan.omissions if item.what == "sun angles of single pixels")
+
+    small = bound(rows=64, columns=64)
+    assert small > 0.0
+    assert bound(rows=2000, columns=2000) == small
+
+
 def test_pixels_of_a_pass_agree_with_its_geometry_and_certificate(pass_path):
     with hcss_twin.open_cube(pass_path) as cube:
         assert cube.attrs["hcss_certificate"].startswith("PASSED")
@@ -196,8 +229,11 @@ def test_a_full_disk_has_ground_missing_limb_and_space_of_no_radiance():
     # The disk of the Earth: its radius seen from the geostationary orbit is 8.7 degrees.
     seen = np.sqrt(np.sum(kind <= 1) / np.pi) * 3.2e-3
     assert np.degrees(np.arctan(seen)) == pytest.approx(8.7, abs=0.1)
-    limb = hcss_twin.make_plan(scenario(DISK)).rays.directions
-    assert isinstance(limb, Hemisphere)
+    plan = hcss_twin.make_plan(scenario(DISK))
+    assert isinstance(plan.rays.directions, Hemisphere)
+    # Its radiance changes little, because the air is as warm as the sea, but not its path through the air.
+    assert plan.views.edges
+    assert len(plan.views.extremes) > 1
 
 
 @pytest.mark.parametrize(("latitude", "longitude"), [(89.9, 10.0), (10.0, 179.98)])

@@ -199,7 +199,9 @@ def test_a_measured_frame_has_the_numbers_of_the_sensor_cube(tmp_path, stages):
 
 def test_a_target_is_an_element_of_the_scene():
     height_m, upward = 16e3, [0.0, 0.0, 30.0]
-    raw = merged(SCENE, PASS, SHORT, {"attitude": {"altitude": height_m}})
+    # Beside the target, which would stay between two rows.
+    beside = {"latitude": 30.0004, "longitude": 150.0006, "altitude": height_m}
+    raw = merged(SCENE, PASS, SHORT, {"attitude": beside})
     raw["clouds"] = SCENES["two layers"]["clouds"]
     alone = hcss_twin.Scenario.from_dict(raw)
     moving = {"x": 0.0, "y": 0.0, "altitude": height_m, "intensity": 5e5, "velocity": upward}

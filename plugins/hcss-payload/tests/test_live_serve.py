@@ -138,7 +138,7 @@ def test_a_served_frame_is_that_of_the_pose_and_sigterm_deletes_the_memory(files
                 targets = [PointTarget(30.0, 150.0, 2.5e3, (1e5,)), PointTarget(30.01, 150.0, 2e3, (1e5,))]
                 shown = client.wait(client.send_pose(pose, targets), TIMEOUT_S)
                 assert np.array_equal(shown.image, live.frame(2.0, shown.pose, targets=targets).radiance)
-                assert np.count_nonzero(shown.image > frame.image + 0.1) == 8
+                assert np.count_nonzero(shown.image > frame.image) == 8
                 assert np.array_equal(client.wait(client.send_pose(pose), TIMEOUT_S).image, frame.image)
                 with pytest.raises(PayloadError, match=r"target\.intensity: 2 values; allowed: 1, one a band"):
                     client.send_pose(pose, [PointTarget(30.0, 150.0, 0.0, (1.0, 2.0))])
@@ -209,7 +209,8 @@ def test_a_scene_that_fast_frames_do_not_show_is_served_with_the_pixels_of_cubes
     assert re.search(
         r"\ncube frames: .* ms a frame, .* a second; too slow for 1e\+06 \(0\.001 ms\): .*clouds .* ms", output
     )
-    assert re.search(r"omitted: clouds within the footprint of a pixel \(\S+ % of the radiance\): ", output)
+    assert re.search(r"omitted: waves as shapes.* % of the radiance\): the scene has the sea model 'cox-munk'", output)
+    assert "within the footprint" not in output  # a pixel is the mean of several points
     assert "note: frames are those of cubes, since fast frames do not show a map of the ground" in errors
 
 

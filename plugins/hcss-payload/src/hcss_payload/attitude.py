@@ -17,7 +17,7 @@ from hcss_payload.trajectory import Trajectory, velocity_m_s
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred
 from hcss_twin.providers import Array
 
-_NORTH = np.array([0.0, 0.0, 1.0])
+_AXIS = np.array([0.0, 0.0, 1.0])
 _PARALLEL = 1e-9
 """Sine of the angle below which a direction says nothing about the turn around another."""
 
@@ -59,12 +59,15 @@ class Nadir:
 
     def at(self, time_s: float) -> Array:
         """Return the quaternion."""
-        return looking(-_normal(self.trajectory.at(time_s)), _NORTH)
+        return looking(-_normal(self.trajectory.at(time_s)), _AXIS)
 
 
 @dataclass(frozen=True)
 class Track:
-    """Toward a fixed place on or above the Earth, with north up.
+    """Toward a fixed place on or above the Earth, with its north up: its meridian is vertical in the image.
+
+    The Earth's axis, of which oblique views show the part toward the zenith, too, would turn the image by up to 180
+    degrees during a pass.
 
     Parameters
     ----------
@@ -98,7 +101,8 @@ class Track:
                 f"attitude: the place {self.latitude_deg:g} N {self.longitude_deg:g} E is below the horizon at time "
                 f"{time_s:g} s; allowed: times when the camera is above it"
             )
-        return looking(away, _NORTH)
+        north = east_north_up(np.float64(self.latitude_deg), np.float64(self.longitude_deg))[1]  # type: ignore[arg-type]
+        return looking(away, north)
 
 
 @dataclass(frozen=True)
