@@ -43,14 +43,14 @@ class Topic(NamedTuple):
 
 
 TOPICS = (
-    Topic("Scenes and cubes", False, ("hcss_twin",)),
+    Topic("Scenes and cubes", False, ("hcss_twin", "hcss_twin.cube.frame_selection")),
     Topic("Providers", False, ("hcss_twin.providers",)),
     Topic("Commands", False, ("hcss_twin.cli.options",)),
     Topic(
         "Arguments, files and compiled loops",
         False,
-        ("hcss_twin.core.arguments", "hcss_twin.core.errors", "hcss_twin.core.files", "hcss_twin.core.kernels",
-         "hcss_twin.core.reading"),
+        ("hcss_twin.core.arguments", "hcss_twin.core.errors", "hcss_twin.core.files", "hcss_twin.core.json_numbers",
+         "hcss_twin.core.kernels", "hcss_twin.core.reading"),
     ),
     Topic("Sections of scenarios", False, ("hcss_twin.scenario.section_types", "hcss_twin.scenario.units")),
     Topic("Geometry", False, ("hcss_twin.physics.geodesy", "hcss_twin.physics.sun")),

@@ -19,7 +19,7 @@ from typing import Any
 from hcss_twin.core.errors import CatalogError, HcssError
 from hcss_twin.core.reading import open_netcdf
 
-__all__ = ["atomic_write"]
+__all__ = ["atomic_write", "require_file"]
 
 REMEDY = "give another name with -o, or --force"
 
@@ -77,13 +77,13 @@ def atomic_write(path: Path, error: type[HcssError], form: str = "") -> Iterator
             draft.unlink()
 
 
-def require_file(path: Path, error: type[HcssError], form: str = "") -> None:
-    """Refuse a name that an output file cannot have.
+def require_file(path: Path, error: type[HcssError], form: str = "", read: Iterable[Path] = ()) -> None:
+    """Refuse a name that an output file cannot have, before what it shall hold is computed.
 
     That is the name of a folder, of a device such as /dev/null, a pipe or a socket: renaming a draft would replace a
     device for all processes of the machine. Of an output of a ``form`` (:data:`FORMS`), it is also a name with the
     suffix of another form, which its readers would believe, and that of a file with other contents. A symbolic link is
-    replaced, and its target is not touched.
+    replaced, and its target is not touched. Nor may it be one of the files, or hold a folder, that were ``read``.
 
     Raises
     ------
@@ -94,8 +94,13 @@ def require_file(path: Path, error: type[HcssError], form: str = "") -> None:
         raise error(f"cannot write {path}: it is a folder")
     if is_device(path):
         raise error(f"cannot write {path}: it is a device, pipe or socket; allowed: a new name, or that of a file")
-    if not form:
-        return
+    if form:
+        _require_form(path, error, form)
+    require_not_read(path, read, error)
+
+
+def _require_form(path: Path, error: type[HcssError], form: str) -> None:
+    """Refuse the suffix of another form, and to replace a file with other contents."""
     suffix = Path(f"x{path.name}").suffix.lower()  # that of .zarr, too
     others = {suffix for name, suffixes in FORMS.items() if name != form for suffix in suffixes}
     if suffix not in FORMS[form] and suffix and (suffix in others or form in ("PNG", "picture")):

@@ -9,6 +9,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+__all__ = ["json_value"]
+
+
 def json_number(value: float | None) -> float | None:
     """Return a number, or None if it is missing or not finite."""
     return float(value) if value is not None and math.isfinite(value) else None

@@ -40,8 +40,8 @@ FROZEN = {
 }
 PUBLIC = {name: set(names) for name, names in PAGE.public().items()} | FROZEN
 LEFT = {
-    "hcss-author": 70, "hcss-bench": 25, "hcss-evaluate": 107, "hcss-export": 11, "hcss-modtran": 17, "hcss-paper": 48,
-    "hcss-skies": 20, "hcss-sweep": 65, "hcss-uncertainty": 57
+    "hcss-author": 67, "hcss-bench": 23, "hcss-evaluate": 97, "hcss-modtran": 12, "hcss-paper": 47, "hcss-skies": 19,
+    "hcss-sweep": 61, "hcss-uncertainty": 51
 }  # fmt: skip
 """Packages that import names that are not public, and how many; the numbers may only fall."""
 

@@ -10,6 +10,7 @@ import re
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Annotated
 
 import click
 import numpy as np
@@ -17,16 +18,18 @@ import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
 from hcss_author import sample_cloud_inputs
-from pydantic import Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 from test_plugins_use_the_public_api import FROZEN, PAGE, private_imports
 
 from hcss_twin import Scenario, brightness_temperature, make_plan, simulate
 from hcss_twin.cli import options
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import OptionError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import atomic_write, require_file
+from hcss_twin.core.json_numbers import json_value
 from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.core.reading import reading
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.engine.clouds import FrameClouds
@@ -72,7 +75,7 @@ from hcss_twin.providers import Path as LightPath
 from hcss_twin.providers.light import LightInputs
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import Angle, Duration, InstrumentLength, Length, Number, Whole
+from hcss_twin.scenario.units import Number, QuantityParser, Whole
 
 SOURCE = Path(__file__).read_text(encoding="utf-8")
 
@@ -91,14 +94,14 @@ def test_this_module_uses_every_public_name_and_no_other():
 def test_a_command_of_another_package_reads_a_scenario_and_writes_a_new_file(tmp_path):
     @click.command()
     @click.argument("scenario")
-    @options.set_option
-    @options.json_file_option
-    @options.force_option
+    @options.Shared.changes
+    @options.Shared.json_file
+    @options.Shared.force
     @click.option("--scale", type=options.Number(min=0.0), default=1.0)
     def ours(scenario, assignments, json_file, force, scale):
         options.require_writable([json_file], force, form="JSON")
         coverage = options.load(scenario, assignments).clouds.layers[0].coverage
-        options.write_json(json_file, json.dumps({"coverage": scale * coverage}))
+        options.write_json({"coverage": scale * coverage}, json_file)
 
     def run(*arguments):
         return CliRunner().invoke(ours, ["stratus", "--set", "clouds.coverage=0.25", *arguments])
@@ -127,6 +130,25 @@ def test_a_wrong_argument_and_a_damaged_file_are_errors_of_this_package(tmp_path
         draft.write_text("1 2 x")
     with pytest.raises(CatalogError, match=re.escape(str(path))), reading(path, CatalogError):
         np.loadtxt(path)
+    require_file(path, CatalogError, "other", [tmp_path / "other.txt"])
+    with pytest.raises(CatalogError, match="input of this command"):
+        require_file(path, CatalogError, read=[path])
+
+
+def test_a_command_answers_nothing_but_json_which_has_no_infinity():
+    @click.command()
+    @click.argument("path", type=options.Existing(file_okay=False))
+    @click.option("-o", "--output", type=options.Output(dir_okay=False))
+    @options.Shared.json
+    def ours(path, output, as_json):
+        click.echo(f"reading {path}")
+        if as_json:
+            options.write_json(json_value({"output": str(output), "sizes": (1.0, math.inf)}))
+
+    result = CliRunner().invoke(ours, [".", "--json", "-o", "a.nc"])
+    assert json.loads(result.stdout) == {"output": "a.nc", "sizes": [1.0, None]}
+    assert CliRunner().invoke(ours, ["/dev/null"]).exit_code == 2
+    assert "name of a file" in CliRunner().invoke(ours, [".", "-o", "new/"]).output
 
 
 def test_compiled_loops_give_what_python_gives():
@@ -149,10 +171,10 @@ def test_compiled_loops_give_what_python_gives():
 
 def test_a_section_takes_quantities_with_units_and_refuses_unknown_keys():
     class Scope(ScenarioSection):
-        focal_length: InstrumentLength = 0.1
-        field: Angle = Field(1.0, gt=0)
-        altitude: Length = 1.0
-        exposure: Duration = 1.0
+        focal_length: Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))] = 0.1
+        field: Annotated[float, BeforeValidator(QuantityParser("angle"))] = Field(1.0, gt=0)
+        altitude: Annotated[float, BeforeValidator(QuantityParser("length"))] = 1.0
+        exposure: Annotated[float, BeforeValidator(QuantityParser("duration"))] = 1.0
         gain: Number = 1.0
         lines: Whole = 1
 
@@ -289,6 +311,9 @@ def test_parts_of_frames_are_those_of_the_cube(plan, tables, scenario, tmp_path)
     LookUp.at(tables, time_s).fill(looked_up, thickness, plan.samples_per_pixel)
     np.testing.assert_allclose(looked_up, radiance[0], rtol=1e-5)
     kelvin = BrightnessTemperature(plan.spectral_grid, ["lwir"])(frame["radiance"])
+    chosen = FrameSelection.of(cube, "radiance", frames=[1])
+    np.testing.assert_array_equal(chosen.values(chosen.frames[0]), cube["radiance"].values[1])
+    assert chosen.planes == (FrameSelection.Plane("lwir", 10.5, pytest.approx(10.75, abs=0.01), 11.0),)
     expected = brightness_temperature(cube)
     np.testing.assert_allclose(kelvin, np.asarray(expected)[1, :, 3:9, 5:20], atol=2e-4)
 

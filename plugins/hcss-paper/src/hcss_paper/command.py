@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from functools import partial
 from pathlib import Path
@@ -10,9 +9,9 @@ from pathlib import Path
 import click
 
 from hcss_twin.cli.options import (
-    NEW_FILE,
+    Output,
+    Shared,
     Stop,
-    force_option,
     progress,
     require_two_files,
     require_writable,
@@ -27,11 +26,21 @@ EXIT_FAILED = 1
 @click.command()
 @click.argument("items", metavar="[ITEM]...", nargs=-1)
 @click.option(
-    "-o", "--output", type=NEW_FILE, default="hcss-reproduction.html", show_default=True, help="Report to write."
+    "-o",
+    "--output",
+    type=Output(dir_okay=False),
+    default="hcss-reproduction.html",
+    show_default=True,
+    help="Report to write.",
 )
-@click.option("--json", "json_file", type=NEW_FILE, help="File for rows, checks and verdicts as JSON, keyed by item.")
+@click.option(
+    "--json",
+    "json_file",
+    type=Output(dir_okay=False),
+    help="File for rows, checks and verdicts as JSON, keyed by item.",
+)
 @click.option("--seed", default=1, show_default=True, type=click.IntRange(min=0), help="Seed of random clouds.")
-@force_option
+@Shared.force
 @click.option("--list", "only_list", is_flag=True, help="List the items and compute nothing.")
 @click.pass_context
 def reproduce(
@@ -78,7 +87,7 @@ def reproduce(
     write_page(output, reproduction_page(results, seed))
     click.echo(with_size(output))
     if json_file is not None:
-        write_json(json_file, json.dumps({result.item.name: result.as_dict() for result in results}, indent=1))
+        write_json({result.item.name: result.as_dict() for result in results}, json_file, indent=1)
         click.echo(str(json_file))
     if any(outcome.result is None for outcome in results):
         sys.exit(EXIT_FAILED)

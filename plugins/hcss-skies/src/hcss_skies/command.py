@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import NEW_FILE, Number, metres, require_writable
+from hcss_twin.cli.options import Number, Output, metres, require_writable
 
 if TYPE_CHECKING:
     from hcss_skies.missing import Missing
@@ -43,7 +43,7 @@ def list_examples() -> None:
 
 @skies.command(name="import")
 @click.argument("image", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("-o", "--output", required=True, type=NEW_FILE, help="Example (.nc).")
+@click.option("-o", "--output", required=True, type=Output(dir_okay=False), help="Example (.nc).")
 @click.option(
     "--variable",
     help="Brightness temperature near 10.8 um in a file with several images; default: the one named like IR_108 "
