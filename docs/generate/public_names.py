@@ -44,7 +44,7 @@ class Topic(NamedTuple):
 
 TOPICS = (
     Topic("Scenes and cubes", False, ("hcss_twin", "hcss_twin.cube.frame_selection")),
-    Topic("Providers", False, ("hcss_twin.providers",)),
+    Topic("Providers", False, ("hcss_twin.providers", "hcss_twin.providers.registry.registry")),
     Topic("Commands", False, ("hcss_twin.cli.options",)),
     Topic(
         "Arguments, files and compiled loops",
@@ -94,6 +94,7 @@ TOPICS = (
         "Air and radiance",
         True,
         ("hcss_twin.models.atmosphere.climatology", "hcss_twin.models.atmosphere.profile_file",
+         "hcss_twin.models.atmosphere.table_file",
          "hcss_twin.models.atmosphere.path_radiance", "hcss_twin.models.radiance.brightness_temperature",
          "hcss_twin.models.radiance.physical.sunlight_in_air"),
     ),

@@ -17,7 +17,7 @@ from types import MappingProxyType
 from typing import Any
 
 from hcss_twin.core.errors import CatalogError, HcssError
-from hcss_twin.core.reading import open_netcdf
+from hcss_twin.core.reading import Reading
 
 __all__ = ["atomic_write", "require_file"]
 
@@ -222,7 +222,7 @@ def open_format(path: Path, name: str, *versions: int) -> Iterator[Any]:
     CatalogError
         If it is not NetCDF or has another format.
     """
-    with open_netcdf(path, CatalogError, "not a readable NetCDF file") as dataset:
+    with Reading(path, CatalogError, "not a readable NetCDF file").netcdf() as dataset:
         actual = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
         if actual[0] != name or actual[1] not in versions:
             allowed = " or ".join(map(str, versions))

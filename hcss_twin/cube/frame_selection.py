@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError, choose_from
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import as_seen, frame_times_s
 from hcss_twin.cube.pixel_grid import PixelGrid, first_and_step
 from hcss_twin.cube.variables import LAYER
@@ -143,7 +143,7 @@ class FrameSelection:
         data = self.data if frame.number is None else self.data.isel(time=frame.number)
         if self.plane_kind:
             data = data.isel({self.plane_kind: list(self.chosen)})
-        with reading(f"{self.variable} of frame {frame.number}", CubeError):
+        with Reading(f"{self.variable} of frame {frame.number}", CubeError):
             values = data.to_numpy()
         return np.ascontiguousarray(values if self.plane_kind else values[None])
 

@@ -40,8 +40,8 @@ FROZEN = {
 }
 PUBLIC = {name: set(names) for name, names in PAGE.public().items()} | FROZEN
 LEFT = {
-    "hcss-author": 67, "hcss-bench": 23, "hcss-evaluate": 97, "hcss-modtran": 12, "hcss-paper": 47, "hcss-skies": 19,
-    "hcss-sweep": 61, "hcss-uncertainty": 51
+    "hcss-author": 66, "hcss-bench": 23, "hcss-evaluate": 94, "hcss-paper": 46, "hcss-skies": 16, "hcss-sweep": 60,
+    "hcss-uncertainty": 51
 }  # fmt: skip
 """Packages that import names that are not public, and how many; the numbers may only fall."""
 

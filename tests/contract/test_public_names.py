@@ -28,7 +28,7 @@ from hcss_twin.core.errors import OptionError
 from hcss_twin.core.files import atomic_write, require_file
 from hcss_twin.core.json_numbers import json_value
 from hcss_twin.core.kernels import inner, kernel
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
@@ -43,6 +43,7 @@ from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.atmosphere.climatology import Climatology
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
@@ -52,7 +53,7 @@ from hcss_twin.models.clouds.fractal.rows import cubic_weights
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.models.radiance.physical.sunlight_in_air import scattered_once
-from hcss_twin.models.sensor.noise import key_of, pixel_key, row_key, standard_normal
+from hcss_twin.models.sensor.noise import key_of, standard_normal
 from hcss_twin.models.sensor.parameters import of_band, within
 from hcss_twin.models.sensor.philox import fill_normals
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn, to_plane
@@ -70,9 +71,23 @@ from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_stages import build_stages, smear_of_sensor
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import views_over_image
-from hcss_twin.providers import Array, CatalogError, Grid, Leg, ScenarioError, SensorBand, SensorInputs, View, planck
+from hcss_twin.providers import (
+    Array,
+    AtmosphereInputs,
+    CatalogError,
+    Grid,
+    Leg,
+    ProviderError,
+    ScenarioError,
+    SensorBand,
+    SensorInputs,
+    View,
+    planck,
+    to_space,
+)
 from hcss_twin.providers import Path as LightPath
 from hcss_twin.providers.light import LightInputs
+from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import Number, QuantityParser, Whole
@@ -128,7 +143,7 @@ def test_a_wrong_argument_and_a_damaged_file_are_errors_of_this_package(tmp_path
     assert not list(tmp_path.iterdir())
     with atomic_write(path, CatalogError) as draft:
         draft.write_text("1 2 x")
-    with pytest.raises(CatalogError, match=re.escape(str(path))), reading(path, CatalogError):
+    with pytest.raises(CatalogError, match=re.escape(str(path))), Reading(path, CatalogError):
         np.loadtxt(path)
     require_file(path, CatalogError, "other", [tmp_path / "other.txt"])
     with pytest.raises(CatalogError, match="input of this command"):
@@ -376,9 +391,6 @@ def test_random_numbers_of_pixels_depend_on_their_place_alone():
     assert key != key_of(7, "ours", "mwir")
     whole, part = standard_normal(key, (40, 50), (-5, -5)), standard_normal(key, (3, 4), (10, 20))
     np.testing.assert_array_equal(part, whole[15:18, 25:29])
-    rows = [np.uint64(row_key(np.uint64(key), np.int64(row))) for row in (0, 1)]
-    keys = {int(pixel_key(row, np.int64(column))) for row in rows for column in (0, 1)}
-    assert len(keys) == 4
     numbers, tail = np.empty(64 * 200, np.float32), np.empty(64, np.float32)
     fill_normals(numbers, 3, 0, np.uint64(key))
     fill_normals(tail, 3, 199, np.uint64(key))
@@ -458,6 +470,23 @@ def test_the_climatology_is_warm_at_the_equator_and_profiles_follow(plan):
     assert warm > cold + 10.0
     tropical, winter = (load_profile(name, plan.catalog) for name in ("tropical", "subarctic-winter"))
     assert tropical.temperature_at(np.array([0.0]))[0] > winter.temperature_at(np.array([0.0]))[0] + 30.0
+
+
+def test_a_table_of_air_is_what_a_provider_that_is_chosen_by_name_reads(plan, tmp_path):
+    profile, path = load_profile("tropical", plan.catalog), tmp_path / "grey.nc"
+    height_m, zenith_deg, wavenumber = np.array([0.0, 2e3]), np.array([0.0, 60.0]), np.array([900.0, 1000.0])
+    values = np.full((2, 2, 2), 0.5)
+    AtmosphereTable(height_m, zenith_deg, wavenumber, values, values, profile, 1.0, "ours").write(path, {})
+    read = AtmosphereTable.read(path)
+    np.testing.assert_array_equal(read.transmittance, values)
+    with Reading(path, CatalogError).netcdf() as file:
+        np.testing.assert_array_equal(file.variables["zenith_deg"][:], zenith_deg)
+    registry = Registry.discover()
+    entry = registry.resolve("atmosphere", "hcss-twin/table")
+    table = registry.create(entry, AtmosphereInputs(read.profile, plan.catalog), {"file": str(path)})
+    np.testing.assert_allclose(table.transmittance(wavenumber, [to_space(0.0, 0.0)]), 0.5)
+    with pytest.raises(ProviderError, match="fil"):
+        registry.create(entry, AtmosphereInputs(read.profile, plan.catalog), {"fil": str(path)})
 
 
 class Grey:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import atomic_write, open_format
 from hcss_twin.core.netcdf import NetcdfFile
-from hcss_twin.core.reading import reading, reads
+from hcss_twin.core.reading import Reading, reads
 
 FOLDER = "clouds"
 """Name of the folder of entries in the catalog, next to a scenario, and in the output of ``hcss import``."""
@@ -206,7 +206,7 @@ def read_entry(path: Path) -> CloudEntry:
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as file:
         facts = _facts(path, file)
-        with reading(path, CatalogError, "damaged or incomplete entry"):
+        with Reading(path, CatalogError, "damaged or incomplete entry"):
             planes = {name: np.ma.getdata(file.variables[name][...]) for name in _LONG_NAMES}
     mask = planes["mask"]
     entry = CloudEntry(
@@ -231,7 +231,7 @@ def read_facts(path: Path) -> tuple[EntryFacts, tuple[int, int]]:
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as file:
         facts = _facts(path, file)
-        with reading(path, CatalogError, "damaged or incomplete entry"):
+        with Reading(path, CatalogError, "damaged or incomplete entry"):
             return facts, (file.dimensions["y"].size, file.dimensions["x"].size)
 
 

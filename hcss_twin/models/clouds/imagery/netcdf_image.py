@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
-from hcss_twin.core.netcdf import NETCDF, NetcdfFile, netcdf_lock
-from hcss_twin.core.reading import MAX_IMAGE_PIXELS, first_bytes, reading, require_size
+from hcss_twin.core.netcdf import NetcdfFile, netcdf_lock
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading, require_size
 from hcss_twin.models.clouds.database import FORMAT as ENTRY
 from hcss_twin.models.clouds.imagery.image import SQUARE, SatelliteImage, choose_plane, square_side
 
@@ -49,7 +49,7 @@ def quiet() -> Iterator[None]:
 def read_netcdf(path: Path, variable: str | None) -> SatelliteImage:
     """Read one plane of a NetCDF file; see :func:`hcss_twin.models.clouds.imagery.reader.read_image`."""
     what = "it is NetCDF, but damaged, truncated or unsupported"
-    with reading(path, CatalogError, what), quiet(), NetcdfFile(path) as dataset:
+    with Reading(path, CatalogError, what), quiet(), NetcdfFile(path) as dataset:
         hint = _OF_AN_ENTRY if _text(dataset, "format") == ENTRY else ""
         name = choose_plane(path, variable, _planes(dataset), list(dataset.variables), hint)
         require_size(path, dataset.variables[name].shape, CatalogError, MAX_IMAGE_PIXELS, "pixels")
@@ -228,9 +228,9 @@ def planck_coefficients(path: Path) -> PlanckCoefficients | None:
     CatalogError
         If the file cannot be read.
     """
-    if not first_bytes(path, CatalogError).startswith(NETCDF):
+    if not Reading(path, CatalogError).is_netcdf:
         return None
-    with reading(path, CatalogError, "not a NetCDF file that can be read"), quiet(), NetcdfFile(path) as dataset:
+    with Reading(path, CatalogError, "not a NetCDF file that can be read"), quiet(), NetcdfFile(path) as dataset:
         if not all(name in dataset.variables for name in _PLANCK):
             return None
         values = [float(_numbers(dataset.variables[name]).ravel()[0]) for name in _PLANCK]

@@ -14,7 +14,7 @@ from hcss_export.projection import Projection, projection_of
 from hcss_twin import open_cube
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import atomic_write, require_file
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.providers import CubeError
 
@@ -96,7 +96,7 @@ def export_cube(
     if limits is not None:
         _check_limits(to, limits)
     cube = Path(cube)
-    with reading(cube, CubeError), open_cube(cube) as dataset:
+    with Reading(cube, CubeError), open_cube(cube) as dataset:
         selection = FrameSelection.of(dataset, variable, bands, frames)
         projection = projection_of(dataset, selection.data)
         names = file_names(selection, to, cube, None if output is None else Path(output))

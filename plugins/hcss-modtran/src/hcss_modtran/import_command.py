@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import Existing, Number, Output, Shared, require_writable, with_size, write_json
+from hcss_twin.cli.options import Existing, Number, Output, Shared, require_writable, write_json
 
 
 @click.command("import")
@@ -59,4 +59,4 @@ def atmosphere_import(
     if as_json:
         write_json({"table": str(output), "bytes": output.stat().st_size, "checks": checks})
     else:
-        click.echo("\n".join([*(f"  {line}" for line in checks), with_size(output)]))
+        click.echo("\n".join([*(f"  {line}" for line in checks), f"{output}  {output.stat().st_size / 1e6:.1f} MB"]))

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.netcdf import NETCDF
-from hcss_twin.core.reading import first_bytes, open_netcdf
+from hcss_twin.core.reading import Reading
 from hcss_twin.models.clouds.imagery.examination import examined
 from hcss_twin.models.clouds.imagery.image import WINDOW_UM, SatelliteImage
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients
@@ -74,11 +73,11 @@ def read_plane(path: Path, variable: str | None, at: Mapping[str, int], pattern:
     CatalogError
         If there is no such image, or an index is missing or out of range.
     """
-    if not first_bytes(path, CatalogError).startswith(NETCDF):
+    if not Reading(path, CatalogError).is_netcdf:
         if at:
             raise CatalogError(f"{path}: --at {next(iter(at))}: allowed for NetCDF variables of several images only")
         return _of_image(path, read_image(path, variable))
-    with open_netcdf(path, CatalogError, "not a NetCDF file that can be read") as dataset:
+    with Reading(path, CatalogError, "not a NetCDF file that can be read").netcdf() as dataset:
         name = variable or window_channel(dataset.variables, pattern)
         item = None if name is None else dataset.variables.get(name)
         if item is not None and (at or sum(size > 1 for size in item.shape) > 2):

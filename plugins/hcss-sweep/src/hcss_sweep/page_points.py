@@ -17,7 +17,7 @@ from hcss_sweep.dataset import MARK, open_sweep
 from hcss_sweep.errors import SweepError
 from hcss_sweep.folder import FORMAT, INDEX
 from hcss_twin import open_cube
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.providers import HcssError
 from hcss_twin.reports.cube_frames import CURVES, FrameNumbers, ImageQuantity, Reader, binned, quantities, spread
@@ -98,7 +98,7 @@ def opened(path: Path) -> Iterator[Sweep]:
 
 
 def _index(path: Path) -> dict[str, Any]:
-    with reading(path, SweepError):
+    with Reading(path, SweepError):
         index = json.loads(path.read_text(encoding="utf-8"))
     if not isinstance(index, dict) or index.get("format") != FORMAT or not isinstance(index.get("points"), list):
         raise SweepError(f"{path} is not a sweep index of this version")

@@ -14,8 +14,7 @@ import numpy as np
 
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
 from hcss_evaluate.errors import ImageOptionError
-from hcss_twin.core.netcdf import NETCDF
-from hcss_twin.core.reading import first_bytes, reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, described, has_values_in_cloud_only
 from hcss_twin.models.clouds.imagery.image import SatelliteImage, SeveralImagesError
 from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients, quiet
@@ -149,7 +148,7 @@ def open_footage(
     from hcss_evaluate.comparison.cube_footage import cube_footage
     from hcss_twin import open_cube
 
-    with reading(paths[0], CubeError):
+    with Reading(paths[0], CubeError):
         return cube_footage(title, stack.enter_context(open_cube(paths[0])), paths[0], choice, like)
 
 
@@ -157,7 +156,7 @@ def is_cube(path: Path) -> bool:
     """Whether a file is a cube of this package, complete or not."""
     if path.suffix.lower() == ".zarr" and path.is_dir():
         return True
-    if not path.is_file() or not first_bytes(path, CatalogError).startswith(NETCDF):
+    if not path.is_file() or not Reading(path, CatalogError).is_netcdf:
         return False
     with suppress(Exception), quiet(), NetcdfFile(path) as dataset:  # a damaged file of any kind
         return "hcss_cube_format" in dataset.ncattrs()

@@ -15,9 +15,8 @@ from hcss_evaluate.matching.structure import LEVELS, STILL, CloudImage, grey_inp
 from hcss_twin import open_cube
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.images import SMALLEST_SIDE
-from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.plugins import FAILURES, describe, installed
-from hcss_twin.core.reading import first_bytes
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.database import read_facts
@@ -185,7 +184,7 @@ def _cube(path: Path, choice: ImageChoice) -> _Source | None:
     """Read the first frame of a cube's thickness with its mask; None if the file or the choice is another image."""
     if choice.method != "auto" or choice.variable not in (None, _THICKNESS):
         return None
-    if not is_zarr(path) and not first_bytes(path, CatalogError).startswith(NETCDF):
+    if not is_zarr(path) and not Reading(path, CatalogError).is_netcdf:
         return None
     try:
         opened = open_cube(path)

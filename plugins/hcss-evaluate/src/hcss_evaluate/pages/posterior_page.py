@@ -14,7 +14,7 @@ from hcss_evaluate.matching.quantities import MAX_RATIO
 from hcss_evaluate.pages import posterior_figures as figures
 from hcss_evaluate.pages.posterior_figures import QUANTILES, Variogram
 from hcss_evaluate.posterior.posterior_file import SUSPICIOUS, VERSION_ATTRIBUTE, Posterior, read_posterior
-from hcss_twin.core.reading import open_netcdf
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array
 from hcss_twin.reports.figures import drawing
 from hcss_twin.reports.page import Block, Page, Section, badge, beside, element, folded, note, paragraph
@@ -75,7 +75,7 @@ def read_contents(path: Path) -> PosteriorContents:
         If it is not a posterior, has not converged or is damaged.
     """
     posterior = read_posterior(path)
-    with open_netcdf(path, PosteriorError) as file:
+    with Reading(path, PosteriorError).netcdf() as file:
         file.set_auto_mask(False)
         chains = {name: file[name] for name in posterior.chains}
         attributes = {

@@ -29,7 +29,7 @@ from hcss_twin import __version__
 from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import atomic_write, require_file
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
 from hcss_twin.providers import Array, Catalog, HcssError
 
@@ -204,7 +204,7 @@ class Checkpoint:
         if not self._path.exists():
             return None
         remedy = f"delete {self._path} to begin anew"
-        with reading(self._path, PosteriorError, f"damaged state of a fit; {remedy}"):
+        with Reading(self._path, PosteriorError, f"damaged state of a fit; {remedy}"):
             file: dict[str, Any] = dict(read_arrays(self._path))
             if str(file["fingerprint"]) != self._fingerprint:
                 raise PosteriorError(

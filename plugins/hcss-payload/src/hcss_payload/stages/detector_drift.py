@@ -8,8 +8,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from hcss_payload.stages.random_numbers import pixel_key, row_key
 from hcss_twin.core.kernels import kernel
-from hcss_twin.models.sensor.noise import key_of, pixel_key, row_key, standard_normal
+from hcss_twin.models.sensor.noise import key_of, standard_normal
 from hcss_twin.models.sensor.parameters import of_band, within
 from hcss_twin.providers import Array, Measured, Problem, ScenarioError, SensorDeclaration, SensorInputs
 
