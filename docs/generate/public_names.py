@@ -86,9 +86,15 @@ TOPICS = (
         "Fractal clouds",
         True,
         ("hcss_twin.models.clouds.fractal.parameters", "hcss_twin.models.clouds.fractal.octaves",
-         "hcss_twin.models.clouds.fractal.field", "hcss_twin.models.clouds.fractal.rows",
+         "hcss_twin.models.clouds.fractal.field",
          "hcss_twin.models.clouds.fractal.generator", "hcss_twin.models.clouds.fractal.expected_variogram",
          "hcss_twin.models.clouds.thickness"),
+    ),
+    Topic(
+        "Images of clouds",
+        True,
+        ("hcss_twin.models.clouds.imagery.image", "hcss_twin.models.clouds.imagery.reader",
+         "hcss_twin.models.clouds.imagery.parameters"),
     ),
     Topic(
         "Air and radiance",

@@ -210,19 +210,19 @@ def require_writable(
         If a file exists without ``force``, its name or its folder does not do, or it is read by the command.
     """
     from hcss_twin.core.errors import CubeError
-    from hcss_twin.core.files import require_file, require_not_read
+    from hcss_twin.core.files import Writing, require_not_read
 
     for path in paths:
         if path is None:
             continue
         is_store = form == "Zarr"  # a folder; its writer knows which ones it may replace
         if not is_store:
-            require_file(path, CubeError)
+            Writing(path, CubeError).check()
         if os.path.lexists(path) and not force:
             raise click.ClickException(f"{path} exists; {remedy}, or --force")
         require_not_read(path, _read_by_command(), CubeError)
         if not is_store:
-            require_file(path, CubeError, form)
+            Writing(path, CubeError, form).check()
         folder = path.absolute().parent
         if not folder.is_dir():
             raise click.ClickException(f"cannot write {path}: there is no folder {folder}")
@@ -279,9 +279,9 @@ def write_json(value: Any, path: Path | None = None, indent: int | None = None) 
         click.echo(text, file=_answers)
         return
     from hcss_twin.core.errors import HcssError
-    from hcss_twin.core.files import atomic_write
+    from hcss_twin.core.files import Writing
 
-    with atomic_write(path, HcssError, "JSON") as draft:
+    with Writing(path, HcssError, "JSON") as draft:
         draft.write_text(text + "\n", encoding="utf-8")
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CubeError, HcssError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
@@ -304,7 +304,7 @@ def write_occupancy(columns: CloudColumns, path: Path, step_m: float) -> tuple[i
         raise CubeError(str(error)) from error
     shares = occupancy(columns.base_m, columns.top_m, edges)
     shares *= columns.fraction.astype(np.float32)
-    with atomic_write(path, CubeError, "NetCDF") as draft:
+    with Writing(path, CubeError, "NetCDF") as draft:
         _write(draft, columns, edges, shares)
     levels, rows, width = shares.shape
     return levels, rows, width

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.reports.tables import Table
 
 
@@ -197,5 +197,5 @@ def write_page(path: Path, page: Page) -> None:
         If it cannot be written.
     """
     text = page_text(page)
-    with atomic_write(path, HcssError, "HTML") as draft:
+    with Writing(path, HcssError, "HTML") as draft:
         draft.write_text(text, encoding="utf-8")

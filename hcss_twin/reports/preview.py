@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError, choose_from
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import reads
 from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.cube.reader import open_cube
@@ -190,7 +190,7 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     bar.set_label(axis_label(str(shown.name).replace("_", " "), units) + missing)
     title = f"{dataset.attrs.get('title', '')} — {band} — t from {np.datetime_as_string(start, unit='ms')}Z"
     figure.suptitle(textwrap.fill(title, int(13 * figure.get_figwidth())), fontsize=10)
-    with atomic_write(path, CubeError) as draft:
+    with Writing(path, CubeError) as draft:
         figure.savefig(draft, dpi=110, format="png")
 
 
@@ -222,6 +222,6 @@ def _animation(data: xr.DataArray, colours: str, path: Path) -> None:
         picture.paste(Image.fromarray((np.nan_to_num(grey) * 255).round().astype(np.uint8)), (0, strip))
         ImageDraw.Draw(picture).text((2, 2), label, fill=255, font=font)
         images.append(picture)
-    with atomic_write(path, CubeError) as draft:
+    with Writing(path, CubeError) as draft:
         rest = {"append_images": images[1:], "duration": FRAME_DURATION_MS, "loop": 0}
         images[0].save(draft, format="GIF", save_all=True, **rest)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import HcssError
-from hcss_twin.core.files import require_file, require_not_read
+from hcss_twin.core.files import Writing, require_not_read
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.own_packages import PAGES, PAGES_OF_FOLDERS, how_to_install
 from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe, installed
@@ -60,7 +60,7 @@ def report(
     origin, entry = _page_of(path)
     target = Path(output) if output is not None else _beside(path)
     require_not_read(target, [path], HcssError)
-    require_file(target, HcssError, "HTML")
+    Writing(target, HcssError, "HTML").check()
     if target.exists() and not replace:
         raise HcssError(f"{target} exists; allowed: another name with -o, or --force")
     try:

@@ -40,7 +40,7 @@ FROZEN = {
 }
 PUBLIC = {name: set(names) for name, names in PAGE.public().items()} | FROZEN
 LEFT = {
-    "hcss-author": 66, "hcss-bench": 23, "hcss-evaluate": 94, "hcss-paper": 46, "hcss-skies": 16, "hcss-sweep": 60,
+    "hcss-author": 66, "hcss-bench": 23, "hcss-evaluate": 84, "hcss-paper": 46, "hcss-sweep": 60,
     "hcss-uncertainty": 51
 }  # fmt: skip
 """Packages that import names that are not public, and how many; the numbers may only fall."""
@@ -110,7 +110,7 @@ def test_a_readme_lists_the_modules_of_the_private_names_that_a_plugin_imports(p
 
 def test_private_imports_are_seen():
     text = (
-        "import hcss_twin.plan.windows\nfrom hcss_twin.core.files import atomic_write, flush\n"
+        "import hcss_twin.plan.windows\nfrom hcss_twin.core.files import Writing, flush\n"
         "from hcss_twin import Plan, sense\nfrom hcss_twin.plan import windows\n"
     )
     assert set(private_imports(text)) == {

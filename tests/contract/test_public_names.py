@@ -25,7 +25,7 @@ from hcss_twin import Scenario, brightness_temperature, make_plan, simulate
 from hcss_twin.cli import options
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import OptionError
-from hcss_twin.core.files import atomic_write, require_file
+from hcss_twin.core.files import Writing
 from hcss_twin.core.json_numbers import json_value
 from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.core.reading import Reading
@@ -45,16 +45,18 @@ from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
-from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.models.clouds.fractal.field import FractalField, Lattice, PixelWindow
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
-from hcss_twin.models.clouds.fractal.octaves import Octave, separate_octaves
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.models.clouds.fractal.rows import cubic_weights
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.parameters import ImageReading
+from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.models.radiance.physical.sunlight_in_air import scattered_once
 from hcss_twin.models.sensor.noise import key_of, standard_normal
-from hcss_twin.models.sensor.parameters import of_band, within
+from hcss_twin.models.sensor.parameters import OfBands
 from hcss_twin.models.sensor.philox import fill_normals
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn, to_plane
 from hcss_twin.physics.sun import sun_position
@@ -138,16 +140,16 @@ def test_a_wrong_argument_and_a_damaged_file_are_errors_of_this_package(tmp_path
     with pytest.raises(OptionError, match=r"width_m: 'wide'.*allowed: a finite number"):
         halved("wide")
     path = tmp_path / "numbers.txt"
-    with pytest.raises(CatalogError, match="cannot write"), atomic_write(path, CatalogError) as draft:
+    with pytest.raises(CatalogError, match="cannot write"), Writing(path, CatalogError) as draft:
         (draft / "of no folder").write_text("1 2")
     assert not list(tmp_path.iterdir())
-    with atomic_write(path, CatalogError) as draft:
+    with Writing(path, CatalogError) as draft:
         draft.write_text("1 2 x")
     with pytest.raises(CatalogError, match=re.escape(str(path))), Reading(path, CatalogError):
         np.loadtxt(path)
-    require_file(path, CatalogError, "other", [tmp_path / "other.txt"])
+    Writing(path, CatalogError, "other", [tmp_path / "other.txt"]).check()
     with pytest.raises(CatalogError, match="input of this command"):
-        require_file(path, CatalogError, read=[path])
+        Writing(path, CatalogError, read=[path]).check()
 
 
 def test_a_command_answers_nothing_but_json_which_has_no_infinity():
@@ -399,11 +401,11 @@ def test_random_numbers_of_pixels_depend_on_their_place_alone():
 
 
 def test_a_parameter_is_a_number_for_all_bands_or_a_table():
-    check = within(0.0, 2.0).func
-    assert of_band(check(1), "lwir", "gain") == 1.0
-    assert of_band(check({"lwir": 2.0}), "lwir", "gain") == 2.0
+    check = OfBands.within(0.0, 2.0).func
+    assert OfBands.number(check(1), "lwir", "gain") == 1.0
+    assert OfBands.number(check({"lwir": 2.0}), "lwir", "gain") == 2.0
     with pytest.raises(ScenarioError, match=r"sensor\.parameters\.gain: gives no number for band 'mwir'"):
-        of_band({"lwir": 2.0}, "mwir", "gain")
+        OfBands.number({"lwir": 2.0}, "mwir", "gain")
     with pytest.raises(ValueError, match="out of range"):
         check(3.0)
 
@@ -415,7 +417,7 @@ def test_a_parameter_is_a_number_for_all_bands_or_a_table():
 def octaves(plan):
     shape = plan.assembly.generators[0].parameters
     assert isinstance(shape, FractalParameters)
-    return separate_octaves(shape, plan.grid, plan.assembly.motion, noise=False)
+    return Octave.separate(shape, plan.grid, plan.assembly.motion, noise=False)
 
 
 def test_octaves_share_the_variance_of_the_field(octaves):
@@ -436,7 +438,7 @@ def test_a_window_of_the_field_is_a_part_of_the_whole(octaves, plan):
 
 def test_weights_between_nodes_have_unit_norm_and_correlate_as_tabulated():
     fraction = np.linspace(0.0, 1.0, 11)
-    weights = np.asarray(cubic_weights(fraction))
+    weights = Lattice.weights(fraction)
     np.testing.assert_allclose(np.sum(weights**2, axis=1), 1.0)
     correlation = KernelCorrelation.tabulate()
     assert correlation(np.array([0.0])) == pytest.approx(1.0)
@@ -444,6 +446,28 @@ def test_weights_between_nodes_have_unit_norm_and_correlate_as_tabulated():
     # positions a cell apart share three of their four nodes
     apart = np.mean(np.sum(weights[:-1, 1:] * weights[:-1, :3], axis=1))
     assert correlation(np.array([1.0])) == pytest.approx(apart, abs=0.02)
+
+
+def test_nodes_of_a_lattice_are_those_of_any_part_of_it():
+    lattice, places = Lattice(7, 2), np.arange(-3, 60)
+    whole = lattice.normals(0, places, places)
+    np.testing.assert_array_equal(lattice.normals(0, places[5:9], places[20:]), whole[5:9, 20:])
+    assert np.mean(whole) == pytest.approx(0.0, abs=0.05)
+    assert not np.any(lattice.normals(1, places, places) == whole)
+    assert len({Lattice(7, octave).offset(axis) for octave in (1, 2) for axis in (0, 1)}) == 4
+
+
+def test_an_image_of_celsius_is_one_of_kelvin_in_which_cold_is_cloud(tmp_path):
+    path = tmp_path / "a.npy"
+    np.save(path, 270.0 + np.random.default_rng(3).normal(0.0, 9.0, (20, 30)))
+    image = read_image(path, ImageReading().variable)
+    assert any("brightness temperatures in kelvin?" in text for text in image.described("auto"))
+    celsius = SatelliteImage(image.values - 273.15, None, True, "degC", "temperature", "a")
+    kelvin = celsius.examined(path)
+    np.testing.assert_allclose(kelvin.values, image.values)
+    np.testing.assert_array_equal(kelvin.level("auto"), -kelvin.values[::-1])
+    assert "closest is the unit degC" in SatelliteImage.of_kelvin(celsius.values).closest_reading()
+    assert kelvin.size_notes(Grid(20, 30, 50.0)) == ["The image gives no pixel size; 50 m is the scenario's."]
 
 
 def test_a_generator_can_be_derived_from_the_fractal_one():

@@ -10,7 +10,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.files import atomic_write, open_format
+from hcss_twin.core.files import Writing, open_format
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.models.atmosphere.same_profile import stated_gases
 from hcss_twin.physics.profile import EARTH_RADIUS_M, GASES, Profile
@@ -113,7 +113,7 @@ class AtmosphereTable:
         # Those of a model atmosphere, which the user's file lacks, need not be those of the runs.
         stated = stated_gases(profile)
         levels |= {name: profile.mixing_ratio[gas] for name, gas in GAS_LEVELS.items() if gas in stated}
-        with atomic_write(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
+        with Writing(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
             file.setncatts(
                 {
                     "format": FORMAT,

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.files import atomic_write, open_format
+from hcss_twin.core.files import Writing, open_format
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import Reading, reads
 
@@ -167,7 +167,7 @@ def write_entry(path: Path, entry: CloudEntry) -> None:
     """
     mask = np.where(entry.mask, _CLOUD, np.where(entry.missing, _MISSING, _CLEAR)).astype(np.int8)
     planes: dict[str, NDArray[Any]] = {"image": entry.image, "grey": entry.grey, "mask": mask, "label": entry.labels}
-    with atomic_write(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
+    with Writing(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
         file.setncatts({"Conventions": "CF-1.11", "format": FORMAT, "format_version": np.int32(FORMAT_VERSION)})
         file.setncatts({name: _attribute(value) for name, value in dataclasses.asdict(entry.facts).items()})
         rows, columns = entry.grey.shape

@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading, require_size
-from hcss_twin.models.clouds.imagery.image import (
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.netcdf_image import quiet
+from hcss_twin.models.clouds.imagery.planes import (
     ORIENTATION,
     SQUARE,
-    SatelliteImage,
     choose_plane,
     luminance,
     require_upright,
     square_side,
 )
-from hcss_twin.models.clouds.imagery.netcdf_image import quiet
 from hcss_twin.physics.geodesy import MEAN_EARTH_RADIUS_M
 
 _DATE_TIME = 306

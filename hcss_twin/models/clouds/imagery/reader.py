@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading, require_no_stream, require_size
-from hcss_twin.models.clouds.imagery.examination import examined
 from hcss_twin.models.clouds.imagery.geotiff import read_tiff
-from hcss_twin.models.clouds.imagery.image import ORIENTATION, SatelliteImage, choose_plane, luminance, require_upright
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.netcdf_image import quiet, read_netcdf
+from hcss_twin.models.clouds.imagery.planes import ORIENTATION, choose_plane, luminance, require_upright
+
+__all__ = ["read_image"]
 
 # First bytes of TIFF and BigTIFF in both byte orders.
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
@@ -55,7 +57,7 @@ def read_image(path: Path, variable: str | None = None) -> SatelliteImage:
         if variable is not None:
             raise CatalogError(f"{path}: a picture has no variable '{variable}'; allowed: leave it out")
         image = _read_picture(path)
-    return examined(path, image)
+    return image.examined(path)
 
 
 def _read_picture(path: Path) -> SatelliteImage:

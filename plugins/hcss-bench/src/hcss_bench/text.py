@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from hcss_bench.benchmark import AccuracyResult, BenchResult
 from hcss_bench.stages import CERTIFICATE, KEPT_RUN, NEW_RUN, RAW, RUNS, STAGES
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.providers import HcssError
 from hcss_twin.reports.figures import new_figure
 from hcss_twin.reports.tables import aligned
@@ -164,7 +164,7 @@ def draw_bench(found: Mapping[str, BenchResult], path: Path) -> None:
     axes.set_title(textwrap.fill(first.scene, 100), fontsize=9)
     # Below the axes, where it covers no points.
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
-    with atomic_write(path, HcssError, "picture") as draft:
+    with Writing(path, HcssError, "picture") as draft:
         figure.savefig(draft, dpi=150, format=path.suffix.removeprefix("."))
 
 

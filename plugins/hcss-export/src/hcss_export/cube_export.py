@@ -13,7 +13,7 @@ from hcss_export.file_names import SUFFIXES, FileNames, file_names, unknown_form
 from hcss_export.projection import Projection, projection_of
 from hcss_twin import open_cube
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.files import atomic_write, require_file
+from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.providers import CubeError
@@ -105,10 +105,10 @@ def export_cube(
             more = f" (and {len(existing) - 1} more)" if len(existing) > 1 else ""
             raise CubeError(f"{existing[0]} exists{more}; give another name with -o, or --force")
         for path in names.all:
-            require_file(path, CubeError, read=[cube])
+            Writing(path, CubeError, read=[cube]).check()
         with ExitStack() as stack:
             # the file entered last is renamed first: image files first, companions last
-            drafts = {path: stack.enter_context(atomic_write(path, CubeError)) for path in reversed(names.all)}
+            drafts = {path: stack.enter_context(Writing(path, CubeError)) for path in reversed(names.all)}
             missing = _write(selection, projection, cube.name, to, names, drafts, limits)
         return Exported(
             names.all,

@@ -13,7 +13,7 @@ from hcss_modtran.libradtran import read_libradtran, read_settings
 from hcss_modtran.modtran6 import read_modtran6_csv, read_modtran6_json
 from hcss_modtran.modtran_tape7 import read_tape7
 from hcss_modtran.spectral_path import PathGeometry, SpectralPath
-from hcss_twin.core.files import require_file
+from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.providers import Catalog, CatalogError, choose_from
@@ -173,7 +173,7 @@ def import_files(
     CatalogError
         If a file is malformed or the runs do not form a table.
     """
-    require_file(Path(output), CatalogError, "NetCDF", read=files)
+    Writing(Path(output), CatalogError, "NetCDF", read=files).check()
     paths = [path for file in files for path in read_paths(file, options)]
     lines = [f"{path.source}: {path.code}, {path.geometry or 'no geometry'}" for path in paths]
     lines += [f"{path.source}: {note}" for path in paths for note in path.notes]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable
@@ -243,7 +243,7 @@ def draw(spectra: Sequence[AtmosphereSpectra], path: Path) -> Path:
             _panel(axis, first, [changes], labels, quantity, f"{last.label} minus {first.label}", "zenith angle", True)
         _bands(axes[2, quantity], spectra, quantity)
     figure.suptitle(first.label if len(spectra) == 1 else f"{first.label} (lines) and {last.label} (dashes)")
-    with atomic_write(path, HcssError, "picture") as draft:
+    with Writing(path, HcssError, "picture") as draft:
         figure.savefig(draft, dpi=110, format=path.suffix.removeprefix(".") or "png")
     return path
 

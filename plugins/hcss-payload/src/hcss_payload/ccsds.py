@@ -24,7 +24,7 @@ from hcss_payload.examination import largest_turn_rad, require_consistent_veloci
 from hcss_payload.spans import Spans
 from hcss_payload.trajectory import LARGEST_DEGREE, USUAL_DEGREE, PositionTable, Trajectory, velocity_m_s
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
 
 _AnyTable = TypeVar("_AnyTable", PositionTable, AttitudeTable)
@@ -377,7 +377,7 @@ def _write(
         *lines,
         *(["DATA_STOP"] if data_marks else []),
     ]
-    with atomic_write(path, PayloadError) as draft:
+    with Writing(path, PayloadError) as draft:
         draft.write_text("\n".join(text) + "\n", encoding="utf-8")
 
 

@@ -16,7 +16,7 @@ from pydantic import TypeAdapter
 
 from hcss_sweep.errors import SweepError
 from hcss_sweep.points import PointOutcome, SweepPoint, sha256_of
-from hcss_twin.core.files import atomic_write, remove_orphans
+from hcss_twin.core.files import Writing, remove_orphans
 from hcss_twin.core.reading import Reading
 from hcss_twin.providers import CubeError
 
@@ -150,7 +150,7 @@ class SweepFolder:
             },
             indent=1,
         )
-        with atomic_write(self.path / INDEX, SweepError) as draft:
+        with Writing(self.path / INDEX, SweepError) as draft:
             draft.write_text(text + "\n", encoding="utf-8")
         self._written_s = time.monotonic()
 

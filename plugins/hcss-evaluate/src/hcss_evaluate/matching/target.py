@@ -20,15 +20,9 @@ from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.database import read_facts
-from hcss_twin.models.clouds.imagery.cloudiness import (
-    CloudIs,
-    cloudiness_level,
-    described,
-    has_values_in_cloud_only,
-    relative_grey,
-    thickness_of,
-)
+from hcss_twin.models.clouds.imagery.cloudiness import relative_grey, thickness_of
 from hcss_twin.models.clouds.imagery.generator import ImageryClouds
+from hcss_twin.models.clouds.imagery.image import CloudIs
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.imagery.whole_scene import MovingWindow, position_problems
@@ -232,9 +226,9 @@ def _image(path: Path, choice: ImageChoice) -> _Source:
     image = read_image(path, choice.variable)
     method = choice.method
     if method == "auto":
-        method = "valid" if has_values_in_cloud_only(image) else "otsu"
+        method = "valid" if image.has_values_in_cloud_only else "otsu"
     if method == "valid":
-        level, turned = cloudiness_level(image, choice.cloud_is), (image.north_first, image.east_first)
+        level, turned = image.level(choice.cloud_is), (image.north_first, image.east_first)
         clouds = partial(_masked, choice, level, turned, "every pixel with a value")
     else:
         how = {
@@ -247,7 +241,7 @@ def _image(path: Path, choice: ImageChoice) -> _Source:
         clouds = partial(_generated, path, choice, f"what the method '{method}' finds", how)
 
     def notes() -> Iterator[str]:
-        yield from described(image, choice.cloud_is)
+        yield from image.described(choice.cloud_is)
         yield from _notes_of_plugins(path, choice.variable)
 
     why = f" ({image.pixel_size_note})" if image.pixel_size_note else ""

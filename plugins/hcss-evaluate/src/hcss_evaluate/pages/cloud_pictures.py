@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.providers import CatalogError
 from hcss_twin.reports.figures import new_figure
 
@@ -98,7 +98,7 @@ def _draw(panels: Sequence[tuple[str, CloudImage]], title: str, structures: Sequ
 
 
 def _save(figure: Figure, path: Path) -> None:
-    with atomic_write(path, CatalogError, "PNG") as draft:
+    with Writing(path, CatalogError, "PNG") as draft:
         figure.savefig(draft, dpi=110, format="png")
 
 

@@ -16,7 +16,7 @@ from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.mixing import Mixing, mixing
 from hcss_twin import __version__
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading, reads
 from hcss_twin.providers import Array, NetcdfFile
 
@@ -154,7 +154,7 @@ def write_posterior(
     attributes : mapping, optional
         Additional global attributes.
     """
-    with atomic_write(path, PosteriorError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
+    with Writing(path, PosteriorError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
         file.setncatts({"Conventions": "CF-1.11", VERSION_ATTRIBUTE: np.int32(VERSION), "title": title})
         file.setncatts(
             {
