@@ -14,24 +14,11 @@ from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import cube_bytes
 from hcss_twin.reports.cube_frames import CURVES, WINDOW_PIXELS, Reader, Series, quantities, read_all
 from hcss_twin.reports.cube_viewer import viewer, viewer_script
-from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, axis_label, drawing, panels
-from hcss_twin.reports.page import (
-    Block,
-    Markup,
-    Page,
-    Section,
-    badge,
-    beside,
-    bullets,
-    element,
-    facts,
-    folded,
-    note,
-    paragraph,
-)
+from hcss_twin.reports.figures import Figures
+from hcss_twin.reports.page import Block, Markup, Page, Section
 from hcss_twin.reports.provenance import certificate_badge, json_attribute, names_in, origin, provenance
 from hcss_twin.reports.scene_section import scene_blocks
-from hcss_twin.reports.tables import Table, bound_text, frames_text, number
+from hcss_twin.reports.tables import Table, bound_text, frames_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +54,7 @@ def cube_page(path: Path) -> Page:
 def _frames(dataset: xr.Dataset) -> tuple[list[Section], list[str]]:
     shown = quantities(dataset)
     if not shown or not all(dataset.sizes.values()):
-        return [Section("Frames", [note("The cube holds no variable with frames.")])], []
+        return [Section("Frames", [Markup.note("The cube holds no variable with frames.")])], []
     reader = Reader.of(dataset)
     series, first, others = read_all(reader, shown)
     window = (min(WINDOW_PIXELS, dataset.sizes["y"]), min(WINDOW_PIXELS, dataset.sizes["x"]))
@@ -126,70 +113,72 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
         if not group:
             continue
         shown, label, frames = (
-            group[:DRAWN_BANDS],
+            group[: Figures.DRAWN_BANDS],
             of_quantity[0].quantity.label,
             frames_text(len(of_quantity[0].frames)),
         )
-        more = f" The first {DRAWN_BANDS} of {len(group)} bands." if len(group) > DRAWN_BANDS else ""
+        more = f" The first {Figures.DRAWN_BANDS} of {len(group)} bands." if len(group) > Figures.DRAWN_BANDS else ""
         if len(group) < len(of_quantity):
             alike = ", ".join(one.part for one in of_quantity if one.histogram is None)
             more += f" Not shown: {alike}, where all pixels have the same value."
         kinds[0].append(
-            drawing(_histograms(shown), f"histograms of {label}", f"Histograms of {label}, pixels of {frames}.{more}")
+            Markup.drawing(
+                _histograms(shown), f"histograms of {label}", f"Histograms of {label}, pixels of {frames}.{more}"
+            )
         )
         if any(one.spectrum is not None for one in shown):
             caption = (
                 f"Power spectra of {label}, averaged over directions and {frames}: the central {window[0]} x "
                 f"{window[1]} pixels, after subtracting a plane and tapering.{more}"
             )
-            kinds[1].append(drawing(_spectra(shown), f"power spectra of {label}", caption))
+            kinds[1].append(Markup.drawing(_spectra(shown), f"power spectra of {label}", caption))
         if len(of_quantity[0].frames) > 1:
             caption = f"Mean of {label} over the frame; the band spans the lowest to the highest pixel.{more}"
-            kinds[2].append(drawing(_over_time(dataset, shown), f"{label} over time", caption))
-    return beside(*(figure for kind in kinds for figure in kind))
+            kinds[2].append(Markup.drawing(_over_time(dataset, shown), f"{label} over time", caption))
+    return Markup.beside(*(figure for kind in kinds for figure in kind))
 
 
 def _histograms(group: Sequence[Series]) -> Figure:
-    figure, axes = panels(len(group))
+    figure, axes = Figures.panels(len(group))
     for axis, one in zip(axes, group, strict=True):
         assert one.histogram is not None
         counts, edges = one.histogram
-        axis.stairs(100.0 * counts / counts.sum(), edges, fill=True, color=INK, alpha=0.75)
+        axis.stairs(100.0 * counts / counts.sum(), edges, fill=True, color=Figures.INK, alpha=0.75)
         axis.set_yscale("log")
         axis.minorticks_off()
-        axis.set_title(one.part, fontsize=LETTERS, loc="left")
-        axis.set_ylabel("% of pixels", fontsize=LETTERS)
-    axes[-1].set_xlabel(axis_label(group[0].quantity.label, group[0].quantity.units), fontsize=LETTERS)
+        axis.set_title(one.part, fontsize=Figures.LETTERS, loc="left")
+        axis.set_ylabel("% of pixels", fontsize=Figures.LETTERS)
+    axes[-1].set_xlabel(Figures.axis_label(group[0].quantity.label, group[0].quantity.units), fontsize=Figures.LETTERS)
     return figure
 
 
 def _spectra(group: Sequence[Series]) -> Figure:
-    figure, (axis,) = panels(1, 3.0)
+    figure, (axis,) = Figures.panels(1, 3.0)
     for index, one in enumerate(group):
         if one.spectrum is not None:
             style = ("-", "--", "-.", ":")[index % 4]
             axis.loglog(one.spectrum.cycles_per_km, one.spectrum.power, style, label=one.part, lw=1.3)
     axis.minorticks_off()
-    axis.set_xlabel("wavenumber (cycles per km)", fontsize=LETTERS)
+    axis.set_xlabel("wavenumber (cycles per km)", fontsize=Figures.LETTERS)
     units = group[0].quantity.units
-    axis.set_ylabel(f"power (({units})² km²)" if units else "power (km²)", fontsize=LETTERS)
-    axis.legend(fontsize=LETTERS - 1, frameon=False)
+    axis.set_ylabel(f"power (({units})² km²)" if units else "power (km²)", fontsize=Figures.LETTERS)
+    axis.legend(fontsize=Figures.LETTERS - 1, frameon=False)
     return figure
 
 
 def _over_time(dataset: xr.Dataset, group: Sequence[Series]) -> Figure:
-    figure, axes = panels(len(group))
+    figure, axes = Figures.panels(len(group))
     times = dataset["time"].to_numpy()
     for axis, one in zip(axes, group, strict=True):
         seconds = (times[list(one.frames)] - times[0]) / np.timedelta64(1, "ns") * 1e-9
         lowest, highest, mean = (
             [getattr(numbers, name) for numbers in one.numbers] for name in ("lowest", "highest", "mean")
         )
-        axis.fill_between(seconds, lowest, highest, color=INK, alpha=0.15, lw=0)
-        axis.plot(seconds, mean, "o-", color=INK, ms=3, lw=1.2)
-        axis.set_title(one.part, fontsize=LETTERS, loc="left")
-        axis.set_ylabel(one.quantity.units, fontsize=LETTERS)
-    axes[-1].set_xlabel("time (s)", fontsize=LETTERS)
+        axis.fill_between(seconds, lowest, highest, color=Figures.INK, alpha=0.15, lw=0)
+        axis.plot(seconds, mean, "o-", color=Figures.INK, ms=3, lw=1.2)
+        axis.set_title(one.part, fontsize=Figures.LETTERS, loc="left")
+        axis.set_ylabel(one.quantity.units, fontsize=Figures.LETTERS)
+    axes[-1].set_xlabel("time (s)", fontsize=Figures.LETTERS)
     return figure
 
 
@@ -200,12 +189,12 @@ def _sensor(attributes: Mapping[str, Any]) -> Block:
     for key, value in about.items():
         if isinstance(value, dict):
             items = (f"{_spaced(name)}: {_value(item)}" for name, item in value.items() if item is not None)
-            pairs.append((_spaced(key), bullets(items)))
+            pairs.append((_spaced(key), Markup.bullets(items)))
         elif value not in (None, "", []):
             pairs.append((_spaced(key), _value(value)))
     if "clean_cube" in attributes:
         pairs.append(("clean cube", str(attributes["clean_cube"])))
-    return facts(pairs)
+    return Markup.facts(pairs)
 
 
 def _spaced(name: str) -> str:
@@ -224,13 +213,13 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
     """Yield the requested, estimated and achieved accuracy."""
     requested = attributes.get("hcss_accuracy_requested")
     words = attributes.get("hcss_certificate")
-    none = badge("no certificate", "plain" if requested is None else "fair")
-    yield element("p", certificate_badge(words, "certificate ") or none)
+    none = Markup.badge("no certificate", "plain" if requested is None else "fair")
+    yield Markup.element("p", certificate_badge(words, "certificate ") or none)
     if words is None:
         unchecked = "No pixel was checked: the scenario's output.certificate is 0."
-        yield note("The cube holds no radiance that could be checked." if requested is None else unchecked)
+        yield Markup.note("The cube holds no radiance that could be checked." if requested is None else unchecked)
     if SENSOR_ATTRIBUTE in attributes:
-        yield note("The certificate is that of the clean cube, whose radiance the sensor measured.")
+        yield Markup.note("The certificate is that of the clean cube, whose radiance the sensor measured.")
     if requested is not None:
         yield _achieved(attributes)
     strata = json_attribute(attributes, "hcss_certificate_strata", [])
@@ -264,14 +253,14 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
         yield Table(["class", "band", "%", "kelvin", "contributions in %"], rows, caption, text_columns=2)
     beyond = json_attribute(attributes, "hcss_beyond_accuracy", [])
     if beyond:
-        yield note("Not within the requested accuracy because of omitted effects:")
-        yield bullets(str(effect) for effect in beyond)
+        yield Markup.note("Not within the requested accuracy because of omitted effects:")
+        yield Markup.bullets(str(effect) for effect in beyond)
     left_out = json_attribute(attributes, "hcss_left_out", [])
     if left_out:
-        yield note("Left out, by choice or for the time it takes:")
-        yield bullets(str(effect) for effect in left_out)
+        yield Markup.note("Left out, by choice or for the time it takes:")
+        yield Markup.bullets(str(effect) for effect in left_out)
     if words is not None:
-        yield folded("The certificate in words", bullets(str(words).split("; ")))
+        yield Markup.folded("The certificate in words", Markup.bullets(str(words).split("; ")))
 
 
 def _total(cell: Mapping[str, Any]) -> tuple[str, str]:
@@ -317,7 +306,7 @@ def _achieved(attributes: Mapping[str, Any]) -> Table:
 
 
 def _error(value: Any) -> str:
-    return number(None if value is None else float(value), 3, "none")
+    return Table.number(None if value is None else float(value), 3, "none")
 
 
 def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
@@ -345,10 +334,10 @@ def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
         yield Table(["what", "at most", "typical", "why"], rows, caption, text_columns=4)
     notes = json_attribute(attributes, "hcss_notes", [])
     if notes:
-        yield element("h3", "Notes of the providers")
-        yield bullets(str(text) for text in notes)
+        yield Markup.element("h3", "Notes of the providers")
+        yield Markup.bullets(str(text) for text in notes)
     if not (filled or skipped or notes):
-        yield paragraph("The cube contains no plan.")
+        yield Markup.paragraph("The cube contains no plan.")
     errors = [(name, error) for name, error in json_attribute(attributes, "hcss_table_errors", {}).items() if error]
     if errors:
         rows = [
@@ -358,4 +347,4 @@ def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
         yield Table(["approximation", "measured error"], rows, caption)
     if "hcss_wavenumbers_used" in attributes:
         used, known = attributes["hcss_wavenumbers_used"], attributes.get("hcss_wavenumbers_known")
-        yield paragraph(f"{used} weighted wavenumbers represent {known}.")
+        yield Markup.paragraph(f"{used} weighted wavenumbers represent {known}.")

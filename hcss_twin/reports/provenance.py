@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
-from hcss_twin.reports.page import Block, Markup, Tone, badge, facts, folded, preformatted
+from hcss_twin.reports.page import Block, Markup, Tone
 from hcss_twin.reports.tables import Table
 
 _VERDICTS: Mapping[str, Tone] = {"PASSED": "good", "FAILED": "bad", "NOTHING CHECKED": "fair"}
@@ -28,7 +28,7 @@ def certificate_badge(certificate: object, prefix: str = "") -> Markup | None:
     """Return the verdict of a certificate (its first words); None without a certificate."""
     for verdict, tone in _VERDICTS.items():
         if str(certificate or "").startswith(verdict):
-            return badge(f"{prefix}{verdict.lower()}", tone)
+            return Markup.badge(f"{prefix}{verdict.lower()}", tone)
     return None
 
 
@@ -56,13 +56,13 @@ def provenance(
     """
     versions = versions_text(json_attribute(attributes, "hcss_versions", {}))
     pairs = [("file", file), *((label, str(attributes[name])) for name, label in keys.items() if name in attributes)]
-    yield facts([*pairs, ("versions", versions)] if versions else pairs)
+    yield Markup.facts([*pairs, ("versions", versions)] if versions else pairs)
     if inputs:
         yield Table(["file", "SHA-256"], inputs, "Files that were read.", text_columns=2)
     others = [(name, str(value)) for name, value in attributes.items() if name not in keys and not shown(name)]
     others = [(name, value) for name, value in others if value not in ("", "unknown")]
     if others:
-        yield folded("All other global attributes", facts(others))
+        yield Markup.folded("All other global attributes", Markup.facts(others))
 
 
 def versions_text(versions: Mapping[str, Any]) -> str:
@@ -81,14 +81,14 @@ def origin(attributes: Mapping[str, Any]) -> Iterator[Block]:
     hashes = json_attribute(attributes, "hcss_files_sha256", {})
     if hashes:
         listed = Table(["file", "SHA-256"], list(hashes.items()), text_columns=2)
-        yield folded("SHA-256 of the files that were read", listed)
+        yield Markup.folded("SHA-256 of the files that were read", listed)
     if SCENARIO_ATTRIBUTE in attributes:
         yield scenario(attributes[SCENARIO_ATTRIBUTE], " (saved as NAME.json, hcss run reproduces the cube)")
 
 
 def scenario(text: object, use: str = "") -> Markup:
     """Return the scenario of a file in a collapsible block."""
-    return folded(f"The scenario with every default filled in{use}", preformatted(str(text)))
+    return Markup.folded(f"The scenario with every default filled in{use}", Markup.preformatted(str(text)))
 
 
 def names_in(names: Collection[str], *prefixes: str) -> Callable[[str], bool]:

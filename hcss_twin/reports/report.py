@@ -21,7 +21,6 @@ from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe, install
 from hcss_twin.core.reading import Reading, require_no_stream
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
-from hcss_twin.reports.page import write_page
 
 ALLOWED = (
     "allowed: a cube (.nc or .zarr, of `hcss run` or `hcss sense`), the folder or the dataset of a sweep "
@@ -69,7 +68,7 @@ def report(
         raise HcssError(f"page '{entry.name}' of {origin} cannot be imported: {describe(error)}") from error
     with Reading(path, HcssError):
         contents = page(path)
-    write_page(target, contents)
+    contents.write(target)
     return target
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from hcss_twin.reports.page import Block, beside, element, facts
+from hcss_twin.reports.page import Block, Markup
 from hcss_twin.reports.provenance import json_attribute
 from hcss_twin.reports.scene_drawings import plan_view, side_view
 from hcss_twin.reports.scene_geometry import SceneGeometry, bearing_difference, geometry_of
@@ -27,11 +27,11 @@ def scene_blocks(dataset: xr.Dataset) -> Iterator[Block]:
         plan = "Bearings from the surface point are true, north is up."
         if scene.sun_azimuth[0] != scene.sun_azimuth[1]:
             plan += " The arc is the path of the sun from the first to the last frame."
-        yield beside(
-            element("figure", side_view(scene), element("figcaption", caption)),
-            element("figure", plan_view(scene), element("figcaption", plan)),
+        yield Markup.beside(
+            Markup.element("figure", side_view(scene), Markup.element("figcaption", caption)),
+            Markup.element("figure", plan_view(scene), Markup.element("figcaption", plan)),
         )
-    yield facts(_facts(dataset, scene))
+    yield Markup.facts(_facts(dataset, scene))
 
 
 def _facts(dataset: xr.Dataset, scene: SceneGeometry | None) -> Iterator[tuple[str, str]]:

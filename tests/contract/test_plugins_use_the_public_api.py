@@ -40,8 +40,8 @@ FROZEN = {
 }
 PUBLIC = {name: set(names) for name, names in PAGE.public().items()} | FROZEN
 LEFT = {
-    "hcss-author": 66, "hcss-bench": 23, "hcss-evaluate": 84, "hcss-paper": 46, "hcss-sweep": 60,
-    "hcss-uncertainty": 51
+    "hcss-author": 66, "hcss-bench": 23, "hcss-evaluate": 66, "hcss-paper": 38, "hcss-sweep": 49,
+    "hcss-uncertainty": 37
 }  # fmt: skip
 """Packages that import names that are not public, and how many; the numbers may only fall."""
 

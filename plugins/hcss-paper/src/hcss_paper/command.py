@@ -75,7 +75,6 @@ def reproduce(
     from hcss_paper.report import reproduction_page, worst_text
     from hcss_paper.run import outcomes, totals
     from hcss_twin.core.environment import announce_compilation
-    from hcss_twin.reports.page import write_page
 
     with announce_compilation(partial(click.echo, err=True)):
         stop = context.ensure_object(Stop)
@@ -84,7 +83,7 @@ def reproduce(
     for outcome in results:
         click.echo(f"{outcome.item.name:<{width}}{outcome.verdict:<32}{outcome.error or worst_text(outcome)}")
     click.echo("\n".join(totals(results)))
-    write_page(output, reproduction_page(results, seed))
+    reproduction_page(results, seed).write(output)
     click.echo(with_size(output))
     if json_file is not None:
         write_json({result.item.name: result.as_dict() for result in results}, json_file, indent=1)

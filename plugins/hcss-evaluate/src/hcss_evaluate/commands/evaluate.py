@@ -213,18 +213,16 @@ def evaluate_command(
         )
         if output is not None:
             from hcss_evaluate.realism.page import realism_page
-            from hcss_twin.reports.page import write_page
 
-            write_page(output, realism_page(tested))
+            realism_page(tested).write(output)
         _answer(tested.as_dict(), realism_text(tested), output, json_file)
         return
     with announce_compilation(partial(click.echo, err=True)):
         result = evaluate([real, *real_also], sim, *choices, whole=whole, progress=shown)
     if output is not None:
         from hcss_evaluate.pages.evaluation_page import evaluation_page
-        from hcss_twin.reports.page import write_page
 
-        write_page(output, evaluation_page(result))
+        evaluation_page(result).write(output)
     _answer(result.as_dict(), evaluation_text(result), output, json_file)
 
 
@@ -242,9 +240,7 @@ def _test_radiance(
     limits = {name: given or channel_limits(name) for name, given in (channels or known_channels(real)).items()}
     done = blind_test(real, limits, most=spots, progress=shown)
     if output is not None:
-        from hcss_twin.reports.page import write_page
-
-        write_page(output, blind_page(done))
+        blind_page(done).write(output)
     _answer(done.as_dict(), blind_text(done), output, json_file)
 
 
