@@ -171,23 +171,6 @@ def load(scenario: str, assignments: Iterable[str]) -> Any:
     return loaded
 
 
-def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
-    """Read a length such as ``1 km``; a plain number is in metres."""
-    if text is None:
-        return None
-    from pydantic_core import PydanticCustomError
-
-    from hcss_twin.scenario.units import parse_quantity
-
-    try:
-        size = parse_quantity(text, "length")
-    except PydanticCustomError as error:
-        raise click.BadParameter(error.message()) from error
-    if not isinstance(size, float) or not 0.0 < size < float("inf"):
-        raise click.BadParameter(f"{text} given, allowed: greater than 0")
-    return size
-
-
 def require_writable(
     paths: Iterable[Path | None], force: bool, remedy: str = "give another name with -o", *, form: str
 ) -> None:

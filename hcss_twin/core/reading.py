@@ -81,6 +81,20 @@ class Reading:
             text = str(cause) if isinstance(cause, OSError) else f"{type(cause).__name__}: {cause}"
             raise self._error(f"cannot read {name}: {self._what}: {shown_line(text)}") from cause
 
+    @staticmethod
+    def argument(error: _Error) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
+        """Return a decorator that does the same for a function whose first argument is the path of an input file."""
+
+        def decorate(function: Callable[_P, _T]) -> Callable[_P, _T]:
+            @wraps(function)
+            def guarded(*args: _P.args, **kwargs: _P.kwargs) -> _T:
+                with Reading(next(iter((*args, *kwargs.values()))), error):
+                    return function(*args, **kwargs)
+
+            return guarded
+
+        return decorate
+
     def first_bytes(self, count: int = 8) -> bytes:
         """Return the first bytes of the file, which tell its format."""
         with self, open(self._path, "rb") as file:
@@ -134,20 +148,6 @@ def _require_heaps_that_end(path: str | os.PathLike[str]) -> None:
                         raise OSError("a collection of texts has an object of no size")
                     position += step
                 at = data.find(HEAP, at + 1)
-
-
-def reads(error: _Error) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
-    """Apply :class:`Reading` to a function whose first argument is the path of an input file."""
-
-    def decorate(function: Callable[_P, _T]) -> Callable[_P, _T]:
-        @wraps(function)
-        def guarded(*args: _P.args, **kwargs: _P.kwargs) -> _T:
-            with Reading(next(iter((*args, *kwargs.values()))), error):
-                return function(*args, **kwargs)
-
-        return guarded
-
-    return decorate
 
 
 def require_size(path: Any, shape: Sequence[int], error: _Error, limit: int = MAX_VALUES, what: str = "values") -> None:

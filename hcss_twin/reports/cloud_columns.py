@@ -22,7 +22,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CubeError, HcssError
 from hcss_twin.core.files import Writing
 from hcss_twin.core.netcdf import NetcdfFile
-from hcss_twin.core.reading import reads
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.reader import open_cube
@@ -86,7 +86,7 @@ _LARGEST_M, _HIGHEST_M = 1e9, 1e6
 """Largest scene, and the greatest altitude of cloud."""
 
 
-@reads(CubeError)
+@Reading.argument(CubeError)
 def read_columns(cube: str | Path, frame: int = 0) -> CloudColumns:
     """Read base and top of the cloud in every pixel of a frame.
 

@@ -16,7 +16,7 @@ from hcss_twin.reports.cube_frames import CURVES, WINDOW_PIXELS, Reader, Series,
 from hcss_twin.reports.cube_viewer import viewer, viewer_script
 from hcss_twin.reports.figures import Figures
 from hcss_twin.reports.page import Block, Markup, Page, Section
-from hcss_twin.reports.provenance import certificate_badge, json_attribute, names_in, origin, provenance
+from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.scene_section import scene_blocks
 from hcss_twin.reports.tables import Table, bound_text, frames_text
 
@@ -41,12 +41,14 @@ def cube_page(path: Path) -> Page:
             sections.append(Section("Sensor", [_sensor(attributes)]))
         file = f"{path.name}, {cube_bytes(path) / 1e6:.1f} MB"
         keys = {"id": "identifier", "date_created": "written", "hcss_seed": "seed"}
-        about = provenance(attributes, file, keys, shown=names_in((), "hcss_", "geospatial_", "time_coverage_"))
+        about = Provenance.blocks(
+            attributes, file, keys, shown=Provenance.names_in((), "hcss_", "geospatial_", "time_coverage_")
+        )
         sections += [
             Section("Scene", list(scene_blocks(dataset))),
             Section("Certificate", list(_certificate(attributes))),
             Section("Plan and approximations", list(_plan(attributes))),
-            Section("Provenance", [*about, *origin(attributes)]),
+            Section("Provenance", [*about, *Provenance.origin(attributes)]),
         ]
         return Page(str(attributes.get("title", path.name)), _subtitle(dataset, path), sections, scripts)
 
@@ -184,7 +186,7 @@ def _over_time(dataset: xr.Dataset, group: Sequence[Series]) -> Figure:
 
 def _sensor(attributes: Mapping[str, Any]) -> Block:
     """Return the sensor description of a measured cube; missing properties are omitted."""
-    about = json_attribute(attributes, SENSOR_ATTRIBUTE, {})
+    about = Provenance.value(attributes, SENSOR_ATTRIBUTE, {})
     pairs: list[tuple[str, str]] = []
     for key, value in about.items():
         if isinstance(value, dict):
@@ -214,7 +216,7 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
     requested = attributes.get("hcss_accuracy_requested")
     words = attributes.get("hcss_certificate")
     none = Markup.badge("no certificate", "plain" if requested is None else "fair")
-    yield Markup.element("p", certificate_badge(words, "certificate ") or none)
+    yield Markup.element("p", Provenance.badge(words, "certificate ") or none)
     if words is None:
         unchecked = "No pixel was checked: the scenario's output.certificate is 0."
         yield Markup.note("The cube holds no radiance that could be checked." if requested is None else unchecked)
@@ -222,7 +224,7 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
         yield Markup.note("The certificate is that of the clean cube, whose radiance the sensor measured.")
     if requested is not None:
         yield _achieved(attributes)
-    strata = json_attribute(attributes, "hcss_certificate_strata", [])
+    strata = Provenance.value(attributes, "hcss_certificate_strata", [])
     if strata:
         bands = list(dict.fromkeys(band for stratum in strata for band in stratum.get("error", {})))
         rows = [
@@ -235,11 +237,11 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
         ]
         header = ["kind of pixel", "there are", "checked", "exceed", "excluded", *(f"error {band}" for band in bands)]
         yield Table(header, rows, "Pixels of the checked frames by kind.")
-    terms = json_attribute(attributes, "hcss_certificate_terms", {})
+    terms = Provenance.value(attributes, "hcss_certificate_terms", {})
     if terms:
         rows = [[_spaced(name), _error(error)] for name, error in terms.items()]
         yield Table(["term", "largest error"], rows, "Terms of the radiance, relative to the total of the band.")
-    budget = json_attribute(attributes, "hcss_error_budget", {})
+    budget = Provenance.value(attributes, "hcss_error_budget", {})
     if budget:
         rows = [
             [of, band, *_total(cell), _contributions(cell)]
@@ -251,11 +253,11 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
             "(notes): not recomputed."
         )
         yield Table(["class", "band", "%", "kelvin", "contributions in %"], rows, caption, text_columns=2)
-    beyond = json_attribute(attributes, "hcss_beyond_accuracy", [])
+    beyond = Provenance.value(attributes, "hcss_beyond_accuracy", [])
     if beyond:
         yield Markup.note("Not within the requested accuracy because of omitted effects:")
         yield Markup.bullets(str(effect) for effect in beyond)
-    left_out = json_attribute(attributes, "hcss_left_out", [])
+    left_out = Provenance.value(attributes, "hcss_left_out", [])
     if left_out:
         yield Markup.note("Left out, by choice or for the time it takes:")
         yield Markup.bullets(str(effect) for effect in left_out)
@@ -292,12 +294,12 @@ def _achieved(attributes: Mapping[str, Any]) -> Table:
     requested, estimated = (
         _error(attributes.get(f"hcss_{key}")) for key in ("accuracy_requested", "table_error_estimated")
     )
-    errors = json_attribute(attributes, "hcss_accuracy_achieved", {})
+    errors = Provenance.value(attributes, "hcss_accuracy_achieved", {})
     rows = [[band, requested, estimated, _error(error)] for band, error in errors.items()]
     rows = rows or [["all", requested, estimated, "not checked"]]
     header = ["band", "requested", "estimated", "achieved"]
     if "hcss_accuracy_requested_kelvin" in attributes:
-        kelvin = json_attribute(attributes, "hcss_accuracy_achieved_kelvin", {})
+        kelvin = Provenance.value(attributes, "hcss_accuracy_achieved_kelvin", {})
         asked_kelvin = _error(attributes["hcss_accuracy_requested_kelvin"])
         header += ["requested, K", "achieved, K"]
         rows = [[*row, asked_kelvin, _error(kelvin.get(row[0]))] for row in rows]
@@ -311,11 +313,11 @@ def _error(value: Any) -> str:
 
 def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
     """Yield the defaults used, the approximations with their bounds, and the error of each."""
-    filled = json_attribute(attributes, "hcss_filled_in", [])
+    filled = Provenance.value(attributes, "hcss_filled_in", [])
     if filled:
         rows = [[str(entry[key]) for key in ("field", "value", "why")] for entry in filled]
         yield Table(["filled in", "value", "why"], rows, "Values that the scenario does not give.", text_columns=3)
-    skipped = json_attribute(attributes, "hcss_skipped", [])
+    skipped = Provenance.value(attributes, "hcss_skipped", [])
     if skipped:
         # unknown bounds come between known and zero bounds
         ranked = sorted(skipped, key=lambda omission: -(1e-300 if omission.get("bound") is None else omission["bound"]))
@@ -332,13 +334,13 @@ def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
             "change. Unknown: equal in distribution, not pixel by pixel, or as the reason says."
         )
         yield Table(["what", "at most", "typical", "why"], rows, caption, text_columns=4)
-    notes = json_attribute(attributes, "hcss_notes", [])
+    notes = Provenance.value(attributes, "hcss_notes", [])
     if notes:
         yield Markup.element("h3", "Notes of the providers")
         yield Markup.bullets(str(text) for text in notes)
     if not (filled or skipped or notes):
         yield Markup.paragraph("The cube contains no plan.")
-    errors = [(name, error) for name, error in json_attribute(attributes, "hcss_table_errors", {}).items() if error]
+    errors = [(name, error) for name, error in Provenance.value(attributes, "hcss_table_errors", {}).items() if error]
     if errors:
         rows = [
             [_spaced(name), _error(error)] for name, error in sorted(errors, key=lambda named_error: -named_error[1])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError, choose_from
 from hcss_twin.core.files import Writing
-from hcss_twin.core.reading import reads
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
@@ -42,7 +42,7 @@ _FORBIDDEN = re.compile(r"[^A-Za-z0-9.]+")
 
 
 @checked
-@reads(CubeError)
+@Reading.argument(CubeError)
 def draw_preview(
     cube: str | Path,
     folder: str | Path,

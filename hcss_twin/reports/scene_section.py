@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from hcss_twin.reports.page import Block, Markup
-from hcss_twin.reports.provenance import json_attribute
+from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.scene_drawings import plan_view, side_view
 from hcss_twin.reports.scene_geometry import SceneGeometry, bearing_difference, geometry_of
 
@@ -46,7 +46,7 @@ def _facts(dataset: xr.Dataset, scene: SceneGeometry | None) -> Iterator[tuple[s
         on_ground = sizes["x"] > 1 and dataset["x"].attrs.get("units") == "m"
         size = f" of {float(dataset['x'][1] - dataset['x'][0]):g} m" if on_ground else ""
         yield "image", f"{sizes['y']} rows x {sizes['x']} columns{size}"
-    window = json_attribute(attributes, "hcss_window", {})
+    window = Provenance.value(attributes, "hcss_window", {})
     if window:
         yield "window", ", ".join(f"{key} {value}" for key, value in window.items())
     if scene is not None:
@@ -59,7 +59,7 @@ def _facts(dataset: xr.Dataset, scene: SceneGeometry | None) -> Iterator[tuple[s
     if "wavelength_bounds" in coords:
         bands = zip(dataset["band"].to_numpy(), dataset["wavelength_bounds"].to_numpy(), strict=True)
         yield "bands", ", ".join(f"{name} {low:g} to {high:g} µm" for name, (low, high) in bands)
-    for particle in json_attribute(attributes, "hcss_particles", []):
+    for particle in Provenance.value(attributes, "hcss_particles", []):
         content, extinction = (particle[key] for key in ("water_content_g_m3", "large_particle_extinction_m1"))
         yield (
             f"particles of {particle['name']}",

@@ -40,8 +40,8 @@ FROZEN = {
 }
 PUBLIC = {name: set(names) for name, names in PAGE.public().items()} | FROZEN
 LEFT = {
-    "hcss-author": 66, "hcss-bench": 23, "hcss-evaluate": 66, "hcss-paper": 38, "hcss-sweep": 49,
-    "hcss-uncertainty": 37
+    "hcss-author": 65, "hcss-bench": 23, "hcss-evaluate": 58, "hcss-paper": 35, "hcss-sweep": 44,
+    "hcss-uncertainty": 32
 }  # fmt: skip
 """Packages that import names that are not public, and how many; the numbers may only fall."""
 

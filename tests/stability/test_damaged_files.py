@@ -12,7 +12,7 @@ from file_readers import READERS
 from input_files import make_files
 
 from hcss_twin.core.errors import CatalogError, CubeError, HcssError
-from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading, reads
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading
 from hcss_twin.cube import header
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.models.atmosphere.table_file import FORMAT, FORMAT_VERSION, AtmosphereTable
@@ -118,7 +118,7 @@ def test_the_door_names_the_file_keeps_the_cause_and_lets_our_errors_and_interru
         raise MemoryError
     for passing in (HcssError("ours"), KeyboardInterrupt(), ImportError("a package")):
 
-        @reads(CubeError)
+        @Reading.argument(CubeError)
         def fail(path, error):
             raise error
 

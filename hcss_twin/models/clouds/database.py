@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import Writing, open_format
 from hcss_twin.core.netcdf import NetcdfFile
-from hcss_twin.core.reading import Reading, reads
+from hcss_twin.core.reading import Reading
 
 FOLDER = "clouds"
 """Name of the folder of entries in the catalog, next to a scenario, and in the output of ``hcss import``."""
@@ -195,7 +195,7 @@ def write_entry(path: Path, entry: CloudEntry) -> None:
             variable[:] = values
 
 
-@reads(CatalogError)
+@Reading.argument(CatalogError)
 def read_entry(path: Path) -> CloudEntry:
     """Read an entry and check that its variables agree with each other.
 
@@ -220,7 +220,7 @@ def read_entry(path: Path) -> CloudEntry:
     return entry
 
 
-@reads(CatalogError)
+@Reading.argument(CatalogError)
 def read_facts(path: Path) -> tuple[EntryFacts, tuple[int, int]]:
     """Return the facts of an entry and its (rows, columns), without reading its planes.
 

@@ -8,16 +8,7 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import (
-    Output,
-    Shared,
-    Stop,
-    progress,
-    require_two_files,
-    require_writable,
-    with_size,
-    write_json,
-)
+from hcss_twin.cli.options import Output, Shared, Stop, progress, require_two_files, require_writable, write_json
 from hcss_twin.providers import HcssError
 
 EXIT_FAILED = 1
@@ -84,7 +75,7 @@ def reproduce(
         click.echo(f"{outcome.item.name:<{width}}{outcome.verdict:<32}{outcome.error or worst_text(outcome)}")
     click.echo("\n".join(totals(results)))
     reproduction_page(results, seed).write(output)
-    click.echo(with_size(output))
+    click.echo(f"{output}  {output.stat().st_size / 1e6:.1f} MB")
     if json_file is not None:
         write_json({result.item.name: result.as_dict() for result in results}, json_file, indent=1)
         click.echo(str(json_file))

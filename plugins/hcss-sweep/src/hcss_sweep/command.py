@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import Output, Shared, Stop, assigned, progress, with_size, write_json
+from hcss_twin.cli.options import Output, Shared, Stop, assigned, progress, write_json
 
 _FOLDER = click.Path(file_okay=False, path_type=Path)
 
@@ -95,4 +95,9 @@ def _sweep_text(result: SweepResult) -> str:
     for record in result.failed:
         values = ", ".join(f"{key} = {value}" for key, value in record.values.items())
         lines.append(f"  failed: point {record.point}, {values}: {record.error}")
-    return "\n".join([*lines, *([] if result.dataset is None else [with_size(result.dataset)])])
+    return "\n".join(
+        [
+            *lines,
+            *([] if result.dataset is None else [f"{result.dataset}  {result.dataset.stat().st_size / 1e6:.1f} MB"]),
+        ]
+    )

@@ -20,7 +20,7 @@ from hcss_sweep.folder import INDEX, LOG, PointRecord, is_cube_name
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import Writing
 from hcss_twin.core.netcdf import open_with_xarray
-from hcss_twin.core.reading import reads
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.providers import CubeError, NetcdfFile
@@ -34,7 +34,7 @@ MARK = "hcss_sweep"
 
 
 @checked
-@reads(CubeError)
+@Reading.argument(CubeError)
 def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open the dataset of a sweep; values are loaded from the file on use.
 

@@ -14,7 +14,7 @@ from hcss_twin.reports.colour_scale import ColourScale
 from hcss_twin.reports.cube_frames import ImageQuantity
 from hcss_twin.reports.figures import Figures
 from hcss_twin.reports.page import Block, Markup, Page, Section, Tone
-from hcss_twin.reports.provenance import certificate_badge, origin
+from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table, frames_text
 
 if TYPE_CHECKING:
@@ -180,7 +180,7 @@ def _points(sweep: Sweep, summary: SweepSummary) -> Block:
     for point in sweep.points[:LISTED]:
         entry = read_of.get(point.number)
         means = [f"{entry.means[column]:.5g}" if entry and column in entry.means else "" for column in summary.columns]
-        certificate = (certificate_badge(entry.certificate) or "none") if entry else ""
+        certificate = (Provenance.badge(entry.certificate) or "none") if entry else ""
         keys = [_text(point.values.get(key)) for key in sweep.keys]
         rows.append([str(point.number), *keys, point.state, certificate, *means])
     caption = f"Means over pixels and frames as above.{_first_of(sweep.points, ' points')}"
@@ -210,5 +210,5 @@ def _provenance(sweep: Sweep) -> Iterator[Block]:
         if point.cube is not None:
             yield Markup.paragraph(f"Of point {point.number}; others differ in the swept keys.")
             with point.cube() as dataset:
-                yield from origin(dataset.attrs)
+                yield from Provenance.origin(dataset.attrs)
             return

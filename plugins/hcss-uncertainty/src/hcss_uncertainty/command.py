@@ -9,17 +9,7 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import (
-    Existing,
-    Output,
-    Shared,
-    Stop,
-    assigned,
-    progress,
-    require_writable,
-    with_size,
-    write_json,
-)
+from hcss_twin.cli.options import Existing, Output, Shared, Stop, assigned, progress, require_writable, write_json
 from hcss_twin.core.errors import CertificateWarning
 
 EXIT_FAILED = 1
@@ -105,7 +95,11 @@ def propagate_command(
     if as_json:
         write_json(propagation_values(result))
     else:
-        click.echo("\n".join([propagation_text(result), *map(with_size, result.cubes)]))
+        click.echo(
+            "\n".join(
+                [propagation_text(result), *(f"{cube}  {cube.stat().st_size / 1e6:.1f} MB" for cube in result.cubes)]
+            )
+        )
     failed = [certificate for certificate in result.certificates if not certificate.passed]
     for certificate in failed:
         click.echo(f"error: certificate {certificate.lines[0]}", err=True)

@@ -12,7 +12,7 @@ from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.providers import Array
 from hcss_twin.reports.figures import Figures
 from hcss_twin.reports.page import Block, Markup, Page, Section
-from hcss_twin.reports.provenance import json_attribute, names_in, provenance, scenario
+from hcss_twin.reports.provenance import Provenance
 from hcss_uncertainty import tables
 from hcss_uncertainty.pixel_maps import MAP
 from hcss_uncertainty.summary import QUANTILES
@@ -64,7 +64,7 @@ def propagation_page(path: Path) -> Page:
 
 
 def _spread(contents: PropagationContents) -> Iterator[Block]:
-    yield from (Markup.note(str(text)) for text in json_attribute(contents.dataset.attrs, "notes", []))
+    yield from (Markup.note(str(text)) for text in Provenance.value(contents.dataset.attrs, "notes", []))
     yield Markup.paragraph(
         "Over draws, of the mean over the pixels of a class: how uncertain that mean is. The last column is the "
         "standard deviation over the pixels of all draws together: how uncertain a pixel is, its place in the image "
@@ -379,12 +379,12 @@ def _provenance(contents: PropagationContents, path: Path) -> Iterator[Block]:
     attributes = contents.dataset.attrs
     files = [
         (str(source.get("name")), str(source.get("sha256")))
-        for source in json_attribute(attributes, "posterior_inputs", [])
+        for source in Provenance.value(attributes, "posterior_inputs", [])
         if isinstance(source, dict)
     ]
     if {"posterior", "posterior_sha256"} <= set(attributes):
         files.insert(0, (str(attributes["posterior"]), str(attributes["posterior_sha256"])))
     file = f"{path.name}, {path.stat().st_size / 1e6:.2f} MB"
-    yield from provenance(attributes, file, {"seed": "seed"}, files, names_in(_SHOWN))
+    yield from Provenance.blocks(attributes, file, {"seed": "seed"}, files, Provenance.names_in(_SHOWN))
     if "scenario" in attributes:
-        yield scenario(attributes["scenario"])
+        yield Provenance.scenario(attributes["scenario"])

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.core.reading import reads
-from hcss_twin.reports.provenance import json_attribute
+from hcss_twin.core.reading import Reading
+from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table
 from hcss_uncertainty.dataset import open_propagation
 from hcss_uncertainty.errors import PropagationError
@@ -86,7 +86,7 @@ class PropagationContents:
         return f"{name.replace('_', ' ')} ({self.dataset[name].attrs.get('units', '')})"
 
 
-@reads(PropagationError)
+@Reading.argument(PropagationError)
 def read_contents(path: Path) -> PropagationContents:
     """Read a propagation.
 
@@ -175,7 +175,7 @@ def budget(contents: PropagationContents, band: int, stated: Stated | None = Non
     ``stated`` are the errors of models, by default those in the file.
     """
     if stated is None:
-        stated = json_attribute(contents.dataset.attrs, MODEL_ERRORS, {})
+        stated = Provenance.value(contents.dataset.attrs, MODEL_ERRORS, {})
     name = contents.labels("band")[band]
     found = joint_budget(contents.dataset, name, stated)
     models = list(dict.fromkeys(model for row in found for model in row.models))
@@ -255,7 +255,7 @@ def shares(
 
 def inputs(contents: PropagationContents) -> Table:
     """Return the distribution of each input, and the moments of its draws."""
-    distributions = json_attribute(contents.dataset.attrs, "uncertain", {})
+    distributions = Provenance.value(contents.dataset.attrs, "uncertain", {})
     rows = []
     for index, name in enumerate(contents.labels("input")):
         draws = np.asarray(contents.dataset["input_value"].values[:, index], dtype=np.float64)

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from hcss_evaluate.commands.image_options import metres
 from hcss_twin.cli.options import (
     Existing,
     Number,
     Output,
     Shared,
     Stop,
-    metres,
     progress,
     require_two_files,
     require_writable,

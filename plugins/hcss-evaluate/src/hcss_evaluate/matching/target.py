@@ -21,12 +21,11 @@ from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.database import read_facts
 from hcss_twin.models.clouds.imagery.cloudiness import relative_grey, thickness_of
-from hcss_twin.models.clouds.imagery.generator import ImageryClouds
 from hcss_twin.models.clouds.imagery.image import CloudIs
-from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.imagery.whole_scene import MovingWindow, position_problems
-from hcss_twin.providers import Array, CatalogError, CubeError, Grid, ImageError, ScenarioError
+from hcss_twin.providers import Array, CatalogError, CubeError, Grid, ImageError, Kind, ScenarioError
+from hcss_twin.providers.registry.registry import Registry
 
 # Larger images are cropped to this many rows and columns by default, the frame size of the paper.
 LARGEST_SIDE = 800
@@ -271,7 +270,7 @@ def _generated(
     path: Path, choice: ImageChoice, cloud: str, how: dict[str, Any], grid: Grid
 ) -> tuple[NDArray[np.float32], str]:
     """Return grey levels from the imagery generator, and the cloud with its note on missing pixels."""
-    parameters = ImageryParameters(
+    parameters = dict(
         **how,
         missing=choice.missing,
         row_origin=choice.row_origin,
@@ -279,9 +278,9 @@ def _generated(
         reinterpret_pixel_size=choice.pixel_size_m is not None,
     )
     coverage = 0.5 if choice.coverage is None else choice.coverage
-    clouds = ImageryClouds(
-        grey_inputs(coverage, grid.rows, grid.columns, grid.pixel_size_m, base=path.parent), parameters
-    )
+    registry = Registry.defaults_only()
+    inputs = grey_inputs(coverage, grid.rows, grid.columns, grid.pixel_size_m, base=path.parent)
+    clouds = registry.create(registry.resolve(Kind.CLOUDS, "imagery"), inputs, parameters)
     # Other attributes of the generator, coverage and motion, concern a scene and not a single image.
     cloud += "".join(f"; {note}" for note in clouds.declares.notes if "missing" in note).rstrip(".")
     return clouds.thickness_m(0.0, slice(0, grid.rows), slice(0, grid.columns)), cloud

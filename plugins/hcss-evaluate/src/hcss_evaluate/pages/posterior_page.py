@@ -17,7 +17,7 @@ from hcss_evaluate.posterior.posterior_file import SUSPICIOUS, VERSION_ATTRIBUTE
 from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array
 from hcss_twin.reports.page import Block, Markup, Page, Section
-from hcss_twin.reports.provenance import json_attribute, names_in, provenance
+from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table
 
 CORNER_PARAMETERS = 8
@@ -272,11 +272,11 @@ def _provenance(contents: PosteriorContents, path: Path) -> Iterator[Block]:
     attributes = contents.posterior.attributes
     keys = {"source": "source", "seed": "seed", "hcss_version": "hcss-twin"}
     inputs = [
-        (str(source.get("name")), str(source.get("sha256"))) for source in json_attribute(attributes, "inputs", [])
+        (str(source.get("name")), str(source.get("sha256"))) for source in Provenance.value(attributes, "inputs", [])
     ]
     file = f"{path.name}, {path.stat().st_size / 1e6:.2f} MB"
-    yield from provenance(attributes, file, keys, inputs, names_in(_SHOWN, "fixed_"))
-    priors = json_attribute(attributes, "priors", {})
+    yield from Provenance.blocks(attributes, file, keys, inputs, Provenance.names_in(_SHOWN, "fixed_"))
+    priors = Provenance.value(attributes, "priors", {})
     if priors:
         rows = [[str(name), str(text)] for name, text in priors.items()]
         yield Table(["parameter", "prior"], rows, "Priors as given.", text_columns=2)

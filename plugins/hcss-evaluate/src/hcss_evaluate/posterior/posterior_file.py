@@ -17,7 +17,7 @@ from hcss_evaluate.posterior.mixing import Mixing, mixing
 from hcss_twin import __version__
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import Writing
-from hcss_twin.core.reading import Reading, reads
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array, NetcdfFile
 
 VERSION_ATTRIBUTE = "hcss_posterior_version"
@@ -180,7 +180,7 @@ def write_posterior(
 
 
 @checked
-@reads(PosteriorError)
+@Reading.argument(PosteriorError)
 def read_posterior(path: str | os.PathLike[str]) -> Posterior:
     """Read the draws of a posterior.
 
