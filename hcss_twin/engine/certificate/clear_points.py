@@ -22,7 +22,7 @@ from hcss_twin.engine.stages.scene_stages import SceneTables
 from hcss_twin.engine.stages.shadows import ShadowStage
 from hcss_twin.engine.stages.waves import slopes_of
 from hcss_twin.engine.tables.radiance_tables import interval
-from hcss_twin.engine.tables.view_states import view_states
+from hcss_twin.engine.tables.view_states import point_states
 from hcss_twin.plan.numerics import reference_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms
@@ -59,7 +59,7 @@ class ClearPoints:
     """Finds waves and shadows at the points of pixels."""
 
     def __init__(self, scene: SceneTables) -> None:
-        self._plan, self._tables = scene.plan, scene.with_waves
+        self._plan, self._tables, self._effects = scene.plan, scene.with_waves, scene.effects
         self._shadows = ShadowStage(scene.plan, []) if scene.plan.has_shadows else None
 
     def of_pixel(self, time_s: float, row: int, column: int, view: View) -> list[ClearPoint] | None:
@@ -101,7 +101,7 @@ class ClearPoints:
             of_views.append((1.0 - weight) * levels[index] + weight * levels[min(index + 1, len(levels) - 1)])
         if not of_views:
             return np.ones((len(self._plan.assembly.model.terms), len(self._plan.bands)))
-        states = view_states(self._plan, np.array(of_views), time_s)
+        states = point_states(self._plan, self._effects, np.array(of_views), time_s)
         level: Array = np.tensordot(states.weights(pixel)[0, 0], states.values, 1)
         return level
 
