@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table import TableTransmittance
-from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.models.parameters import TableParameters
 from hcss_twin.providers import AtmosphereInputs
 
-WHOLE = read_atmosphere_table(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
+WHOLE = AtmosphereTable.read(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
 ROWS = slice(60, 180, 4)
 """Wavenumbers of the part."""
 

@@ -50,7 +50,7 @@ from scipy.stats import chi2, kstest
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudGenerator, CloudInputs
@@ -245,7 +245,7 @@ def read(path: Path = RESULTS) -> list[dict[str, str]]:
 
 def write(rows: Sequence[Mapping[str, str]]) -> None:
     """Replace the results."""
-    with atomic_write(RESULTS, PosteriorError) as draft, draft.open("w", encoding="utf-8", newline="") as file:
+    with Writing(RESULTS, PosteriorError) as draft, draft.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, restval="", lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)

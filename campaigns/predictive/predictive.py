@@ -42,7 +42,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import HcssError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.imagery.cloudiness import otsu_threshold, relative_grey, thickness_of
@@ -339,7 +339,7 @@ def main() -> None:
             rows.append({"kind": kind, "group": group, **{name: str(value) for name, value in summary.items()}})
         rows.sort(key=lambda row: list(WORDS).index(row["kind"]))
         if given.write:
-            with atomic_write(TABLE, HcssError) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+            with Writing(TABLE, HcssError) as draft, draft.open("w", newline="", encoding="utf-8") as file:
                 lines = csv.DictWriter(file, FIELDS, lineterminator="\n")
                 lines.writeheader()
                 lines.writerows(rows)

@@ -10,7 +10,7 @@ from run import verdict
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ScenarioError
-from hcss_twin.models.atmosphere.table_file import read_atmosphere_table, write_atmosphere_table
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 
 SCENE = {
     "time": "2024-04-20T12:30:00+10:00",
@@ -41,7 +41,7 @@ def test_a_scenario_with_other_humidity_than_its_table_is_refused_by_key_and_gas
 
 
 def test_a_table_without_gases_is_questioned_and_one_with_gases_is_held_to_them(tmp_path):
-    shipped = read_atmosphere_table(Catalog().find("us-standard-1976-lowtran7", "atmospheres", ".nc"))
+    shipped = AtmosphereTable.read(Catalog().find("us-standard-1976-lowtran7", "atmospheres", ".nc"))
     small = replace(
         shipped,
         wavenumber_cm1=shipped.wavenumber_cm1[(shipped.wavenumber_cm1 > 950) & (shipped.wavenumber_cm1 < 1050)],
@@ -49,13 +49,13 @@ def test_a_table_without_gases_is_questioned_and_one_with_gases_is_held_to_them(
         path_radiance=shipped.path_radiance[..., (shipped.wavenumber_cm1 > 950) & (shipped.wavenumber_cm1 < 1050)],
     )
     (tmp_path / "moist.csv").write_text(bad(1))
-    write_atmosphere_table(tmp_path / "silent.nc", small, {})
+    small.write(tmp_path / "silent.nc", {})
     parameters = {"file": str(tmp_path / "silent.nc")}
     notes = planned(tmp_path, profile="moist.csv", parameters=parameters).notes
     assert [note for note in notes if "does not state its H2O" in note]
     assert not [note for note in planned(tmp_path, parameters=parameters).notes if "does not state" in note]
     gases = {"h2o": np.full(small.profile.altitude_m.size, 1e-3)}
-    write_atmosphere_table(tmp_path / "dry.nc", replace(small, profile=replace(small.profile, mixing_ratio=gases)), {})
+    replace(small, profile=replace(small.profile, mixing_ratio=gases)).write(tmp_path / "dry.nc", {})
     for name in "moist.csv", "us-standard-1976":
         with pytest.raises(ScenarioError, match=r"atmosphere.profile: .*H2O differs"):
             planned(tmp_path, profile=name, parameters={"file": str(tmp_path / "dry.nc")})

@@ -16,7 +16,7 @@ import netCDF4
 import numpy as np
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.models.optics.bulk import bulk_properties
 from hcss_twin.models.optics.size_distribution import gamma_distribution, water_content_kg_m3
 from hcss_twin.models.refractive_index import RefractiveIndex
@@ -115,7 +115,7 @@ def write_ice_table(
 ) -> None:
     """Write a table of ratios (3, R, B, D) and the published numbers that they stand for."""
     path.parent.mkdir(exist_ok=True)
-    with atomic_write(path, CatalogError) as draft, netCDF4.Dataset(draft, "w") as out:
+    with Writing(path, CatalogError) as draft, netCDF4.Dataset(draft, "w") as out:
         out.format, out.format_version = "hcss-ice-optics", 1
         out.title = "Bulk optics of ice crystals relative to spheres of equal volume and projected area"
         for name, text in attributes.items():

@@ -43,14 +43,14 @@ class Topic(NamedTuple):
 
 
 TOPICS = (
-    Topic("Scenes and cubes", False, ("hcss_twin",)),
-    Topic("Providers", False, ("hcss_twin.providers",)),
+    Topic("Scenes and cubes", False, ("hcss_twin", "hcss_twin.cube.frame_selection")),
+    Topic("Providers", False, ("hcss_twin.providers", "hcss_twin.providers.registry.registry")),
     Topic("Commands", False, ("hcss_twin.cli.options",)),
     Topic(
         "Arguments, files and compiled loops",
         False,
-        ("hcss_twin.core.arguments", "hcss_twin.core.errors", "hcss_twin.core.files", "hcss_twin.core.kernels",
-         "hcss_twin.core.reading"),
+        ("hcss_twin.core.arguments", "hcss_twin.core.errors", "hcss_twin.core.files", "hcss_twin.core.json_numbers",
+         "hcss_twin.core.kernels", "hcss_twin.core.reading"),
     ),
     Topic("Sections of scenarios", False, ("hcss_twin.scenario.section_types", "hcss_twin.scenario.units")),
     Topic("Geometry", False, ("hcss_twin.physics.geodesy", "hcss_twin.physics.sun")),
@@ -86,14 +86,21 @@ TOPICS = (
         "Fractal clouds",
         True,
         ("hcss_twin.models.clouds.fractal.parameters", "hcss_twin.models.clouds.fractal.octaves",
-         "hcss_twin.models.clouds.fractal.field", "hcss_twin.models.clouds.fractal.rows",
+         "hcss_twin.models.clouds.fractal.field",
          "hcss_twin.models.clouds.fractal.generator", "hcss_twin.models.clouds.fractal.expected_variogram",
          "hcss_twin.models.clouds.thickness"),
+    ),
+    Topic(
+        "Images of clouds",
+        True,
+        ("hcss_twin.models.clouds.imagery.image", "hcss_twin.models.clouds.imagery.reader",
+         "hcss_twin.models.clouds.imagery.parameters"),
     ),
     Topic(
         "Air and radiance",
         True,
         ("hcss_twin.models.atmosphere.climatology", "hcss_twin.models.atmosphere.profile_file",
+         "hcss_twin.models.atmosphere.table_file",
          "hcss_twin.models.atmosphere.path_radiance", "hcss_twin.models.radiance.brightness_temperature",
          "hcss_twin.models.radiance.physical.sunlight_in_air"),
     ),

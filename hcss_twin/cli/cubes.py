@@ -11,19 +11,17 @@ from typing import Any
 import click
 
 from hcss_twin.cli.options import (
-    EXISTING,
-    EXISTING_FOLDER,
-    NEW_FILE,
+    Existing,
     Number,
+    Output,
+    Shared,
     Stop,
     assigned,
-    force_option,
-    json_option,
-    print_json,
     progress,
     require_two_files,
     require_writable,
     with_size,
+    write_json,
 )
 
 EXIT_DIFFERENT = 1
@@ -34,10 +32,12 @@ KINDS = {"tables": ".npz", "plans": ".npz", "references": ".npz", "optics": ".nc
 
 
 @click.command("report")
-@click.argument("source", metavar="CUBE|SWEEP|POSTERIOR|PROPAGATION", type=EXISTING)
-@click.option("-o", "--output", type=NEW_FILE, help="Page to write; default: NAME.html beside the source.")
-@force_option
-@json_option
+@click.argument("source", metavar="CUBE|SWEEP|POSTERIOR|PROPAGATION", type=Existing())
+@click.option(
+    "-o", "--output", type=Output(dir_okay=False), help="Page to write; default: NAME.html beside the source."
+)
+@Shared.force
+@Shared.json
 def report_command(source: Path, output: Path | None, force: bool, as_json: bool) -> None:
     """Write one HTML page about a cube, a sweep (folder or dataset), a posterior or a propagation.
 
@@ -47,13 +47,13 @@ def report_command(source: Path, output: Path | None, force: bool, as_json: bool
 
     page = report(source, output, replace=force)
     if as_json:
-        print_json({"report": str(page), "bytes": page.stat().st_size})
+        write_json({"report": str(page), "bytes": page.stat().st_size})
     else:
         click.echo(with_size(page))
 
 
 @click.command()
-@click.argument("cube", type=EXISTING)
+@click.argument("cube", type=Existing())
 @click.option("--sensor", "name", required=True, metavar="NAME|FILE", help="Sensor of the catalog, or a TOML file.")
 @click.option(
     "--set",
@@ -62,9 +62,9 @@ def report_command(source: Path, output: Path | None, force: bool, as_json: bool
     metavar="KEY=VALUE",
     help="Change a key of [sensor], for example parameters.psf_sigma=0.8; repeat.",
 )
-@click.option("-o", "--output", type=NEW_FILE, help="Cube to write; default: NAME.sensor.nc.")
-@force_option
-@json_option
+@click.option("-o", "--output", type=Output(dir_okay=False), help="Cube to write; default: NAME.sensor.nc.")
+@Shared.force
+@Shared.json
 @click.pass_context
 def sense(
     context: click.Context,
@@ -92,7 +92,7 @@ def sense(
         about = json.loads(measured.attrs[SENSOR_ATTRIBUTE])
         variables = [str(data_var) for data_var in measured.data_vars]
     if as_json:
-        print_json({"cube": str(output), "variables": variables, "sensor": about})
+        write_json({"cube": str(output), "variables": variables, "sensor": about})
         return
     click.echo(f"{with_size(output)}: {about['title']}")
     click.echo(f"  variables   {', '.join(variables)}")
@@ -126,11 +126,13 @@ def _nested(assignments: dict[str, Any]) -> dict[str, Any]:
 
 
 @click.command()
-@click.argument("cube", type=EXISTING)
+@click.argument("cube", type=Existing())
 @click.option("--frames", type=click.IntRange(min=1), help="Number of frames to check, spread evenly; default: all.")
-@click.option("--base", type=EXISTING_FOLDER, help="Base folder of relative scenario paths; default: as recorded.")
-@click.option("--data", multiple=True, type=EXISTING, help="File or folder outside CUBE's that may be read; repeat.")
-@json_option
+@click.option(
+    "--base", type=Existing(file_okay=False), help="Base folder of relative scenario paths; default: as recorded."
+)
+@click.option("--data", multiple=True, type=Existing(), help="File or folder outside CUBE's that may be read; repeat.")
+@Shared.json
 @click.pass_context
 def verify(
     context: click.Context, cube: Path, frames: int | None, base: Path | None, data: tuple[Path, ...], as_json: bool
@@ -148,7 +150,7 @@ def verify(
     with announce_compilation(partial(click.echo, err=True)):
         result = verify_cube(cube, base, frames, partial(progress, context.ensure_object(Stop)), data)
     if as_json:
-        print_json(result.as_dict())
+        write_json(result.as_dict())
     else:
         click.echo(verification_text(result))
     if not result.passed:
@@ -156,13 +158,13 @@ def verify(
 
 
 @click.command()
-@click.argument("cube", type=EXISTING)
+@click.argument("cube", type=Existing())
 @click.option("--frame", default=0, type=click.IntRange(min=0), help="Number of the frame.")
-@click.option("-o", "--output", type=NEW_FILE, help="Picture; default: CUBE_volume.png.")
-@click.option("--occupancy", type=NEW_FILE, help="Also write the cloudy fraction of every voxel (.nc).")
+@click.option("-o", "--output", type=Output(dir_okay=False), help="Picture; default: CUBE_volume.png.")
+@click.option("--occupancy", type=Output(dir_okay=False), help="Also write the cloudy fraction of every voxel (.nc).")
 @click.option("--step-m", default=50.0, type=POSITIVE, help="Voxel height, m.")
-@json_option
-@force_option
+@Shared.json
+@Shared.force
 def volume(
     cube: Path, frame: int, output: Path | None, occupancy: Path | None, step_m: float, as_json: bool, force: bool
 ) -> None:
@@ -179,7 +181,7 @@ def volume(
     picture = draw_volume(columns, output)
     if as_json:
         named = None if occupancy is None else str(occupancy)
-        print_json({"picture": str(picture), "occupancy": named, "voxels": voxels})
+        write_json({"picture": str(picture), "occupancy": named, "voxels": voxels})
         return
     click.echo(str(picture))
     if occupancy is not None and voxels is not None:
@@ -188,7 +190,7 @@ def volume(
 
 
 @click.group(invoke_without_command=True)
-@json_option
+@Shared.json
 @click.pass_context
 def cache(context: click.Context, as_json: bool) -> None:
     """Show the cache: folder, number of files and size.
@@ -205,7 +207,7 @@ def cache(context: click.Context, as_json: bool) -> None:
     kinds = {kind: _count(Store(kind, suffix).kept()) for kind, suffix in KINDS.items()}
     if as_json:
         folder = None if root is None else str(root)
-        print_json({"folder": folder, "limit_bytes": limit, "kinds": kinds})
+        write_json({"folder": folder, "limit_bytes": limit, "kinds": kinds})
         return
     click.echo(f"{'no cache folder' if root is None else root}")
     for kind, count in kinds.items():
@@ -215,14 +217,14 @@ def cache(context: click.Context, as_json: bool) -> None:
 
 @cache.command()
 @click.argument("kinds", nargs=-1, type=click.Choice(sorted(KINDS)))
-@json_option
+@Shared.json
 def clear(kinds: tuple[str, ...], as_json: bool) -> None:
     """Delete the cached results: all, or those of KINDS."""
     from hcss_twin.core.cache import Store
 
     removed = {kind: _count(Store(kind, KINDS[kind]).clear()) for kind in kinds or KINDS}
     if as_json:
-        print_json({"removed": removed})
+        write_json({"removed": removed})
         return
     for kind, count in removed.items():
         click.echo(f"{kind}: {count['files']} files removed, {count['bytes'] / 1e6:.1f} MB")

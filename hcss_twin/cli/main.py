@@ -21,19 +21,17 @@ from hcss_twin.cli.atmosphere import atmosphere
 from hcss_twin.cli.cubes import cache, measured_beside, report_command, sense, verify, volume
 from hcss_twin.cli.group import CommandGroup
 from hcss_twin.cli.options import (
-    EXISTING,
-    FOLDER,
-    NEW,
+    Existing,
+    Output,
+    Shared,
     Stop,
     assigned,
-    force_option,
-    json_option,
     load,
     only_answers,
-    print_json,
     progress,
     require_writable,
     scenario_options,
+    write_json,
 )
 from hcss_twin.core.errors import CacheWarning, HcssError, OptionError, ScenarioError
 from hcss_twin.version import __version__
@@ -63,12 +61,12 @@ def cli() -> None:
 
 @cli.command()
 @scenario_options
-@click.option("-o", "--output", type=NEW, help="Cube to write, NetCDF or Zarr (NAME.zarr); default: NAME.nc.")
-@force_option
+@click.option("-o", "--output", type=Output(), help="Cube to write, NetCDF or Zarr (NAME.zarr); default: NAME.nc.")
+@Shared.force
 @click.option("--workers", default=1, type=click.IntRange(1, 1024), help="Processes; the result is the same.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask cluster instead of --workers, for example tcp://host:8786.")
 @click.option("--verbose", is_flag=True, help="Print the whole certificate.")
-@json_option
+@Shared.json
 @click.pass_context
 def run(
     context: click.Context,
@@ -109,7 +107,7 @@ def run(
             or None,
             **({} if measured is None else {"sensor_cube": str(measured)}),
         }
-        print_json({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)})
+        write_json({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)})
     else:
         click.echo(f"{output}  {cube_bytes(output) / 1e6:.1f} MB")
         if measured is not None:
@@ -130,7 +128,7 @@ def run(
 
 @cli.command()
 @scenario_options
-@json_option
+@Shared.json
 def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Show what a run of SCENARIO would compute, omit and need."""
     from hcss_twin.core.environment import announce_compilation
@@ -141,14 +139,14 @@ def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     with announce_compilation(partial(click.echo, err=True)):
         made = make_plan(load(scenario, assignments))
     if as_json:
-        print_json(describe(made))
+        write_json(describe(made))
     else:
         click.echo(plan_text(made))
 
 
 @cli.command()
 @scenario_options
-@json_option
+@Shared.json
 def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Check SCENARIO, or all points of a sweep, and list all problems."""
     from hcss_twin.core.environment import announce_compilation
@@ -160,7 +158,7 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
             if (check := check_of(scenario)) is not None:
                 checked = check(scenario, assigned(assignments))
                 if as_json:
-                    print_json({"valid": True, **checked.values})
+                    write_json({"valid": True, **checked.values})
                 else:
                     click.echo(f"valid: {checked.text}")
                 return
@@ -169,23 +167,23 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
     except ScenarioError as error:
         if not as_json:
             raise
-        print_json({"valid": False, "problems": [vars(problem) for problem in error.problems]})
+        write_json({"valid": False, "problems": [vars(problem) for problem in error.problems]})
         sys.exit(EXIT_BAD_SCENARIO)
     if as_json:
-        print_json({"valid": True, "scenario": json.loads(loaded.to_json())})
+        write_json({"valid": True, "scenario": json.loads(loaded.to_json())})
     else:
         click.echo("valid")
 
 
 @cli.command()
-@click.argument("cube", type=EXISTING)
-@click.option("-o", "--output", type=FOLDER, help="Folder; default: that of CUBE.")
+@click.argument("cube", type=Existing())
+@click.option("-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder; default: that of CUBE.")
 @click.option("--kelvin", is_flag=True, help="Show brightness temperature instead of radiance.")
 @click.option("--variable", help="Variable to show, for example cloud_thickness.")
 @click.option("--frames", default=4, type=click.IntRange(1, 64), help="Frames per contact sheet.")
 @click.option("--animation/--no-animation", default=True, help="Also write a GIF per band.")
-@force_option
-@json_option
+@Shared.force
+@Shared.json
 def preview(
     cube: Path,
     output: Path | None,
@@ -203,14 +201,14 @@ def preview(
         cube, output or cube.parent, kelvin=kelvin, frames=frames, animation=animation, variable=variable, replace=force
     )
     if as_json:
-        print_json([str(path) for path in paths])
+        write_json([str(path) for path in paths])
     else:
         click.echo("\n".join(map(str, paths)))
 
 
 @cli.command()
 @click.argument("name", required=False)
-@json_option
+@Shared.json
 def plugins(name: str | None, as_json: bool) -> None:
     """List providers, commands of plugins, and broken plugins; with NAME describe one provider and its parameters."""
     from hcss_twin.providers.registry.registry import Registry
@@ -221,7 +219,7 @@ def plugins(name: str | None, as_json: bool) -> None:
 
         providers = described(registry, name)
         if as_json:
-            print_json(providers)
+            write_json(providers)
         else:
             click.echo("\n\n".join(map(provider_text, providers)))
         return
@@ -247,7 +245,7 @@ def plugins(name: str | None, as_json: bool) -> None:
             ],
             "remarks": [{**vars(remark.origin), "topic": remark.topic, "remark": remark.text} for remark in remarks],
         }
-        print_json(answer)
+        write_json(answer)
         return
     rows = [(f"{entry.kind.human}s", entry.name, entry.summary, entry.origin) for entry in entries]
     rows += [
@@ -265,7 +263,7 @@ def plugins(name: str | None, as_json: bool) -> None:
 
 
 @cli.command()
-@json_option
+@Shared.json
 def scenarios(as_json: bool) -> None:
     """List the shipped scenarios."""
     from hcss_twin.core.catalog import Catalog
@@ -276,7 +274,7 @@ def scenarios(as_json: bool) -> None:
         for name in catalog.names("scenarios", ".toml")
     }
     if as_json:
-        print_json(titles)
+        write_json(titles)
         return
     width = max(map(len, titles), default=0) + 2
     for name, title in titles.items():
@@ -290,7 +288,7 @@ def schema() -> None:
     from hcss_twin.scenario.reference import json_schema
 
     with only_answers():
-        print_json(json_schema(owned_schemas()), indent=1)
+        write_json(json_schema(owned_schemas()), indent=1)
 
 
 for _command in (atmosphere, cache, report_command, sense, verify, volume):

@@ -16,11 +16,20 @@ import click
 
 from hcss_twin.core.files import is_device
 
-__all__ = ["Number", "force_option", "json_file_option", "load", "require_writable", "set_option", "write_json"]
+__all__ = ["Existing", "Number", "Output", "Shared", "load", "require_writable", "write_json"]
 
 
-class _Existing(click.Path):
-    """A file or folder, where click allows pipes, sockets and devices, too."""
+class Existing(click.Path):
+    """A file or folder that exists, where click allows pipes, sockets and devices, too.
+
+    Parameters
+    ----------
+    file_okay, dir_okay : bool
+        Whether it may be a file, and a folder.
+    """
+
+    def __init__(self, file_okay: bool = True, dir_okay: bool = True) -> None:
+        super().__init__(exists=True, file_okay=file_okay, dir_okay=dir_okay, path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Refuse them: a reader would wait for ever, or never find an end."""
@@ -28,12 +37,6 @@ class _Existing(click.Path):
         if is_device(path):
             self.fail(f"'{path}' is a pipe, socket or device; allowed: on disk", param, ctx)
         return path
-
-
-EXISTING = _Existing(exists=True, path_type=Path)
-EXISTING_FILE = _Existing(exists=True, dir_okay=False, path_type=Path)
-EXISTING_FOLDER = _Existing(exists=True, file_okay=False, path_type=Path)
-FOLDER = click.Path(file_okay=False, path_type=Path)
 
 
 class Number(click.FloatRange):
@@ -48,7 +51,18 @@ class Number(click.FloatRange):
 
 
 class Output(click.Path):
-    """Name of an output file, or of a folder if ``dir_okay``."""
+    """Name of an output file.
+
+    Parameters
+    ----------
+    dir_okay : bool
+        Whether it may be that of a folder.
+    allow_dash : bool
+        Whether it may be a hyphen, for stdout.
+    """
+
+    def __init__(self, dir_okay: bool = True, allow_dash: bool = False) -> None:
+        super().__init__(dir_okay=dir_okay, allow_dash=allow_dash, path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Refuse names of folders, which as a path lose their last slash, and a hyphen that is not stdout."""
@@ -62,16 +76,13 @@ class Output(click.Path):
         return super().convert(value, param, ctx)
 
 
-NEW = Output(path_type=Path)
-NEW_FILE = Output(dir_okay=False, path_type=Path)
-
 _answers: TextIO | None = None
 """Where answers in JSON go while everything else that is printed goes to stderr."""
 
 
 @contextlib.contextmanager
 def only_answers() -> Iterator[None]:
-    """Let :func:`print_json` alone write to stdout: what plugins print, and libraries and workers, goes to stderr."""
+    """Let :func:`write_json` alone write to stdout: what plugins print, and libraries and workers, goes to stderr."""
     global _answers
     if _answers is not None:  # the outermost command has begun
         yield
@@ -95,11 +106,6 @@ def only_answers() -> Iterator[None]:
         _answers = None
 
 
-def print_json(value: Any, indent: int | None = None) -> None:
-    """Print the answer of a command with :data:`json_option`."""
-    click.echo(json.dumps(value, indent=indent), file=_answers)
-
-
 def _answers_only(context: click.Context, _option: click.Parameter, value: Any) -> Any:
     """Keep stdout for the answer, if the option asks for one there."""
     if value is True or str(value) == "-":
@@ -107,28 +113,42 @@ def _answers_only(context: click.Context, _option: click.Parameter, value: Any) 
     return value
 
 
-json_option = click.option("--json", "as_json", is_flag=True, callback=_answers_only, help="Print the result as JSON.")
-force_option = click.option("--force", is_flag=True, help="Replace existing files.")
-"""The option ``--force``, which :func:`require_writable` takes."""
+class Shared:
+    """Options that mean the same in all commands, as decorators.
 
-json_file_option = click.option(
-    "--json",
-    "json_file",
-    type=Output(dir_okay=False, allow_dash=True, path_type=Path),
-    callback=_answers_only,
-    help="JSON file for all numbers; - prints them instead of the table.",
-)
-"""The option ``--json FILE``, as the parameter ``json_file``."""
+    Attributes
+    ----------
+    changes
+        ``--set KEY=VALUE``, as the parameter ``assignments``, which :func:`load` takes.
+    force
+        ``--force``, which :func:`require_writable` takes.
+    json
+        ``--json``, as the parameter ``as_json``: the command prints nothing but its answer, with :func:`write_json`.
+    json_file
+        ``--json FILE``, as the parameter ``json_file``, which may be ``-``.
+    """
 
-set_option = click.option(
-    "--set", "assignments", multiple=True, metavar="KEY=VALUE", help="Change a key, for example view.zenith=40; repeat."
-)
-"""The option ``--set KEY=VALUE``, as the parameter ``assignments``, which :func:`load` takes."""
+    changes = click.option(
+        "--set",
+        "assignments",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help="Change a key, for example view.zenith=40; repeat.",
+    )
+    force = click.option("--force", is_flag=True, help="Replace existing files.")
+    json = click.option("--json", "as_json", is_flag=True, callback=_answers_only, help="Print the result as JSON.")
+    json_file = click.option(
+        "--json",
+        "json_file",
+        type=Output(dir_okay=False, allow_dash=True),
+        callback=_answers_only,
+        help="JSON file for all numbers; - prints them instead of the table.",
+    )
 
 
 def scenario_options(command: Any) -> Any:
     """Add the arguments SCENARIO and ``--set``."""
-    return click.argument("scenario")(set_option(command))
+    return click.argument("scenario")(Shared.changes(command))
 
 
 def assigned(texts: Iterable[str], option: str = "--set") -> dict[str, Any]:
@@ -149,23 +169,6 @@ def load(scenario: str, assignments: Iterable[str]) -> Any:
     for note in loaded.notes:
         click.echo(f"note: {note}", err=True)
     return loaded
-
-
-def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
-    """Read a length such as ``1 km``; a plain number is in metres."""
-    if text is None:
-        return None
-    from pydantic_core import PydanticCustomError
-
-    from hcss_twin.scenario.units import parse_quantity
-
-    try:
-        size = parse_quantity(text, "length")
-    except PydanticCustomError as error:
-        raise click.BadParameter(error.message()) from error
-    if not isinstance(size, float) or not 0.0 < size < float("inf"):
-        raise click.BadParameter(f"{text} given, allowed: greater than 0")
-    return size
 
 
 def require_writable(
@@ -190,19 +193,19 @@ def require_writable(
         If a file exists without ``force``, its name or its folder does not do, or it is read by the command.
     """
     from hcss_twin.core.errors import CubeError
-    from hcss_twin.core.files import require_file, require_not_read
+    from hcss_twin.core.files import Writing, require_not_read
 
     for path in paths:
         if path is None:
             continue
         is_store = form == "Zarr"  # a folder; its writer knows which ones it may replace
         if not is_store:
-            require_file(path, CubeError)
+            Writing(path, CubeError).check()
         if os.path.lexists(path) and not force:
             raise click.ClickException(f"{path} exists; {remedy}, or --force")
         require_not_read(path, _read_by_command(), CubeError)
         if not is_store:
-            require_file(path, CubeError, form)
+            Writing(path, CubeError, form).check()
         folder = path.absolute().parent
         if not folder.is_dir():
             raise click.ClickException(f"cannot write {path}: there is no folder {folder}")
@@ -237,15 +240,31 @@ def require_two_files(given: Mapping[str, Path | None]) -> None:
         seen[path.absolute()] = option
 
 
-def write_json(path: Path, text: str) -> None:
-    """Write a JSON file, or print it for a path of ``-``; raises HcssError if it cannot be written."""
-    if str(path) == "-":
+def write_json(value: Any, path: Path | None = None, indent: int | None = None) -> None:
+    """Print the answer of a command as JSON, or write it to a file.
+
+    Parameters
+    ----------
+    value
+        Of numbers, texts, lists and dictionaries.
+    path : Path, optional
+        The file; None or ``-``: print it.
+    indent : int, optional
+        Spaces by which what is within something else is indented; default: all on one line.
+
+    Raises
+    ------
+    HcssError
+        If the file cannot be written.
+    """
+    text = json.dumps(value, indent=indent)
+    if path is None or str(path) == "-":
         click.echo(text, file=_answers)
         return
     from hcss_twin.core.errors import HcssError
-    from hcss_twin.core.files import atomic_write
+    from hcss_twin.core.files import Writing
 
-    with atomic_write(path, HcssError, "JSON") as draft:
+    with Writing(path, HcssError, "JSON") as draft:
         draft.write_text(text + "\n", encoding="utf-8")
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError, choose_from
-from hcss_twin.core.reading import reading, require_no_stream
+from hcss_twin.core.reading import Reading, require_no_stream
 from hcss_twin.core.result_cache import ResultCache
 
 
@@ -188,7 +188,7 @@ def _is_file(path: Path) -> bool:
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Parse a TOML file; raises :class:`CatalogError`."""
-    with reading(path, CatalogError, "not valid TOML"):
+    with Reading(path, CatalogError, "not valid TOML"):
         return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
@@ -200,7 +200,7 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
     CatalogError
         If a row is not numeric, not finite, or has another number of fields than the header.
     """
-    with reading(path, CatalogError, "not a text file"):
+    with Reading(path, CatalogError, "not a text file"):
         text = path.read_text(encoding="utf-8-sig")  # spreadsheets write a byte-order mark
     header: list[str] | None = None
     rows: list[list[float]] = []

@@ -17,9 +17,9 @@ from types import MappingProxyType
 from typing import Any
 
 from hcss_twin.core.errors import CatalogError, HcssError
-from hcss_twin.core.reading import open_netcdf
+from hcss_twin.core.reading import Reading
 
-__all__ = ["atomic_write"]
+__all__ = ["Writing"]
 
 REMEDY = "give another name with -o, or --force"
 
@@ -42,9 +42,8 @@ _FIRST_BYTES = {"NetCDF": (b"\x89HDF", b"CDF"), "HTML": (b"<",), "JSON": (b"{", 
 """How files of a form begin; a file that begins otherwise is somebody's own and is not replaced."""
 
 
-@contextlib.contextmanager
-def atomic_write(path: Path, error: type[HcssError], form: str = "") -> Iterator[Path]:
-    """Yield a hidden path to write to, which is renamed to ``path`` if the block raises no exception.
+class Writing:
+    """Yields a hidden path to write to, which is renamed to ``path`` if the ``with`` block raises no exception.
 
     The draft is in the same folder, so that renaming is atomic: an older file stays intact or is replaced.
     Any exception in the block, including Ctrl-C, removes the draft.
@@ -57,45 +56,60 @@ def atomic_write(path: Path, error: type[HcssError], form: str = "") -> Iterator
         Exception to raise if the system or a library reports an OSError or RuntimeError.
     form : str
         What is written, of :data:`FORMS`; empty for files whose names users do not choose.
-
-    Raises
-    ------
-    HcssError
-        Of the type ``error``, with the path and the cause.
+    read : iterable of Path
+        Files that are inputs.
     """
-    require_file(path, error, form)
-    draft = draft_of(path)
-    try:
-        yield draft
-        with draft.open("rb+") as file:
-            os.fsync(file.fileno())
-        os.replace(draft, path)
-    except (OSError, RuntimeError, ValueError) as cause:  # ValueError: the name is not UTF-8, or has a null byte
-        raise error(f"cannot write {path}: {getattr(cause, 'strerror', None) or cause}") from cause
-    finally:
-        with contextlib.suppress(OSError, ValueError):  # never written: no folder, a read-only file system, a null byte
-            draft.unlink()
+
+    def __init__(self, path: Path, error: type[HcssError], form: str = "", read: Iterable[Path] = ()) -> None:
+        self._path, self._error, self._form, self._read = path, error, form, tuple(read)
+        self._drafted = self._draft()
+
+    def check(self) -> None:
+        """Refuse a name that an output file cannot have, before what it shall hold is computed.
+
+        That is the name of a folder, of a device such as /dev/null, a pipe or a socket: renaming a draft would replace
+        a device for all processes of the machine. Of an output of a ``form``, it is also a name with the suffix of
+        another form, which its readers would believe, and that of a file with other contents. A symbolic link is
+        replaced, and its target is not touched. Nor may it be one of the inputs, or a folder that holds one.
+
+        Raises
+        ------
+        HcssError
+            Of the type ``error``, with the path.
+        """
+        path, error = self._path, self._error
+        if path.is_dir():
+            raise error(f"cannot write {path}: it is a folder")
+        if is_device(path):
+            raise error(f"cannot write {path}: it is a device, pipe or socket; allowed: a new name, or that of a file")
+        if self._form:
+            _require_form(path, error, self._form)
+        require_not_read(path, self._read, error)
+
+    def __enter__(self) -> Path:
+        self.check()
+        return self._drafted.__enter__()
+
+    def __exit__(self, *raised: Any) -> bool | None:
+        return self._drafted.__exit__(*raised)
+
+    @contextmanager
+    def _draft(self) -> Iterator[Path]:
+        path, draft = self._path, draft_of(self._path)
+        try:
+            yield draft
+            with draft.open("rb+") as file:
+                os.fsync(file.fileno())
+            os.replace(draft, path)
+        except (OSError, RuntimeError, ValueError) as cause:  # ValueError: the name is not UTF-8, or has a null byte
+            raise self._error(f"cannot write {path}: {getattr(cause, 'strerror', None) or cause}") from cause
+        finally:
+            with contextlib.suppress(OSError, ValueError):  # never written: no folder, a read-only file system
+                draft.unlink()
 
 
-def require_file(path: Path, error: type[HcssError], form: str = "") -> None:
-    """Refuse a name that an output file cannot have.
-
-    That is the name of a folder, of a device such as /dev/null, a pipe or a socket: renaming a draft would replace a
-    device for all processes of the machine. Of an output of a ``form`` (:data:`FORMS`), it is also a name with the
-    suffix of another form, which its readers would believe, and that of a file with other contents. A symbolic link is
-    replaced, and its target is not touched.
-
-    Raises
-    ------
-    HcssError
-        Of the type ``error``.
-    """
-    if path.is_dir():
-        raise error(f"cannot write {path}: it is a folder")
-    if is_device(path):
-        raise error(f"cannot write {path}: it is a device, pipe or socket; allowed: a new name, or that of a file")
-    if not form:
-        return
+def _require_form(path: Path, error: type[HcssError], form: str) -> None:
+    """Refuse the suffix of another form, and to replace a file with other contents."""
     suffix = Path(f"x{path.name}").suffix.lower()  # that of .zarr, too
     others = {suffix for name, suffixes in FORMS.items() if name != form for suffix in suffixes}
     if suffix not in FORMS[form] and suffix and (suffix in others or form in ("PNG", "picture")):
@@ -217,7 +231,7 @@ def open_format(path: Path, name: str, *versions: int) -> Iterator[Any]:
     CatalogError
         If it is not NetCDF or has another format.
     """
-    with open_netcdf(path, CatalogError, "not a readable NetCDF file") as dataset:
+    with Reading(path, CatalogError, "not a readable NetCDF file").netcdf() as dataset:
         actual = (getattr(dataset, "format", None), int(getattr(dataset, "format_version", 0)))
         if actual[0] != name or actual[1] not in versions:
             allowed = " or ".join(map(str, versions))

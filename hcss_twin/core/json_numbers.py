@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+__all__ = ["json_value"]
 
 
 def json_number(value: float | None) -> float | None:
@@ -14,15 +13,12 @@ def json_number(value: float | None) -> float | None:
     return float(value) if value is not None and math.isfinite(value) else None
 
 
-def json_list(values: NDArray[Any]) -> list[float | None]:
-    """Return numbers, with None for non-finite ones."""
-    return [json_number(float(value)) for value in values]
-
-
 def json_value(value: Any) -> Any:
-    """Return a JSON-compatible value with None for non-finite numbers; tuples become lists."""
+    """Return a JSON-compatible value with None for non-finite numbers; tuples and arrays (N,) become lists."""
     if isinstance(value, dict):
         return {name: json_value(item) for name, item in value.items()}
+    if getattr(value, "ndim", 0):
+        return [json_number(float(item)) for item in value]
     if isinstance(value, list | tuple):
         return [json_value(item) for item in value]
     return json_number(value) if isinstance(value, float) else value

@@ -13,12 +13,12 @@ import struct
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, Self, TypeVar
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.core.netcdf import NetcdfFile
+from hcss_twin.core.netcdf import NETCDF, NetcdfFile
 
-__all__ = ["reading"]
+__all__ = ["Reading"]
 
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
@@ -37,24 +37,81 @@ HEAP, SEARCHED = b"GCOL\1\0\0\0", 2**24
 """How a collection of texts begins in HDF5 files, and the first bytes that are searched: values come later."""
 
 
-@contextmanager
-def reading(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[None]:
-    """Turn exceptions raised in the block, except those of this package, into ``error`` with path and cause."""
-    try:
-        if isinstance(path, str | os.PathLike):
-            require_no_stream(path, error)
-            if os.path.isfile(path):
-                _require_heaps_that_end(path)
-        yield
-    except (HcssError, ImportError):
-        raise
-    except MemoryError as cause:
-        raise error(f"cannot read {_name(path)}: it declares more values than fit into memory") from cause
-    except FileNotFoundError as cause:
-        raise error(f"cannot read {_name(path)}: there is no such file") from cause
-    except Exception as cause:
-        text = str(cause) if isinstance(cause, OSError) else f"{type(cause).__name__}: {cause}"
-        raise error(f"cannot read {_name(path)}: {what}: {shown_line(text)}") from cause
+class Reading:
+    """Turns exceptions raised in a ``with`` block, except those of this package, into one with path and cause.
+
+    Parameters
+    ----------
+    path : path-like or file-like
+        The input file.
+    error : type
+        What to raise.
+    what : str
+        What is wrong with the file, in its message.
+    """
+
+    def __init__(self, path: Any, error: _Error, what: str = DAMAGED) -> None:
+        self._path, self._error, self._what = path, error, what
+
+    def __enter__(self) -> Self:
+        with self._told():
+            if isinstance(self._path, str | os.PathLike):
+                require_no_stream(self._path, self._error)
+                if os.path.isfile(self._path):
+                    _require_heaps_that_end(self._path)
+        return self
+
+    def __exit__(self, _type: object, raised: BaseException | None, _traceback: object) -> None:
+        if isinstance(raised, Exception):
+            with self._told():
+                raise raised
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        name = _name(self._path)
+        try:
+            yield
+        except (HcssError, ImportError):
+            raise
+        except MemoryError as cause:
+            raise self._error(f"cannot read {name}: it declares more values than fit into memory") from cause
+        except FileNotFoundError as cause:
+            raise self._error(f"cannot read {name}: there is no such file") from cause
+        except Exception as cause:
+            text = str(cause) if isinstance(cause, OSError) else f"{type(cause).__name__}: {cause}"
+            raise self._error(f"cannot read {name}: {self._what}: {shown_line(text)}") from cause
+
+    @staticmethod
+    def argument(error: _Error) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
+        """Return a decorator that does the same for a function whose first argument is the path of an input file."""
+
+        def decorate(function: Callable[_P, _T]) -> Callable[_P, _T]:
+            @wraps(function)
+            def guarded(*args: _P.args, **kwargs: _P.kwargs) -> _T:
+                with Reading(next(iter((*args, *kwargs.values()))), error):
+                    return function(*args, **kwargs)
+
+            return guarded
+
+        return decorate
+
+    def first_bytes(self, count: int = 8) -> bytes:
+        """Return the first bytes of the file, which tell its format."""
+        with self, open(self._path, "rb") as file:
+            return file.read(count)
+
+    @property
+    def is_netcdf(self) -> bool:
+        """Whether the file begins as NetCDF files do."""
+        return self.first_bytes().startswith(NETCDF)
+
+    @contextmanager
+    def netcdf(self) -> Iterator[Any]:
+        """Open a NetCDF file whose variables are read as a whole; what the block raises is turned, too."""
+        with self, NetcdfFile(self._path) as dataset:
+            for name, variable in dataset.variables.items():
+                require_size(self._path, variable.shape, self._error, what=f"values of {name}")
+            yield dataset
 
 
 def require_no_stream(path: str | os.PathLike[str], error: _Error) -> None:
@@ -65,12 +122,6 @@ def require_no_stream(path: str | os.PathLike[str], error: _Error) -> None:
         return
     if kind not in (stat.S_IFREG, stat.S_IFDIR):
         raise error(f"cannot read {_name(path)}: it is a {_STREAMS.get(kind, 'device')}; allowed: a file on disk")
-
-
-def first_bytes(path: str | os.PathLike[str], error: _Error, count: int = 8) -> bytes:
-    """Return the first bytes of a file, which tell its format; raises ``error``."""
-    with reading(path, error), open(path, "rb") as file:
-        return file.read(count)
 
 
 _STREAMS = {stat.S_IFIFO: "pipe", stat.S_IFSOCK: "socket"}
@@ -99,20 +150,6 @@ def _require_heaps_that_end(path: str | os.PathLike[str]) -> None:
                 at = data.find(HEAP, at + 1)
 
 
-def reads(error: _Error) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
-    """Apply :func:`reading` to a function whose first argument is the path of an input file."""
-
-    def decorate(function: Callable[_P, _T]) -> Callable[_P, _T]:
-        @wraps(function)
-        def guarded(*args: _P.args, **kwargs: _P.kwargs) -> _T:
-            with reading(next(iter((*args, *kwargs.values()))), error):
-                return function(*args, **kwargs)
-
-        return guarded
-
-    return decorate
-
-
 def require_size(path: Any, shape: Sequence[int], error: _Error, limit: int = MAX_VALUES, what: str = "values") -> None:
     """Reject an array whose declared shape is too large, before it is read; raises ``error``."""
     count = 1
@@ -121,15 +158,6 @@ def require_size(path: Any, shape: Sequence[int], error: _Error, limit: int = MA
     if count > limit:
         sizes = " x ".join(map(str, shape))
         raise error(f"cannot read {_name(path)}: it declares {sizes} {what}; allowed: {limit} in all; cut out a part")
-
-
-@contextmanager
-def open_netcdf(path: Any, error: _Error, what: str = DAMAGED) -> Iterator[Any]:
-    """Open a NetCDF file whose variables are read as a whole; exceptions raised in the block become ``error``."""
-    with reading(path, error, what), NetcdfFile(path) as dataset:
-        for name, variable in dataset.variables.items():
-            require_size(path, variable.shape, error, what=f"values of {name}")
-        yield dataset
 
 
 def shown_line(text: str) -> str:

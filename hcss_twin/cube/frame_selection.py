@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError, choose_from
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import as_seen, frame_times_s
 from hcss_twin.cube.pixel_grid import PixelGrid, first_and_step
 from hcss_twin.cube.variables import LAYER
@@ -20,34 +20,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+__all__ = ["FrameSelection"]
+
 DEFAULT_VARIABLE = "radiance"
 
 _PLANES = ("band", LAYER)
 _RESOLUTION = re.compile(r"\s*([0-9.eE+-]+) m\s*\Z")
-
-
-@dataclass(frozen=True)
-class SelectedFrame:
-    """One frame: number in the cube, time (UTC) and displacement of the platform.
-
-    Images that are no grid on the ground have no displacement (NaN).
-    A variable without a time dimension has one frame with number None and the time of the first frame.
-    """
-
-    number: int | None
-    time: str
-    seconds: float
-    displacement_m: float
-
-
-@dataclass(frozen=True)
-class Plane:
-    """One image of a frame: a band with its limits, a cloud layer, or the only image (no name)."""
-
-    name: str
-    lower_um: float | None = None
-    central_um: float | None = None
-    upper_um: float | None = None
 
 
 @dataclass(frozen=True)
@@ -63,7 +41,7 @@ class FrameSelection:
     plane_kind : str
         ``band``, ``layer``, or empty if a frame is one image.
     planes : tuple of Plane
-    frames : tuple of SelectedFrame
+    frames : tuple of Frame
     rows, columns : int
     grid : PixelGrid or None
         None: the image is no grid on the ground.
@@ -75,6 +53,28 @@ class FrameSelection:
         Indices of the planes along their dimension.
     """
 
+    @dataclass(frozen=True)
+    class Frame:
+        """One frame: number in the cube, time (UTC) and displacement of the platform.
+
+        Images that are no grid on the ground have no displacement (NaN).
+        A variable without a time dimension has one frame with number None and the time of the first frame.
+        """
+
+        number: int | None
+        time: str
+        seconds: float
+        displacement_m: float
+
+    @dataclass(frozen=True)
+    class Plane:
+        """One image of a frame: a band with its limits, a cloud layer, or the only image (no name)."""
+
+        name: str
+        lower_um: float | None = None
+        central_um: float | None = None
+        upper_um: float | None = None
+
     variable: str
     units: str
     long_name: str
@@ -83,7 +83,7 @@ class FrameSelection:
     dtype: np.dtype[Any]
     plane_kind: str
     planes: tuple[Plane, ...]
-    frames: tuple[SelectedFrame, ...]
+    frames: tuple[Frame, ...]
     rows: int
     columns: int
     grid: PixelGrid | None
@@ -91,7 +91,48 @@ class FrameSelection:
     data: xr.DataArray
     chosen: tuple[int, ...]
 
-    def values(self, frame: SelectedFrame) -> NDArray[Any]:
+    @classmethod
+    def of(
+        cls, dataset: xr.Dataset, variable: str | None, bands: Sequence[str] = (), frames: Sequence[int] = ()
+    ) -> FrameSelection:
+        """Select a variable, bands and frames of an open cube.
+
+        Parameters
+        ----------
+        variable : str or None
+            None: radiance, or the only image variable.
+        bands : sequence of str
+            Names in output order; none: all.
+        frames : sequence of int
+            Numbers from 0 in output order; none: all.
+
+        Raises
+        ------
+        CubeError
+            If the cube has no such variable, band or frame; lists the available ones and the closest.
+        """
+        on_ground, dataset = "row" not in dataset.dims, as_seen(dataset)
+        name = _variable(dataset, variable)
+        data = dataset[name]
+        kind = next((dim for dim in _PLANES if dim in data.dims), "")
+        chosen = _planes(dataset, name, kind, bands)
+        attributes = data.attrs
+        return cls(
+            variable=name,
+            **{key: str(attributes.get(key, "")) for key in ("units", "long_name", "standard_name", "comment")},
+            dtype=data.dtype,
+            plane_kind=kind,
+            planes=tuple(_plane(dataset, kind, index) for index in chosen),
+            frames=_frames(dataset, name, frames),
+            rows=data.sizes["y"],
+            columns=data.sizes["x"],
+            grid=_grid(dataset) if on_ground else None,
+            attributes={key: _plain(value) for key, value in dataset.attrs.items()},
+            data=data,
+            chosen=chosen,
+        )
+
+    def values(self, frame: Frame) -> NDArray[Any]:
         """Return the planes of a frame (P, Y, X), the southernmost, or the lowest, row first.
 
         Raises
@@ -102,50 +143,9 @@ class FrameSelection:
         data = self.data if frame.number is None else self.data.isel(time=frame.number)
         if self.plane_kind:
             data = data.isel({self.plane_kind: list(self.chosen)})
-        with reading(f"{self.variable} of frame {frame.number}", CubeError):
+        with Reading(f"{self.variable} of frame {frame.number}", CubeError):
             values = data.to_numpy()
         return np.ascontiguousarray(values if self.plane_kind else values[None])
-
-
-def select_frames(
-    dataset: xr.Dataset, variable: str | None, bands: Sequence[str] = (), frames: Sequence[int] = ()
-) -> FrameSelection:
-    """Select a variable, bands and frames of an open cube.
-
-    Parameters
-    ----------
-    variable : str or None
-        None: radiance, or the only image variable.
-    bands : sequence of str
-        Names in output order; none: all.
-    frames : sequence of int
-        Numbers from 0 in output order; none: all.
-
-    Raises
-    ------
-    CubeError
-        If the cube has no such variable, band or frame; lists the available ones and the closest.
-    """
-    on_ground, dataset = "row" not in dataset.dims, as_seen(dataset)
-    name = _variable(dataset, variable)
-    data = dataset[name]
-    kind = next((dim for dim in _PLANES if dim in data.dims), "")
-    chosen = _planes(dataset, name, kind, bands)
-    attributes = data.attrs
-    return FrameSelection(
-        variable=name,
-        **{key: str(attributes.get(key, "")) for key in ("units", "long_name", "standard_name", "comment")},
-        dtype=data.dtype,
-        plane_kind=kind,
-        planes=tuple(_plane(dataset, kind, index) for index in chosen),
-        frames=_frames(dataset, name, frames),
-        rows=data.sizes["y"],
-        columns=data.sizes["x"],
-        grid=_grid(dataset) if on_ground else None,
-        attributes={key: _plain(value) for key, value in dataset.attrs.items()},
-        data=data,
-        chosen=chosen,
-    )
 
 
 def _variable(dataset: xr.Dataset, wanted: str | None) -> str:
@@ -175,11 +175,11 @@ def _planes(dataset: xr.Dataset, name: str, kind: str, bands: Sequence[str]) -> 
     return tuple(known.index(band) for band in bands or known)
 
 
-def _plane(dataset: xr.Dataset, kind: str, index: int) -> Plane:
+def _plane(dataset: xr.Dataset, kind: str, index: int) -> FrameSelection.Plane:
     if kind != "band":
-        return Plane(str(dataset[kind].to_numpy()[index]) if kind else "")
+        return FrameSelection.Plane(str(dataset[kind].to_numpy()[index]) if kind else "")
     lower, upper = dataset["wavelength_bounds"].to_numpy()[index]
-    return Plane(
+    return FrameSelection.Plane(
         str(dataset["band"].to_numpy()[index]),
         float(lower),
         float(dataset["wavelength"].to_numpy()[index]),
@@ -187,7 +187,7 @@ def _plane(dataset: xr.Dataset, kind: str, index: int) -> Plane:
     )
 
 
-def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[SelectedFrame, ...]:
+def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[FrameSelection.Frame, ...]:
     seconds = frame_times_s(dataset)
     times = np.datetime_as_string(dataset["time"].to_numpy().astype("datetime64[us]"))
     displacements = np.full(seconds.size, np.nan)  # of images that are no grid on the ground
@@ -196,7 +196,7 @@ def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[Sele
     if "time" not in dataset[name].dims:
         if wanted:
             raise CubeError(f"frame {wanted[0]}: {name} is the same for all frames; allowed: none")
-        return (SelectedFrame(None, f"{times[0]}Z", float(seconds[0]), float(displacements[0])),)
+        return (FrameSelection.Frame(None, f"{times[0]}Z", float(seconds[0]), float(displacements[0])),)
     last = seconds.size - 1
     for number in wanted:
         if not 0 <= number <= last:
@@ -205,7 +205,7 @@ def _frames(dataset: xr.Dataset, name: str, wanted: Sequence[int]) -> tuple[Sele
         if list(wanted).count(number) > 1:
             raise CubeError(f"frame {number}: requested more than once")
     return tuple(
-        SelectedFrame(number, f"{times[number]}Z", float(seconds[number]), float(displacements[number]))
+        FrameSelection.Frame(number, f"{times[number]}Z", float(seconds[number]), float(displacements[number]))
         for number in wanted or range(seconds.size)
     )
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.netcdf import NETCDF, NetcdfFile, open_with_xarray
-from hcss_twin.core.reading import first_bytes, reading, reads
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import BOUND, COORDINATES, GRID_MAPPING, OF_ANY_IMAGE
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
 from hcss_twin.cube.variables import GEOMETRY, LAYER, VARIABLES
@@ -75,7 +75,7 @@ class ZarrCube:
 @contextmanager
 def stored_arrays(path: str | os.PathLike[str]) -> Iterator[Any]:
     """Open a cube as a ``NetcdfFile``, or a Zarr store as an object with the same interface."""
-    with reading(path, CubeError):
+    with Reading(path, CubeError):
         if is_zarr(path):
             yield ZarrCube(path)
             return
@@ -89,7 +89,7 @@ _MOST_COMPRESSED = 1100
 
 
 @checked
-@reads(CubeError)
+@Reading.argument(CubeError)
 def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a finished cube; values are read from the file on access.
 
@@ -176,7 +176,7 @@ def _open_store(path: str | os.PathLike[str], **options: Any) -> xr.Dataset:
 
 def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
     """Explain why a file could not be opened: most are not NetCDF at all."""
-    start = first_bytes(path, CubeError)
+    start = Reading(path, CubeError).first_bytes()
     if start.startswith(NETCDF):
         return f"it is NetCDF, but damaged, truncated or unsupported ({error})"
     if not start:
@@ -186,7 +186,7 @@ def _why_not(path: str | os.PathLike[str], error: Exception) -> str:
     return "it is not a NetCDF file; a cube is needed, as `hcss run` writes it"
 
 
-@reads(CubeError)
+@Reading.argument(CubeError)
 def scenario_text(path: str | os.PathLike[str]) -> str:
     """Return the scenario of a cube as text.
 

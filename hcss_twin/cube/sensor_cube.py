@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute, check_attributes
 from hcss_twin.cube.requested_variables import INPUTS
@@ -129,7 +129,7 @@ def measured_cube(
     if path.exists() and os.path.samefile(clean_path, path):
         raise CubeError(f"cannot write {path}: it is the clean cube")
     with (
-        atomic_write(path, CubeError, "NetCDF") as draft,
+        Writing(path, CubeError, "NetCDF") as draft,
         NetcdfFile(clean_path) as clean,
         NetcdfFile(draft, "w") as measured,
     ):

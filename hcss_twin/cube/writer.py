@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.files import flush, publish, require_file
+from hcss_twin.core.files import Writing, flush, publish
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.cube.coordinates import (
     BOUND,
@@ -162,7 +162,7 @@ class CubeWriter(StreamedWriter):
         return self._dataset is not None
 
     def _require_replaceable(self) -> None:
-        require_file(self.path, CubeError, "NetCDF")
+        Writing(self.path, CubeError, "NetCDF").check()
 
     def _create(self) -> None:
         os.close(os.open(self._partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))

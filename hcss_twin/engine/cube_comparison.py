@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, coordinate_specs, coordinate_values
 from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.header import CubeHeader
@@ -223,7 +223,7 @@ class CubeComparison:
         corner: tuple[int, int] = (0, 0),
     ) -> None:
         """Compare part of a variable, of a ``frame`` if it has frames, starting at row and column ``corner``."""
-        with reading(self._path, CubeError):
+        with Reading(self._path, CubeError):
             cube = np.asarray(self._file[name][index])
         for axis, dim in enumerate(dims):
             if dim in self._common:

@@ -10,7 +10,7 @@ import numpy as np
 
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.reading import MAX_VALUES, reads
+from hcss_twin.core.reading import MAX_VALUES, Reading
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.variables import VARIABLES
 from hcss_twin.cube.writer import variable_attributes
@@ -26,7 +26,7 @@ RESPONSE_STEP_CM1 = 1.0
 
 
 @checked
-@reads(CubeError)
+@Reading.argument(CubeError)
 def brightness_temperature(cube: str | os.PathLike[str] | xr.Dataset, base: Path | None = None) -> xr.DataArray:
     """Return the temperature of black bodies with the radiance of a cube, to compare measurements in kelvin.
 

@@ -15,8 +15,8 @@ from pydantic import ValidationError
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import used_paths
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
-from hcss_twin.core.files import require_file, require_not_read
-from hcss_twin.core.reading import reads
+from hcss_twin.core.files import Writing, require_not_read
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import with_plane_axes
 from hcss_twin.cube.reader import open_cube, stored_arrays
 from hcss_twin.cube.requested_variables import INPUTS
@@ -142,7 +142,7 @@ def _require_contrast(name: str, sensor: BuiltSensor, radiance: NDArray[Any], me
 
 
 @checked
-@reads(CubeError)
+@Reading.argument(CubeError)
 def sense_file(
     clean_path: str | os.PathLike[str],
     section: SensorSection,
@@ -190,13 +190,13 @@ def sense_file(
     sensor = _build(section, cube, str(clean_path))
     files = cube.inputs.catalog
     require_not_read(path, used_paths(files), CubeError)
-    require_file(path, CubeError, "NetCDF")
+    Writing(path, CubeError, "NetCDF").check()
     _write_measured(clean_path, path, sensor, files.used, partial(_measure, sensor, cube, str(clean_path)), progress)
     return path
 
 
 @checked
-@reads(CubeError)
+@Reading.argument(CubeError)
 def sense(
     cube: str | os.PathLike[str] | xr.Dataset,
     sensor: str | os.PathLike[str] | Mapping[str, Any] | SensorSection | Scenario,

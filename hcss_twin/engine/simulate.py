@@ -21,6 +21,7 @@ from hcss_twin.core.errors import CertificateWarning, CubeError
 from hcss_twin.core.files import require_not_read
 from hcss_twin.core.kernels import wait_for_kernels
 from hcss_twin.core.memory import naming_memory
+from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.streamed_writer import BackgroundWriter, frame_bytes
@@ -37,7 +38,6 @@ from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window
-from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.scenario import Scenario
 

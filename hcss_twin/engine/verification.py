@@ -18,7 +18,7 @@ from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError, HcssError, ScenarioError
 from hcss_twin.core.json_numbers import json_number, json_value
-from hcss_twin.core.reading import reads
+from hcss_twin.core.reading import Reading
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.coordinates import with_plane_axes
 from hcss_twin.cube.header import CubeHeader
@@ -118,7 +118,7 @@ class Verification:
 
 
 @checked
-@reads(CubeError)
+@Reading.argument(CubeError)
 def verify_cube(
     path: str | os.PathLike[str],
     base: Path | None = None,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.sensor import BuiltSensor, make_sensor
 from hcss_twin.plan.windows import Window, length
-from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.providers.registry.specs import Kind
 
 MAX_MARGIN = 512

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CubeError, HcssError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.core.netcdf import NetcdfFile
-from hcss_twin.core.reading import reads
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.reader import open_cube
@@ -86,7 +86,7 @@ _LARGEST_M, _HIGHEST_M = 1e9, 1e6
 """Largest scene, and the greatest altitude of cloud."""
 
 
-@reads(CubeError)
+@Reading.argument(CubeError)
 def read_columns(cube: str | Path, frame: int = 0) -> CloudColumns:
     """Read base and top of the cloud in every pixel of a frame.
 
@@ -304,7 +304,7 @@ def write_occupancy(columns: CloudColumns, path: Path, step_m: float) -> tuple[i
         raise CubeError(str(error)) from error
     shares = occupancy(columns.base_m, columns.top_m, edges)
     shares *= columns.fraction.astype(np.float32)
-    with atomic_write(path, CubeError, "NetCDF") as draft:
+    with Writing(path, CubeError, "NetCDF") as draft:
         _write(draft, columns, edges, shares)
     levels, rows, width = shares.shape
     return levels, rows, width

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hcss_twin.core.errors import CubeError, ordinal
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.reports.cloud_columns import CloudColumns, altitude_edges, occupancy
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def draw_volume(columns: CloudColumns, path: Path) -> Path:
         If the frame is clear, is a single row or column, or the picture cannot be written.
     """
     figure = volume_figure(columns)
-    with atomic_write(path, CubeError, "picture") as draft:
+    with Writing(path, CubeError, "picture") as draft:
         figure.savefig(draft, dpi=110, format=path.suffix.removeprefix(".") or "png")
     return path
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.reports.page import Markup, element, joined
+from hcss_twin.reports.page import Markup
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -118,10 +118,10 @@ class ColourScale:
         """Return the colour bar with values and units; for flags, their colours and meanings."""
         if self.flags:
             meanings = (
-                joined([element("i", class_="flag", style=f"background:rgb{shade}"), word])
+                Markup.joined([Markup.element("i", class_="flag", style=f"background:rgb{shade}"), word])
                 for shade, word in zip(self._colours(len(self.flags)), self.flags, strict=True)
             )
-            return element("div", joined(meanings, " "), class_="flags")
+            return Markup.element("div", Markup.joined(meanings, " "), class_="flags")
         stops = ", ".join(f"rgb{colour}" for colour in self._colours(_STOPS))
         ticks = self.ticks()
         marks = []
@@ -129,18 +129,18 @@ class ColourScale:
             percent = 100.0 * (value - self.low) / (self.high - self.low)
             # keep the outermost labels within the width of the bar
             side = "first" if percent < 8 else "last" if percent > 92 else None
-            marks.append(element("span", word, style=f"left:{percent:.2f}%", class_=side))
+            marks.append(Markup.element("span", word, style=f"left:{percent:.2f}%", class_=side))
         notes: list[str] = [f"{self.low:.5g} to {self.high:.5g} {units}".strip()]
         if self.below or self.above:
             beyond = "beyond the ends" if self.below and self.above else "below" if self.below else "above"
             notes.append(f"the few pixels {beyond} have the colour of the end")
         if self.missing:
             notes.append(Markup('<i class="missing"></i>no value'))
-        return joined(
+        return Markup.joined(
             [
-                element("div", class_="bar", style=f"background:linear-gradient(to right,{stops})"),
-                element("div", *marks, class_="ticks"),
-                element("div", joined(notes, "; "), class_="ends"),
+                Markup.element("div", class_="bar", style=f"background:linear-gradient(to right,{stops})"),
+                Markup.element("div", *marks, class_="ticks"),
+                Markup.element("div", Markup.joined(notes, "; "), class_="ends"),
             ]
         )
 

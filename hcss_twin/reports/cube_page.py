@@ -14,24 +14,11 @@ from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import cube_bytes
 from hcss_twin.reports.cube_frames import CURVES, WINDOW_PIXELS, Reader, Series, quantities, read_all
 from hcss_twin.reports.cube_viewer import viewer, viewer_script
-from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, axis_label, drawing, panels
-from hcss_twin.reports.page import (
-    Block,
-    Markup,
-    Page,
-    Section,
-    badge,
-    beside,
-    bullets,
-    element,
-    facts,
-    folded,
-    note,
-    paragraph,
-)
-from hcss_twin.reports.provenance import certificate_badge, json_attribute, names_in, origin, provenance
+from hcss_twin.reports.figures import Figures
+from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.scene_section import scene_blocks
-from hcss_twin.reports.tables import Table, bound_text, frames_text, number
+from hcss_twin.reports.tables import Table, bound_text, frames_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,12 +41,14 @@ def cube_page(path: Path) -> Page:
             sections.append(Section("Sensor", [_sensor(attributes)]))
         file = f"{path.name}, {cube_bytes(path) / 1e6:.1f} MB"
         keys = {"id": "identifier", "date_created": "written", "hcss_seed": "seed"}
-        about = provenance(attributes, file, keys, shown=names_in((), "hcss_", "geospatial_", "time_coverage_"))
+        about = Provenance.blocks(
+            attributes, file, keys, shown=Provenance.names_in((), "hcss_", "geospatial_", "time_coverage_")
+        )
         sections += [
             Section("Scene", list(scene_blocks(dataset))),
             Section("Certificate", list(_certificate(attributes))),
             Section("Plan and approximations", list(_plan(attributes))),
-            Section("Provenance", [*about, *origin(attributes)]),
+            Section("Provenance", [*about, *Provenance.origin(attributes)]),
         ]
         return Page(str(attributes.get("title", path.name)), _subtitle(dataset, path), sections, scripts)
 
@@ -67,7 +56,7 @@ def cube_page(path: Path) -> Page:
 def _frames(dataset: xr.Dataset) -> tuple[list[Section], list[str]]:
     shown = quantities(dataset)
     if not shown or not all(dataset.sizes.values()):
-        return [Section("Frames", [note("The cube holds no variable with frames.")])], []
+        return [Section("Frames", [Markup.note("The cube holds no variable with frames.")])], []
     reader = Reader.of(dataset)
     series, first, others = read_all(reader, shown)
     window = (min(WINDOW_PIXELS, dataset.sizes["y"]), min(WINDOW_PIXELS, dataset.sizes["x"]))
@@ -126,86 +115,88 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
         if not group:
             continue
         shown, label, frames = (
-            group[:DRAWN_BANDS],
+            group[: Figures.DRAWN_BANDS],
             of_quantity[0].quantity.label,
             frames_text(len(of_quantity[0].frames)),
         )
-        more = f" The first {DRAWN_BANDS} of {len(group)} bands." if len(group) > DRAWN_BANDS else ""
+        more = f" The first {Figures.DRAWN_BANDS} of {len(group)} bands." if len(group) > Figures.DRAWN_BANDS else ""
         if len(group) < len(of_quantity):
             alike = ", ".join(one.part for one in of_quantity if one.histogram is None)
             more += f" Not shown: {alike}, where all pixels have the same value."
         kinds[0].append(
-            drawing(_histograms(shown), f"histograms of {label}", f"Histograms of {label}, pixels of {frames}.{more}")
+            Markup.drawing(
+                _histograms(shown), f"histograms of {label}", f"Histograms of {label}, pixels of {frames}.{more}"
+            )
         )
         if any(one.spectrum is not None for one in shown):
             caption = (
                 f"Power spectra of {label}, averaged over directions and {frames}: the central {window[0]} x "
                 f"{window[1]} pixels, after subtracting a plane and tapering.{more}"
             )
-            kinds[1].append(drawing(_spectra(shown), f"power spectra of {label}", caption))
+            kinds[1].append(Markup.drawing(_spectra(shown), f"power spectra of {label}", caption))
         if len(of_quantity[0].frames) > 1:
             caption = f"Mean of {label} over the frame; the band spans the lowest to the highest pixel.{more}"
-            kinds[2].append(drawing(_over_time(dataset, shown), f"{label} over time", caption))
-    return beside(*(figure for kind in kinds for figure in kind))
+            kinds[2].append(Markup.drawing(_over_time(dataset, shown), f"{label} over time", caption))
+    return Markup.beside(*(figure for kind in kinds for figure in kind))
 
 
 def _histograms(group: Sequence[Series]) -> Figure:
-    figure, axes = panels(len(group))
+    figure, axes = Figures.panels(len(group))
     for axis, one in zip(axes, group, strict=True):
         assert one.histogram is not None
         counts, edges = one.histogram
-        axis.stairs(100.0 * counts / counts.sum(), edges, fill=True, color=INK, alpha=0.75)
+        axis.stairs(100.0 * counts / counts.sum(), edges, fill=True, color=Figures.INK, alpha=0.75)
         axis.set_yscale("log")
         axis.minorticks_off()
-        axis.set_title(one.part, fontsize=LETTERS, loc="left")
-        axis.set_ylabel("% of pixels", fontsize=LETTERS)
-    axes[-1].set_xlabel(axis_label(group[0].quantity.label, group[0].quantity.units), fontsize=LETTERS)
+        axis.set_title(one.part, fontsize=Figures.LETTERS, loc="left")
+        axis.set_ylabel("% of pixels", fontsize=Figures.LETTERS)
+    axes[-1].set_xlabel(Figures.axis_label(group[0].quantity.label, group[0].quantity.units), fontsize=Figures.LETTERS)
     return figure
 
 
 def _spectra(group: Sequence[Series]) -> Figure:
-    figure, (axis,) = panels(1, 3.0)
+    figure, (axis,) = Figures.panels(1, 3.0)
     for index, one in enumerate(group):
         if one.spectrum is not None:
             style = ("-", "--", "-.", ":")[index % 4]
             axis.loglog(one.spectrum.cycles_per_km, one.spectrum.power, style, label=one.part, lw=1.3)
     axis.minorticks_off()
-    axis.set_xlabel("wavenumber (cycles per km)", fontsize=LETTERS)
+    axis.set_xlabel("wavenumber (cycles per km)", fontsize=Figures.LETTERS)
     units = group[0].quantity.units
-    axis.set_ylabel(f"power (({units})² km²)" if units else "power (km²)", fontsize=LETTERS)
-    axis.legend(fontsize=LETTERS - 1, frameon=False)
+    axis.set_ylabel(f"power (({units})² km²)" if units else "power (km²)", fontsize=Figures.LETTERS)
+    axis.legend(fontsize=Figures.LETTERS - 1, frameon=False)
     return figure
 
 
 def _over_time(dataset: xr.Dataset, group: Sequence[Series]) -> Figure:
-    figure, axes = panels(len(group))
+    figure, axes = Figures.panels(len(group))
     times = dataset["time"].to_numpy()
     for axis, one in zip(axes, group, strict=True):
         seconds = (times[list(one.frames)] - times[0]) / np.timedelta64(1, "ns") * 1e-9
         lowest, highest, mean = (
             [getattr(numbers, name) for numbers in one.numbers] for name in ("lowest", "highest", "mean")
         )
-        axis.fill_between(seconds, lowest, highest, color=INK, alpha=0.15, lw=0)
-        axis.plot(seconds, mean, "o-", color=INK, ms=3, lw=1.2)
-        axis.set_title(one.part, fontsize=LETTERS, loc="left")
-        axis.set_ylabel(one.quantity.units, fontsize=LETTERS)
-    axes[-1].set_xlabel("time (s)", fontsize=LETTERS)
+        axis.fill_between(seconds, lowest, highest, color=Figures.INK, alpha=0.15, lw=0)
+        axis.plot(seconds, mean, "o-", color=Figures.INK, ms=3, lw=1.2)
+        axis.set_title(one.part, fontsize=Figures.LETTERS, loc="left")
+        axis.set_ylabel(one.quantity.units, fontsize=Figures.LETTERS)
+    axes[-1].set_xlabel("time (s)", fontsize=Figures.LETTERS)
     return figure
 
 
 def _sensor(attributes: Mapping[str, Any]) -> Block:
     """Return the sensor description of a measured cube; missing properties are omitted."""
-    about = json_attribute(attributes, SENSOR_ATTRIBUTE, {})
+    about = Provenance.value(attributes, SENSOR_ATTRIBUTE, {})
     pairs: list[tuple[str, str]] = []
     for key, value in about.items():
         if isinstance(value, dict):
             items = (f"{_spaced(name)}: {_value(item)}" for name, item in value.items() if item is not None)
-            pairs.append((_spaced(key), bullets(items)))
+            pairs.append((_spaced(key), Markup.bullets(items)))
         elif value not in (None, "", []):
             pairs.append((_spaced(key), _value(value)))
     if "clean_cube" in attributes:
         pairs.append(("clean cube", str(attributes["clean_cube"])))
-    return facts(pairs)
+    return Markup.facts(pairs)
 
 
 def _spaced(name: str) -> str:
@@ -224,16 +215,16 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
     """Yield the requested, estimated and achieved accuracy."""
     requested = attributes.get("hcss_accuracy_requested")
     words = attributes.get("hcss_certificate")
-    none = badge("no certificate", "plain" if requested is None else "fair")
-    yield element("p", certificate_badge(words, "certificate ") or none)
+    none = Markup.badge("no certificate", "plain" if requested is None else "fair")
+    yield Markup.element("p", Provenance.badge(words, "certificate ") or none)
     if words is None:
         unchecked = "No pixel was checked: the scenario's output.certificate is 0."
-        yield note("The cube holds no radiance that could be checked." if requested is None else unchecked)
+        yield Markup.note("The cube holds no radiance that could be checked." if requested is None else unchecked)
     if SENSOR_ATTRIBUTE in attributes:
-        yield note("The certificate is that of the clean cube, whose radiance the sensor measured.")
+        yield Markup.note("The certificate is that of the clean cube, whose radiance the sensor measured.")
     if requested is not None:
         yield _achieved(attributes)
-    strata = json_attribute(attributes, "hcss_certificate_strata", [])
+    strata = Provenance.value(attributes, "hcss_certificate_strata", [])
     if strata:
         bands = list(dict.fromkeys(band for stratum in strata for band in stratum.get("error", {})))
         rows = [
@@ -246,11 +237,11 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
         ]
         header = ["kind of pixel", "there are", "checked", "exceed", "excluded", *(f"error {band}" for band in bands)]
         yield Table(header, rows, "Pixels of the checked frames by kind.")
-    terms = json_attribute(attributes, "hcss_certificate_terms", {})
+    terms = Provenance.value(attributes, "hcss_certificate_terms", {})
     if terms:
         rows = [[_spaced(name), _error(error)] for name, error in terms.items()]
         yield Table(["term", "largest error"], rows, "Terms of the radiance, relative to the total of the band.")
-    budget = json_attribute(attributes, "hcss_error_budget", {})
+    budget = Provenance.value(attributes, "hcss_error_budget", {})
     if budget:
         rows = [
             [of, band, *_total(cell), _contributions(cell)]
@@ -262,16 +253,16 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
             "(notes): not recomputed."
         )
         yield Table(["class", "band", "%", "kelvin", "contributions in %"], rows, caption, text_columns=2)
-    beyond = json_attribute(attributes, "hcss_beyond_accuracy", [])
+    beyond = Provenance.value(attributes, "hcss_beyond_accuracy", [])
     if beyond:
-        yield note("Not within the requested accuracy because of omitted effects:")
-        yield bullets(str(effect) for effect in beyond)
-    left_out = json_attribute(attributes, "hcss_left_out", [])
+        yield Markup.note("Not within the requested accuracy because of omitted effects:")
+        yield Markup.bullets(str(effect) for effect in beyond)
+    left_out = Provenance.value(attributes, "hcss_left_out", [])
     if left_out:
-        yield note("Left out, by choice or for the time it takes:")
-        yield bullets(str(effect) for effect in left_out)
+        yield Markup.note("Left out, by choice or for the time it takes:")
+        yield Markup.bullets(str(effect) for effect in left_out)
     if words is not None:
-        yield folded("The certificate in words", bullets(str(words).split("; ")))
+        yield Markup.folded("The certificate in words", Markup.bullets(str(words).split("; ")))
 
 
 def _total(cell: Mapping[str, Any]) -> tuple[str, str]:
@@ -303,12 +294,12 @@ def _achieved(attributes: Mapping[str, Any]) -> Table:
     requested, estimated = (
         _error(attributes.get(f"hcss_{key}")) for key in ("accuracy_requested", "table_error_estimated")
     )
-    errors = json_attribute(attributes, "hcss_accuracy_achieved", {})
+    errors = Provenance.value(attributes, "hcss_accuracy_achieved", {})
     rows = [[band, requested, estimated, _error(error)] for band, error in errors.items()]
     rows = rows or [["all", requested, estimated, "not checked"]]
     header = ["band", "requested", "estimated", "achieved"]
     if "hcss_accuracy_requested_kelvin" in attributes:
-        kelvin = json_attribute(attributes, "hcss_accuracy_achieved_kelvin", {})
+        kelvin = Provenance.value(attributes, "hcss_accuracy_achieved_kelvin", {})
         asked_kelvin = _error(attributes["hcss_accuracy_requested_kelvin"])
         header += ["requested, K", "achieved, K"]
         rows = [[*row, asked_kelvin, _error(kelvin.get(row[0]))] for row in rows]
@@ -317,16 +308,16 @@ def _achieved(attributes: Mapping[str, Any]) -> Table:
 
 
 def _error(value: Any) -> str:
-    return number(None if value is None else float(value), 3, "none")
+    return Table.number(None if value is None else float(value), 3, "none")
 
 
 def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
     """Yield the defaults used, the approximations with their bounds, and the error of each."""
-    filled = json_attribute(attributes, "hcss_filled_in", [])
+    filled = Provenance.value(attributes, "hcss_filled_in", [])
     if filled:
         rows = [[str(entry[key]) for key in ("field", "value", "why")] for entry in filled]
         yield Table(["filled in", "value", "why"], rows, "Values that the scenario does not give.", text_columns=3)
-    skipped = json_attribute(attributes, "hcss_skipped", [])
+    skipped = Provenance.value(attributes, "hcss_skipped", [])
     if skipped:
         # unknown bounds come between known and zero bounds
         ranked = sorted(skipped, key=lambda omission: -(1e-300 if omission.get("bound") is None else omission["bound"]))
@@ -343,13 +334,13 @@ def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
             "change. Unknown: equal in distribution, not pixel by pixel, or as the reason says."
         )
         yield Table(["what", "at most", "typical", "why"], rows, caption, text_columns=4)
-    notes = json_attribute(attributes, "hcss_notes", [])
+    notes = Provenance.value(attributes, "hcss_notes", [])
     if notes:
-        yield element("h3", "Notes of the providers")
-        yield bullets(str(text) for text in notes)
+        yield Markup.element("h3", "Notes of the providers")
+        yield Markup.bullets(str(text) for text in notes)
     if not (filled or skipped or notes):
-        yield paragraph("The cube contains no plan.")
-    errors = [(name, error) for name, error in json_attribute(attributes, "hcss_table_errors", {}).items() if error]
+        yield Markup.paragraph("The cube contains no plan.")
+    errors = [(name, error) for name, error in Provenance.value(attributes, "hcss_table_errors", {}).items() if error]
     if errors:
         rows = [
             [_spaced(name), _error(error)] for name, error in sorted(errors, key=lambda named_error: -named_error[1])
@@ -358,4 +349,4 @@ def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
         yield Table(["approximation", "measured error"], rows, caption)
     if "hcss_wavenumbers_used" in attributes:
         used, known = attributes["hcss_wavenumbers_used"], attributes.get("hcss_wavenumbers_known")
-        yield paragraph(f"{used} weighted wavenumbers represent {known}.")
+        yield Markup.paragraph(f"{used} weighted wavenumbers represent {known}.")

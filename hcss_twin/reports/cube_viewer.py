@@ -16,8 +16,7 @@ import numpy as np
 
 from hcss_twin.core.errors import ordinal
 from hcss_twin.reports.cube_frames import FrameSelection, Reader, Series, png_size
-from hcss_twin.reports.figures import data_address
-from hcss_twin.reports.page import Markup, element, joined, resource
+from hcss_twin.reports.page import Markup, data_address, resource
 from hcss_twin.reports.preview import FRAME_DURATION_MS, time_label
 
 if TYPE_CHECKING:
@@ -31,35 +30,37 @@ COARSE_PIXELS = 300
 def viewer(reader: Reader, series: Sequence[Series], first: FrameSelection, others: FrameSelection) -> Markup:
     """Return the pictures and their controls, which need :func:`viewer_script` to work."""
     dataset = reader.dataset
-    controls = element(
+    controls = Markup.element(
         "div",
-        element("label", "show", element("select", class_="quantity")),
-        element("label", element("span"), element("select", class_="part"), class_="parts"),
-        element(
+        Markup.element("label", "show", Markup.element("select", class_="quantity")),
+        Markup.element("label", Markup.element("span"), Markup.element("select", class_="part"), class_="parts"),
+        Markup.element(
             "div",
-            element("button", "Play", type="button", class_="play", aria_pressed="false"),
-            element("input", type="range", min="0", value="0", step="1", aria_label="frame"),
+            Markup.element("button", "Play", type="button", class_="play", aria_pressed="false"),
+            Markup.element("input", type="range", min="0", value="0", step="1", aria_label="frame"),
             class_="time",
         ),
         class_="controls",
     )
-    numbers = joined((joined([f"{name} ", element("b", class_=name)]) for name in ("mean", "lowest", "highest")), ", ")
-    about = element(
+    numbers = Markup.joined(
+        (Markup.joined([f"{name} ", Markup.element("b", class_=name)]) for name in ("mean", "lowest", "highest")), ", "
+    )
+    about = Markup.element(
         "p",
-        element("b", class_="frame"),
+        Markup.element("b", class_="frame"),
         ", ",
-        element("span", class_="instant"),
-        element("span", class_="sun"),
-        element("br"),
+        Markup.element("span", class_="instant"),
+        Markup.element("span", class_="sun"),
+        Markup.element("br"),
         numbers,
         " ",
-        element("span", class_="units"),
+        Markup.element("span", class_="units"),
         class_="about",
     )
-    stage = element(
+    stage = Markup.element(
         "div",
         _sky(dataset, "data:,", "", coarse=False),
-        element("div", element("div", class_="scale"), about, class_="beside-sky"),
+        Markup.element("div", Markup.element("div", class_="scale"), about, class_="beside-sky"),
         class_="stage",
     )
     stills = (_still(dataset, one) for one in series if one.quantity == series[0].quantity)
@@ -69,8 +70,13 @@ def viewer(reader: Reader, series: Sequence[Series], first: FrameSelection, othe
         f"up, east to the right; {width:.4g} km east to west and {height:.4g} km north to south. "
         f"{_selection_text(reader, first, others, series)}"
     )
-    content = controls, stage, element("div", *stills, class_="stills beside"), element("p", hint, class_="hint")
-    return element("div", *content, class_="viewer", tabindex="0")
+    content = (
+        controls,
+        stage,
+        Markup.element("div", *stills, class_="stills beside"),
+        Markup.element("p", hint, class_="hint"),
+    )
+    return Markup.element("div", *content, class_="viewer", tabindex="0")
 
 
 def _sky(dataset: xr.Dataset, address: str, alternative: str, coarse: bool) -> Markup:
@@ -79,10 +85,12 @@ def _sky(dataset: xr.Dataset, address: str, alternative: str, coarse: bool) -> M
     decade = 10.0 ** math.floor(math.log10(width_m / 4.0))
     length_m = max(factor * decade for factor in (1, 2, 5) if factor * decade <= width_m / 4.0 * (1 + 1e-9))
     text = f"{length_m / 1e3:g} km" if length_m >= 1e3 else f"{length_m:g} m"
-    return element(
+    return Markup.element(
         "div",
-        element("img", src=address, alt=alternative),
-        element("span", element("b", text), class_="length", style=f"width:{100 * length_m / width_m:.2f}%"),
+        Markup.element("img", src=address, alt=alternative),
+        Markup.element(
+            "span", Markup.element("b", text), class_="length", style=f"width:{100 * length_m / width_m:.2f}%"
+        ),
         class_="sky coarse" if coarse else "sky",
         style=f"--aspect:{width_m / _side(dataset, 'y'):.4f}",
     )
@@ -103,12 +111,12 @@ def _is_coarse(one: Series) -> bool:
 def _still(dataset: xr.Dataset, one: Series) -> Markup:
     label = " ".join(word for word in (one.quantity.label, one.part) if word)
     times, frame = dataset["time"].to_numpy(), one.frames[0]
-    moment = element("span", f"frame {frame}, {time_label(times[frame], times[0])}", class_="frame")
-    return element(
+    moment = Markup.element("span", f"frame {frame}, {time_label(times[frame], times[0])}", class_="frame")
+    return Markup.element(
         "figure",
         _sky(dataset, data_address(one.pictures[0]), f"{label}, first frame", _is_coarse(one)),
-        element("div", one.scale.bar(one.quantity.units), class_="scale"),
-        element("figcaption", element("b", label), ", ", moment),
+        Markup.element("div", one.scale.bar(one.quantity.units), class_="scale"),
+        Markup.element("figcaption", Markup.element("b", label), ", ", moment),
     )
 
 

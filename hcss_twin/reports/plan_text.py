@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.plan.accuracy import SHARES
 from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.description import describe_particles
@@ -17,7 +18,6 @@ from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import CloudLayer, Grid
 from hcss_twin.providers.registry.discovery import Entry
-from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.reports.tables import bound_text, labelled
 

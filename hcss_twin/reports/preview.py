@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError, choose_from
-from hcss_twin.core.files import atomic_write
-from hcss_twin.core.reading import reads
+from hcss_twin.core.files import Writing
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
 from hcss_twin.engine.cube_temperature import brightness_temperature
 from hcss_twin.reports.colour_scale import MISSING, ColourScale, band_limits_um, colours_of
-from hcss_twin.reports.figures import axis_label, new_figure
+from hcss_twin.reports.figures import Figures
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,7 +42,7 @@ _FORBIDDEN = re.compile(r"[^A-Za-z0-9.]+")
 
 
 @checked
-@reads(CubeError)
+@Reading.argument(CubeError)
 def draw_preview(
     cube: str | Path,
     folder: str | Path,
@@ -157,7 +157,7 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     # A single frame gets a large panel; many frames share the page width.
     panel = 5.5 if chosen.size == 1 else 3.0
     height = panel * min(max(data.sizes["y"] / data.sizes["x"], 0.3), 3.0)
-    figure = new_figure(panel * columns + 1.6, (height + 0.3) * rows + 0.9)
+    figure = Figures.new(panel * columns + 1.6, (height + 0.3) * rows + 0.9)
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     scale = ColourScale.of(shown.to_numpy(), grey)
     limits = {"vmin": scale.low, "vmax": scale.high}
@@ -187,10 +187,10 @@ def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: i
     units = str(shown.attrs.get("units", ""))
     units = {"W m-2 sr-1": "W m$^{-2}$ sr$^{-1}$", "1": ""}.get(units, units)
     missing = "; blue: no value" if scale.missing else ""
-    bar.set_label(axis_label(str(shown.name).replace("_", " "), units) + missing)
+    bar.set_label(Figures.axis_label(str(shown.name).replace("_", " "), units) + missing)
     title = f"{dataset.attrs.get('title', '')} — {band} — t from {np.datetime_as_string(start, unit='ms')}Z"
     figure.suptitle(textwrap.fill(title, int(13 * figure.get_figwidth())), fontsize=10)
-    with atomic_write(path, CubeError) as draft:
+    with Writing(path, CubeError) as draft:
         figure.savefig(draft, dpi=110, format="png")
 
 
@@ -222,6 +222,6 @@ def _animation(data: xr.DataArray, colours: str, path: Path) -> None:
         picture.paste(Image.fromarray((np.nan_to_num(grey) * 255).round().astype(np.uint8)), (0, strip))
         ImageDraw.Draw(picture).text((2, 2), label, fill=255, font=font)
         images.append(picture)
-    with atomic_write(path, CubeError) as draft:
+    with Writing(path, CubeError) as draft:
         rest = {"append_images": images[1:], "duration": FRAME_DURATION_MS, "loop": 0}
         images[0].save(draft, format="GIF", save_all=True, **rest)

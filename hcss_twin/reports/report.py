@@ -14,14 +14,13 @@ from pathlib import Path
 
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import HcssError
-from hcss_twin.core.files import require_file, require_not_read
+from hcss_twin.core.files import Writing, require_not_read
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.own_packages import PAGES, PAGES_OF_FOLDERS, how_to_install
 from hcss_twin.core.plugins import FAILURES, OWN_DISTRIBUTION, describe, installed
-from hcss_twin.core.reading import reading, require_no_stream
+from hcss_twin.core.reading import Reading, require_no_stream
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import is_zarr
-from hcss_twin.reports.page import write_page
 
 ALLOWED = (
     "allowed: a cube (.nc or .zarr, of `hcss run` or `hcss sense`), the folder or the dataset of a sweep "
@@ -60,16 +59,16 @@ def report(
     origin, entry = _page_of(path)
     target = Path(output) if output is not None else _beside(path)
     require_not_read(target, [path], HcssError)
-    require_file(target, HcssError, "HTML")
+    Writing(target, HcssError, "HTML").check()
     if target.exists() and not replace:
         raise HcssError(f"{target} exists; allowed: another name with -o, or --force")
     try:
         page = entry.load()  # only now, because pages import matplotlib
     except FAILURES as error:
         raise HcssError(f"page '{entry.name}' of {origin} cannot be imported: {describe(error)}") from error
-    with reading(path, HcssError):
+    with Reading(path, HcssError):
         contents = page(path)
-    write_page(target, contents)
+    contents.write(target)
     return target
 
 
@@ -85,7 +84,7 @@ def _page_of(path: Path) -> tuple[str, EntryPoint]:
         what = f"a folder without {known} of a sweep"
         return _of_plugin(path, lambda name: (path / name).is_file(), GROUP_OF_FOLDERS, PAGES_OF_FOLDERS, what)
     try:
-        with reading(path, HcssError), NetcdfFile(path) as file:
+        with Reading(path, HcssError), NetcdfFile(path) as file:
             marks = set(file.ncattrs())
     except Exception as error:  # a damaged file of any kind
         raise HcssError(f"cannot report on {path}: {_why_not(path)}; {ALLOWED}") from error

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from hcss_twin.reports.page import Markup, element, joined
+from hcss_twin.reports.page import Markup
 from hcss_twin.reports.scene_geometry import Layers, SceneGeometry, bearing_difference
 
 _SUN, _SENSOR, _CLOUD, _SEA, _SOFT, _MOTION = "#b86e00", "#0b5c97", "#8795a3", "#2a6f97", "#5b6875", "#3d7a37"
@@ -128,20 +128,22 @@ def _line(
     ends = {
         f"{axis}{number}": f"{at:.3f}" for number, p in ((1, start), (2, end)) for axis, at in zip("xy", p, strict=True)
     }
-    return element("line", **ends, stroke=colour, stroke_width=f"{width:g}", stroke_dasharray=dash, class_=key)
+    return Markup.element("line", **ends, stroke=colour, stroke_width=f"{width:g}", stroke_dasharray=dash, class_=key)
 
 
 def _text(point: Place2, text: str, colour: str, anchor: str = "start") -> Markup:
     # a white outline keeps the text readable on lines
     halo = {"stroke": "#fff", "stroke_width": "3", "paint_order": "stroke", "stroke_linejoin": "round"}
-    return element("text", text, x=f"{point[0]:.1f}", y=f"{point[1]:.1f}", fill=colour, text_anchor=anchor, **halo)
+    return Markup.element(
+        "text", text, x=f"{point[0]:.1f}", y=f"{point[1]:.1f}", fill=colour, text_anchor=anchor, **halo
+    )
 
 
 def _shape(name: str, **attributes: float | str) -> Markup:
-    return element(
+    return Markup.element(
         name, **{key: value if isinstance(value, str) else f"{value:g}" for key, value in attributes.items()}
     )
 
 
 def _drawing(title: str, parts: Sequence[Markup]) -> Markup:
-    return Markup(f"<svg {_BOX}>{element('title', title)}{joined(parts)}</svg>")
+    return Markup(f"<svg {_BOX}>{Markup.element('title', title)}{Markup.joined(parts)}</svg>")

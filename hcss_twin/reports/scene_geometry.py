@@ -10,7 +10,7 @@ import numpy as np
 
 from hcss_twin.core.errors import HcssError
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
-from hcss_twin.reports.provenance import json_attribute
+from hcss_twin.reports.provenance import Provenance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +67,7 @@ def geometry_of(dataset: xr.Dataset) -> SceneGeometry | None:
 
 
 def _scenario_section(dataset: xr.Dataset, name: str) -> Mapping[str, Any]:
-    section = json_attribute(dataset.attrs, SCENARIO_ATTRIBUTE, {}).get(name)
+    section = Provenance.value(dataset.attrs, SCENARIO_ATTRIBUTE, {}).get(name)
     return section if isinstance(section, dict) else {}
 
 
@@ -79,7 +79,7 @@ def layers_of(dataset: xr.Dataset) -> Layers:
     if "layer_base" in dataset.coords:
         names, bases, tops = (dataset[name].to_numpy() for name in ("layer", "layer_base", "layer_top"))
         return [(str(name), float(base), float(top)) for name, base, top in zip(names, bases, tops, strict=True)]
-    hashes = json_attribute(dataset.attrs, "hcss_files_sha256", {})
+    hashes = Provenance.value(dataset.attrs, "hcss_files_sha256", {})
     layers: Layers = []
     for section in _scenario_section(dataset, "clouds").get("layers") or []:
         base, top = section.get("base"), section.get("top")

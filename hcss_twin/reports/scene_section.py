@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from hcss_twin.reports.page import Block, beside, element, facts
-from hcss_twin.reports.provenance import json_attribute
+from hcss_twin.reports.page import Block, Markup
+from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.scene_drawings import plan_view, side_view
 from hcss_twin.reports.scene_geometry import SceneGeometry, bearing_difference, geometry_of
 
@@ -27,11 +27,11 @@ def scene_blocks(dataset: xr.Dataset) -> Iterator[Block]:
         plan = "Bearings from the surface point are true, north is up."
         if scene.sun_azimuth[0] != scene.sun_azimuth[1]:
             plan += " The arc is the path of the sun from the first to the last frame."
-        yield beside(
-            element("figure", side_view(scene), element("figcaption", caption)),
-            element("figure", plan_view(scene), element("figcaption", plan)),
+        yield Markup.beside(
+            Markup.element("figure", side_view(scene), Markup.element("figcaption", caption)),
+            Markup.element("figure", plan_view(scene), Markup.element("figcaption", plan)),
         )
-    yield facts(_facts(dataset, scene))
+    yield Markup.facts(_facts(dataset, scene))
 
 
 def _facts(dataset: xr.Dataset, scene: SceneGeometry | None) -> Iterator[tuple[str, str]]:
@@ -46,7 +46,7 @@ def _facts(dataset: xr.Dataset, scene: SceneGeometry | None) -> Iterator[tuple[s
         on_ground = sizes["x"] > 1 and dataset["x"].attrs.get("units") == "m"
         size = f" of {float(dataset['x'][1] - dataset['x'][0]):g} m" if on_ground else ""
         yield "image", f"{sizes['y']} rows x {sizes['x']} columns{size}"
-    window = json_attribute(attributes, "hcss_window", {})
+    window = Provenance.value(attributes, "hcss_window", {})
     if window:
         yield "window", ", ".join(f"{key} {value}" for key, value in window.items())
     if scene is not None:
@@ -59,7 +59,7 @@ def _facts(dataset: xr.Dataset, scene: SceneGeometry | None) -> Iterator[tuple[s
     if "wavelength_bounds" in coords:
         bands = zip(dataset["band"].to_numpy(), dataset["wavelength_bounds"].to_numpy(), strict=True)
         yield "bands", ", ".join(f"{name} {low:g} to {high:g} µm" for name, (low, high) in bands)
-    for particle in json_attribute(attributes, "hcss_particles", []):
+    for particle in Provenance.value(attributes, "hcss_particles", []):
         content, extinction = (particle[key] for key in ("water_content_g_m3", "large_particle_extinction_m1"))
         yield (
             f"particles of {particle['name']}",

@@ -39,25 +39,30 @@ class Table:
         """Yield the caption and the aligned rows."""
         if self.caption:
             yield self.caption
-        yield from aligned([self.header, *self.rows], self.text_columns)
+        yield from self.aligned([self.header, *self.rows], self.text_columns)
 
+    @staticmethod
+    def aligned(rows: Sequence[Sequence[str]], text_columns: int = 1, indent: str = "  ") -> Iterator[str]:
+        """Yield rows as lines with aligned columns: text left, numbers right.
 
-def aligned(rows: Sequence[Sequence[str]], text_columns: int = 1, indent: str = "  ") -> Iterator[str]:
-    """Yield rows as lines with aligned columns: text left, numbers right.
+        A row of one cell is a heading: it is not indented and does not widen its column.
+        """
+        columns = max((len(row) for row in rows), default=0)
+        widths = [max(len(row[column]) for row in rows if 1 < len(row) > column) for column in range(columns)]
+        for row in rows:
+            if len(row) == 1:
+                yield row[0]
+                continue
+            cells = (
+                f"{cell:<{width}}" if column < text_columns else f"{cell:>{width}}"
+                for column, (cell, width) in enumerate(zip(row, widths, strict=False))
+            )
+            yield (indent + "  ".join(cells)).rstrip()
 
-    A row of one cell is a heading: it is not indented and does not widen its column.
-    """
-    columns = max((len(row) for row in rows), default=0)
-    widths = [max(len(row[column]) for row in rows if 1 < len(row) > column) for column in range(columns)]
-    for row in rows:
-        if len(row) == 1:
-            yield row[0]
-            continue
-        cells = (
-            f"{cell:<{width}}" if column < text_columns else f"{cell:>{width}}"
-            for column, (cell, width) in enumerate(zip(row, widths, strict=False))
-        )
-        yield (indent + "  ".join(cells)).rstrip()
+    @staticmethod
+    def number(value: float | None, digits: int = 4, missing: str = "-") -> str:
+        """Return a number with significant digits, or ``missing`` for None and non-finite values."""
+        return missing if value is None or not math.isfinite(value) else f"{value + 0.0:.{digits}g}"
 
 
 def labelled(label: str, text: str, size: int, hanging: int = 0) -> str:
@@ -78,11 +83,6 @@ def labelled(label: str, text: str, size: int, hanging: int = 0) -> str:
     return textwrap.fill(
         text, WIDTH, initial_indent=start, subsequent_indent=after, break_on_hyphens=False, break_long_words=False
     )
-
-
-def number(value: float | None, digits: int = 4, missing: str = "-") -> str:
-    """Return a number with significant digits, or ``missing`` for None and non-finite values."""
-    return missing if value is None or not math.isfinite(value) else f"{value + 0.0:.{digits}g}"
 
 
 def bound_text(bound: float | None) -> str:

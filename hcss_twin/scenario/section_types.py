@@ -12,8 +12,8 @@ from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Fiel
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import shown
+from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.physics.viewing import GEOSTATIONARY_M
-from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
 from hcss_twin.scenario.units import Angle, InstrumentLength, Length, Speed, Whole, quantity_or_word
 
 __all__ = ["ScenarioSection"]

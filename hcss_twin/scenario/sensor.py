@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
-from hcss_twin.providers.registry.registry import OWN_DISTRIBUTION
+from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.problems import read_model
 from hcss_twin.scenario.section_types import ScenarioSection

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import closest, shown
 
-__all__ = ["Angle", "Duration", "InstrumentLength", "Length", "Number", "Whole"]
+__all__ = ["Number", "QuantityParser", "Whole"]
 
 # unit -> (factor, offset): SI value = factor * value + offset. The first unit is the plain number's.
 UNITS: dict[str, dict[str, tuple[float, float]]] = {
@@ -135,7 +135,15 @@ def _refuse_bool(value: object, kind: str) -> None:
 
 @dataclass(frozen=True)
 class QuantityParser:
-    """Parser of quantities of a dimension, which messages about limits read from the field's annotation."""
+    """Parser of quantities in plain units, such as metres, for ``BeforeValidator`` in a field's annotation.
+
+    Messages about limits read it there.
+
+    Attributes
+    ----------
+    dimension : str
+        Of :data:`UNITS`: ``length`` (m), ``angle`` (deg), ``duration`` (s), ``length in an instrument`` (m) and others.
+    """
 
     dimension: str
 

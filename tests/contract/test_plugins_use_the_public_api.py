@@ -40,8 +40,8 @@ FROZEN = {
 }
 PUBLIC = {name: set(names) for name, names in PAGE.public().items()} | FROZEN
 LEFT = {
-    "hcss-author": 70, "hcss-bench": 25, "hcss-evaluate": 107, "hcss-export": 11, "hcss-modtran": 17, "hcss-paper": 48,
-    "hcss-skies": 20, "hcss-sweep": 65, "hcss-uncertainty": 57
+    "hcss-author": 65, "hcss-bench": 23, "hcss-evaluate": 58, "hcss-paper": 35, "hcss-sweep": 44,
+    "hcss-uncertainty": 32
 }  # fmt: skip
 """Packages that import names that are not public, and how many; the numbers may only fall."""
 
@@ -110,7 +110,7 @@ def test_a_readme_lists_the_modules_of_the_private_names_that_a_plugin_imports(p
 
 def test_private_imports_are_seen():
     text = (
-        "import hcss_twin.plan.windows\nfrom hcss_twin.core.files import atomic_write, flush\n"
+        "import hcss_twin.plan.windows\nfrom hcss_twin.core.files import Writing, flush\n"
         "from hcss_twin import Plan, sense\nfrom hcss_twin.plan import windows\n"
     )
     assert set(private_imports(text)) == {

@@ -10,6 +10,7 @@ import re
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Annotated
 
 import click
 import numpy as np
@@ -17,16 +18,18 @@ import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
 from hcss_author import sample_cloud_inputs
-from pydantic import Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 from test_plugins_use_the_public_api import FROZEN, PAGE, private_imports
 
 from hcss_twin import Scenario, brightness_temperature, make_plan, simulate
 from hcss_twin.cli import options
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import OptionError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
+from hcss_twin.core.json_numbers import json_value
 from hcss_twin.core.kernels import inner, kernel
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.engine.clouds import FrameClouds
@@ -40,17 +43,20 @@ from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.atmosphere.climatology import Climatology
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
-from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.models.clouds.fractal.field import FractalField, Lattice, PixelWindow
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
-from hcss_twin.models.clouds.fractal.octaves import Octave, separate_octaves
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.models.clouds.fractal.rows import cubic_weights
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.parameters import ImageReading
+from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.models.radiance.physical.sunlight_in_air import scattered_once
-from hcss_twin.models.sensor.noise import key_of, pixel_key, row_key, standard_normal
-from hcss_twin.models.sensor.parameters import of_band, within
+from hcss_twin.models.sensor.noise import key_of, standard_normal
+from hcss_twin.models.sensor.parameters import OfBands
 from hcss_twin.models.sensor.philox import fill_normals
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn, to_plane
 from hcss_twin.physics.sun import sun_position
@@ -67,12 +73,26 @@ from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_stages import build_stages, smear_of_sensor
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import views_over_image
-from hcss_twin.providers import Array, CatalogError, Grid, Leg, ScenarioError, SensorBand, SensorInputs, View, planck
+from hcss_twin.providers import (
+    Array,
+    AtmosphereInputs,
+    CatalogError,
+    Grid,
+    Leg,
+    ProviderError,
+    ScenarioError,
+    SensorBand,
+    SensorInputs,
+    View,
+    planck,
+    to_space,
+)
 from hcss_twin.providers import Path as LightPath
 from hcss_twin.providers.light import LightInputs
+from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import Angle, Duration, InstrumentLength, Length, Number, Whole
+from hcss_twin.scenario.units import Number, QuantityParser, Whole
 
 SOURCE = Path(__file__).read_text(encoding="utf-8")
 
@@ -91,14 +111,14 @@ def test_this_module_uses_every_public_name_and_no_other():
 def test_a_command_of_another_package_reads_a_scenario_and_writes_a_new_file(tmp_path):
     @click.command()
     @click.argument("scenario")
-    @options.set_option
-    @options.json_file_option
-    @options.force_option
+    @options.Shared.changes
+    @options.Shared.json_file
+    @options.Shared.force
     @click.option("--scale", type=options.Number(min=0.0), default=1.0)
     def ours(scenario, assignments, json_file, force, scale):
         options.require_writable([json_file], force, form="JSON")
         coverage = options.load(scenario, assignments).clouds.layers[0].coverage
-        options.write_json(json_file, json.dumps({"coverage": scale * coverage}))
+        options.write_json({"coverage": scale * coverage}, json_file)
 
     def run(*arguments):
         return CliRunner().invoke(ours, ["stratus", "--set", "clouds.coverage=0.25", *arguments])
@@ -120,13 +140,32 @@ def test_a_wrong_argument_and_a_damaged_file_are_errors_of_this_package(tmp_path
     with pytest.raises(OptionError, match=r"width_m: 'wide'.*allowed: a finite number"):
         halved("wide")
     path = tmp_path / "numbers.txt"
-    with pytest.raises(CatalogError, match="cannot write"), atomic_write(path, CatalogError) as draft:
+    with pytest.raises(CatalogError, match="cannot write"), Writing(path, CatalogError) as draft:
         (draft / "of no folder").write_text("1 2")
     assert not list(tmp_path.iterdir())
-    with atomic_write(path, CatalogError) as draft:
+    with Writing(path, CatalogError) as draft:
         draft.write_text("1 2 x")
-    with pytest.raises(CatalogError, match=re.escape(str(path))), reading(path, CatalogError):
+    with pytest.raises(CatalogError, match=re.escape(str(path))), Reading(path, CatalogError):
         np.loadtxt(path)
+    Writing(path, CatalogError, "other", [tmp_path / "other.txt"]).check()
+    with pytest.raises(CatalogError, match="input of this command"):
+        Writing(path, CatalogError, read=[path]).check()
+
+
+def test_a_command_answers_nothing_but_json_which_has_no_infinity():
+    @click.command()
+    @click.argument("path", type=options.Existing(file_okay=False))
+    @click.option("-o", "--output", type=options.Output(dir_okay=False))
+    @options.Shared.json
+    def ours(path, output, as_json):
+        click.echo(f"reading {path}")
+        if as_json:
+            options.write_json(json_value({"output": str(output), "sizes": (1.0, math.inf)}))
+
+    result = CliRunner().invoke(ours, [".", "--json", "-o", "a.nc"])
+    assert json.loads(result.stdout) == {"output": "a.nc", "sizes": [1.0, None]}
+    assert CliRunner().invoke(ours, ["/dev/null"]).exit_code == 2
+    assert "name of a file" in CliRunner().invoke(ours, [".", "-o", "new/"]).output
 
 
 def test_compiled_loops_give_what_python_gives():
@@ -149,10 +188,10 @@ def test_compiled_loops_give_what_python_gives():
 
 def test_a_section_takes_quantities_with_units_and_refuses_unknown_keys():
     class Scope(ScenarioSection):
-        focal_length: InstrumentLength = 0.1
-        field: Angle = Field(1.0, gt=0)
-        altitude: Length = 1.0
-        exposure: Duration = 1.0
+        focal_length: Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))] = 0.1
+        field: Annotated[float, BeforeValidator(QuantityParser("angle"))] = Field(1.0, gt=0)
+        altitude: Annotated[float, BeforeValidator(QuantityParser("length"))] = 1.0
+        exposure: Annotated[float, BeforeValidator(QuantityParser("duration"))] = 1.0
         gain: Number = 1.0
         lines: Whole = 1
 
@@ -289,6 +328,9 @@ def test_parts_of_frames_are_those_of_the_cube(plan, tables, scenario, tmp_path)
     LookUp.at(tables, time_s).fill(looked_up, thickness, plan.samples_per_pixel)
     np.testing.assert_allclose(looked_up, radiance[0], rtol=1e-5)
     kelvin = BrightnessTemperature(plan.spectral_grid, ["lwir"])(frame["radiance"])
+    chosen = FrameSelection.of(cube, "radiance", frames=[1])
+    np.testing.assert_array_equal(chosen.values(chosen.frames[0]), cube["radiance"].values[1])
+    assert chosen.planes == (FrameSelection.Plane("lwir", 10.5, pytest.approx(10.75, abs=0.01), 11.0),)
     expected = brightness_temperature(cube)
     np.testing.assert_allclose(kelvin, np.asarray(expected)[1, :, 3:9, 5:20], atol=2e-4)
 
@@ -351,9 +393,6 @@ def test_random_numbers_of_pixels_depend_on_their_place_alone():
     assert key != key_of(7, "ours", "mwir")
     whole, part = standard_normal(key, (40, 50), (-5, -5)), standard_normal(key, (3, 4), (10, 20))
     np.testing.assert_array_equal(part, whole[15:18, 25:29])
-    rows = [np.uint64(row_key(np.uint64(key), np.int64(row))) for row in (0, 1)]
-    keys = {int(pixel_key(row, np.int64(column))) for row in rows for column in (0, 1)}
-    assert len(keys) == 4
     numbers, tail = np.empty(64 * 200, np.float32), np.empty(64, np.float32)
     fill_normals(numbers, 3, 0, np.uint64(key))
     fill_normals(tail, 3, 199, np.uint64(key))
@@ -362,11 +401,11 @@ def test_random_numbers_of_pixels_depend_on_their_place_alone():
 
 
 def test_a_parameter_is_a_number_for_all_bands_or_a_table():
-    check = within(0.0, 2.0).func
-    assert of_band(check(1), "lwir", "gain") == 1.0
-    assert of_band(check({"lwir": 2.0}), "lwir", "gain") == 2.0
+    check = OfBands.within(0.0, 2.0).func
+    assert OfBands.number(check(1), "lwir", "gain") == 1.0
+    assert OfBands.number(check({"lwir": 2.0}), "lwir", "gain") == 2.0
     with pytest.raises(ScenarioError, match=r"sensor\.parameters\.gain: gives no number for band 'mwir'"):
-        of_band({"lwir": 2.0}, "mwir", "gain")
+        OfBands.number({"lwir": 2.0}, "mwir", "gain")
     with pytest.raises(ValueError, match="out of range"):
         check(3.0)
 
@@ -378,7 +417,7 @@ def test_a_parameter_is_a_number_for_all_bands_or_a_table():
 def octaves(plan):
     shape = plan.assembly.generators[0].parameters
     assert isinstance(shape, FractalParameters)
-    return separate_octaves(shape, plan.grid, plan.assembly.motion, noise=False)
+    return Octave.separate(shape, plan.grid, plan.assembly.motion, noise=False)
 
 
 def test_octaves_share_the_variance_of_the_field(octaves):
@@ -399,7 +438,7 @@ def test_a_window_of_the_field_is_a_part_of_the_whole(octaves, plan):
 
 def test_weights_between_nodes_have_unit_norm_and_correlate_as_tabulated():
     fraction = np.linspace(0.0, 1.0, 11)
-    weights = np.asarray(cubic_weights(fraction))
+    weights = Lattice.weights(fraction)
     np.testing.assert_allclose(np.sum(weights**2, axis=1), 1.0)
     correlation = KernelCorrelation.tabulate()
     assert correlation(np.array([0.0])) == pytest.approx(1.0)
@@ -407,6 +446,28 @@ def test_weights_between_nodes_have_unit_norm_and_correlate_as_tabulated():
     # positions a cell apart share three of their four nodes
     apart = np.mean(np.sum(weights[:-1, 1:] * weights[:-1, :3], axis=1))
     assert correlation(np.array([1.0])) == pytest.approx(apart, abs=0.02)
+
+
+def test_nodes_of_a_lattice_are_those_of_any_part_of_it():
+    lattice, places = Lattice(7, 2), np.arange(-3, 60)
+    whole = lattice.normals(0, places, places)
+    np.testing.assert_array_equal(lattice.normals(0, places[5:9], places[20:]), whole[5:9, 20:])
+    assert np.mean(whole) == pytest.approx(0.0, abs=0.05)
+    assert not np.any(lattice.normals(1, places, places) == whole)
+    assert len({Lattice(7, octave).offset(axis) for octave in (1, 2) for axis in (0, 1)}) == 4
+
+
+def test_an_image_of_celsius_is_one_of_kelvin_in_which_cold_is_cloud(tmp_path):
+    path = tmp_path / "a.npy"
+    np.save(path, 270.0 + np.random.default_rng(3).normal(0.0, 9.0, (20, 30)))
+    image = read_image(path, ImageReading().variable)
+    assert any("brightness temperatures in kelvin?" in text for text in image.described("auto"))
+    celsius = SatelliteImage(image.values - 273.15, None, True, "degC", "temperature", "a")
+    kelvin = celsius.examined(path)
+    np.testing.assert_allclose(kelvin.values, image.values)
+    np.testing.assert_array_equal(kelvin.level("auto"), -kelvin.values[::-1])
+    assert "closest is the unit degC" in SatelliteImage.of_kelvin(celsius.values).closest_reading()
+    assert kelvin.size_notes(Grid(20, 30, 50.0)) == ["The image gives no pixel size; 50 m is the scenario's."]
 
 
 def test_a_generator_can_be_derived_from_the_fractal_one():
@@ -433,6 +494,23 @@ def test_the_climatology_is_warm_at_the_equator_and_profiles_follow(plan):
     assert warm > cold + 10.0
     tropical, winter = (load_profile(name, plan.catalog) for name in ("tropical", "subarctic-winter"))
     assert tropical.temperature_at(np.array([0.0]))[0] > winter.temperature_at(np.array([0.0]))[0] + 30.0
+
+
+def test_a_table_of_air_is_what_a_provider_that_is_chosen_by_name_reads(plan, tmp_path):
+    profile, path = load_profile("tropical", plan.catalog), tmp_path / "grey.nc"
+    height_m, zenith_deg, wavenumber = np.array([0.0, 2e3]), np.array([0.0, 60.0]), np.array([900.0, 1000.0])
+    values = np.full((2, 2, 2), 0.5)
+    AtmosphereTable(height_m, zenith_deg, wavenumber, values, values, profile, 1.0, "ours").write(path, {})
+    read = AtmosphereTable.read(path)
+    np.testing.assert_array_equal(read.transmittance, values)
+    with Reading(path, CatalogError).netcdf() as file:
+        np.testing.assert_array_equal(file.variables["zenith_deg"][:], zenith_deg)
+    registry = Registry.discover()
+    entry = registry.resolve("atmosphere", "hcss-twin/table")
+    table = registry.create(entry, AtmosphereInputs(read.profile, plan.catalog), {"file": str(path)})
+    np.testing.assert_allclose(table.transmittance(wavenumber, [to_space(0.0, 0.0)]), 0.5)
+    with pytest.raises(ProviderError, match="fil"):
+        registry.create(entry, AtmosphereInputs(read.profile, plan.catalog), {"fil": str(path)})
 
 
 class Grey:

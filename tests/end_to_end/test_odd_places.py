@@ -9,7 +9,7 @@ from cheap import CHEAP_OPTIONS
 from example_cube import example_frame, example_header
 
 from hcss_twin.core.errors import CubeError, HcssError, ScenarioError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.reports.preview import draw_preview
 from hcss_twin.scenario.scenario import Scenario
@@ -23,7 +23,7 @@ def test_a_name_that_is_not_utf_8_is_refused_with_the_name(tmp_path):
         pass
 
     def fail():
-        with atomic_write(tmp_path / ODD, HcssError):
+        with Writing(tmp_path / ODD, HcssError):
             ODD.encode()
 
     with pytest.raises(HcssError, match="cannot write"):

@@ -7,7 +7,7 @@ import pytest
 
 from hcss_twin import Scenario
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
-from hcss_twin.models.clouds.fractal.octaves import separate_octaves
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.plan.assemble import CELL_LIFETIME_S_PER_M
 from hcss_twin.plan.make_plan import make_plan
@@ -25,7 +25,7 @@ SHAPE = FractalParameters(gamma=2.0, H=0.5, L=(0.125, 0.125), k=(0, 7))  # cells
 
 
 def octaves(motion: Motion):
-    return separate_octaves(SHAPE, Grid(256, 256, 3000.0), motion, noise=False)
+    return Octave.separate(SHAPE, Grid(256, 256, 3000.0), motion, noise=False)
 
 
 @pytest.mark.parametrize(("band", "measured"), MEASURED.items(), ids=str)

@@ -24,7 +24,7 @@ from hcss_twin.engine.sense import sense_file
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.engine.verification import verify_cube
 from hcss_twin.models.atmosphere.profile_file import load_profile, load_profiles
-from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.models.clouds.database import read_entry, read_facts
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.optics.table_store import read_into
@@ -103,7 +103,7 @@ FAST = {
     "profile.csv": {"profile": lambda path: load_profile(str(path), Catalog())},
     "profile.nc": {"profile": lambda path: load_profile(str(path), Catalog())},
     "profiles.nc": {"profiles": lambda path: load_profiles(str(path), Catalog()).with_levels_near(36.0, 0.0)},
-    "table.nc": {"table": read_atmosphere_table},
+    "table.nc": {"table": AtmosphereTable.read},
     **{f"modtran.{suffix}": {"paths": read_paths} for suffix in ("json", "csv", "tp7")},
     "libradtran": {"paths": lambda path: read_paths(path / "a.out")},
     "response.csv": {

@@ -12,10 +12,10 @@ from file_readers import READERS
 from input_files import make_files
 
 from hcss_twin.core.errors import CatalogError, CubeError, HcssError
-from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, reads
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading
 from hcss_twin.cube import header
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.models.atmosphere.table_file import FORMAT, FORMAT_VERSION, read_atmosphere_table
+from hcss_twin.models.atmosphere.table_file import FORMAT, FORMAT_VERSION, AtmosphereTable
 from hcss_twin.models.clouds.imagery.reader import read_image
 
 GROUPS = ("fast", pytest.param("slow", marks=pytest.mark.long))
@@ -41,14 +41,14 @@ def test_a_collection_of_texts_that_never_ends_is_refused(tmp_path, number, size
     path = tmp_path / "texts.nc"
     with netCDF4.Dataset(path, "w") as file:
         file.setncattr_string("text", "abc")
-    with reading(path, CubeError), netCDF4.Dataset(path) as file:
+    with Reading(path, CubeError), netCDF4.Dataset(path) as file:
         assert file.text == "abc"
     data = bytearray(path.read_bytes())
     first = data.index(b"GCOL") + 16
     assert struct.unpack_from("<H6xQ", data, first) == (1, 3)
     struct.pack_into("<H6xQ", data, first, number, size)
     path.write_bytes(data)
-    with pytest.raises(CubeError, match=r"texts\.nc.*an object of no size"), reading(path, CubeError):
+    with pytest.raises(CubeError, match=r"texts\.nc.*an object of no size"), Reading(path, CubeError):
         pytest.fail("the file would be opened")
 
 
@@ -105,20 +105,20 @@ def test_a_table_is_refused_by_its_declared_size(tmp_path):
     with netCDF4.Dataset(path, "a") as file:
         file.format, file.format_version = FORMAT, FORMAT_VERSION
     with pytest.raises(CatalogError, match="declares 1000000 x 1000000 values of Rad"):
-        read_atmosphere_table(path)
+        AtmosphereTable.read(path)
 
 
 def test_the_door_names_the_file_keeps_the_cause_and_lets_our_errors_and_interrupts_pass():
     cause = ValueError("odd\n bytes")
     message = r"^cannot read a\.nc: it is damaged .*: ValueError: odd bytes$"
-    with pytest.raises(CubeError, match=message) as caught, reading("a.nc", CubeError):
+    with pytest.raises(CubeError, match=message) as caught, Reading("a.nc", CubeError):
         raise cause
     assert caught.value.__cause__ is cause
-    with pytest.raises(CubeError, match="declares more values than fit into memory"), reading("a.nc", CubeError):
+    with pytest.raises(CubeError, match="declares more values than fit into memory"), Reading("a.nc", CubeError):
         raise MemoryError
     for passing in (HcssError("ours"), KeyboardInterrupt(), ImportError("a package")):
 
-        @reads(CubeError)
+        @Reading.argument(CubeError)
         def fail(path, error):
             raise error
 

@@ -9,7 +9,7 @@ import pytest
 
 from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 
 
 def test_an_archive_gives_what_was_written_or_an_error(tmp_path):
@@ -38,5 +38,5 @@ def test_a_read_only_file_system_is_an_error_although_a_draft_cannot_be_removed_
         raise OSError(errno.EROFS, os.strerror(errno.EROFS))
 
     monkeypatch.setattr(Path, "unlink", refuse)
-    with pytest.raises(CubeError, match=r"cannot write .*Read-only"), atomic_write(tmp_path / "a", CubeError):
+    with pytest.raises(CubeError, match=r"cannot write .*Read-only"), Writing(tmp_path / "a", CubeError):
         refuse()

@@ -15,7 +15,7 @@ from hcss_twin import HcssError, Scenario, ScenarioError, make_plan
 from hcss_twin.cli.main import cli
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.reading import first_bytes
+from hcss_twin.core.reading import Reading
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names are of POSIX")
 
@@ -52,12 +52,12 @@ def test_every_kind_of_stream_is_named_also_behind_a_link(tmp_path, pipe, monkey
         kinds = {"pipe.nc": "pipe", "a": "pipe", "b": "pipe", "c": "device", "socket": "socket", "/dev/zero": "device"}
         for path, kind in {**kinds, f"/dev/fd/{reader}": "pipe"}.items():
             with at_once(), pytest.raises(CatalogError, match=rf"{path}: it is a {kind}; allowed: a file"):
-                first_bytes(path, CatalogError)
+                Reading(path, CatalogError).first_bytes()
         os.close(reader)
         os.close(writer)
     (tmp_path / "file").write_bytes(b"abc")
     os.symlink("file", "link")
-    assert first_bytes("link", CatalogError) == b"abc"
+    assert Reading("link", CatalogError).first_bytes() == b"abc"
 
 
 def commands(command, words=()):

@@ -22,7 +22,7 @@ from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
-from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.models.clouds.database import read_entry, write_entry
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
@@ -121,13 +121,13 @@ def test_a_scenario_says_which_of_its_fields_names_the_bad_file(overrides, field
 def test_an_atmosphere_table_with_an_impossible_number_is_refused(name, place, bad):
     with tempfile.TemporaryDirectory() as folder:
         path = small_table(Path(folder) / "table.nc")
-        read_atmosphere_table(path)
+        AtmosphereTable.read(path)
         with netCDF4.Dataset(path, "a") as file:
             array = file[name][:].filled()
             array.flat[place % array.size] = bad
             file[name][:] = array
         with pytest.raises(CatalogError, match=r"table\.nc: .*" + name):
-            read_atmosphere_table(path)
+            AtmosphereTable.read(path)
 
 
 def numeric_variables(path):

@@ -8,7 +8,6 @@ from part_of_table import ROWS, WAVENUMBER, WHOLE, stored, table_provider
 from scipy.interpolate import PchipInterpolator
 
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.models.atmosphere.table_file import write_atmosphere_table
 from hcss_twin.physics.monotone_cubic import pchip_in_window, window_start
 from hcss_twin.physics.paths import to_space
 
@@ -28,7 +27,7 @@ def thinned(folder, heights, angles):
         transmittance=WHOLE.transmittance[at],
         path_radiance=WHOLE.path_radiance[at],
     )
-    write_atmosphere_table(folder / "t.nc", table, {})
+    table.write(folder / "t.nc", {})
     return table_provider(folder / "t.nc")
 
 

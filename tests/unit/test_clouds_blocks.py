@@ -6,7 +6,7 @@ import pytest
 from hcss_twin.models.clouds.fractal import blocks
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, BlockCache, NodeWindow
 from hcss_twin.models.clouds.fractal.lattice import lattice_normals, plane_key
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, separate_octaves
+from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Grid, Motion
 
@@ -93,10 +93,10 @@ def test_noise_is_new_in_a_frame_if_it_evolves_or_drifts_by_a_part_of_a_pixel(
     """Pixels of 100 m and frames each second, over cells of 4 m."""
     shape = FractalParameters(gamma=8.0, H=0.5, L=(1.0, 1.0), k=(4, 4))
     motion = Motion(0.0, (0.0, cloud_speed_m_s), evolution_time_s, 1.0)
-    (octave,) = separate_octaves(shape, Grid(8, 8, 100.0), motion)
+    (octave,) = Octave.separate(shape, Grid(8, 8, 100.0), motion)
     assert octave.is_white
     assert octave.t.nearest == is_new
-    assert separate_octaves(shape, Grid(8, 8, 100.0), motion, noise=False)[0].t.nearest is False
+    assert Octave.separate(shape, Grid(8, 8, 100.0), motion, noise=False)[0].t.nearest is False
 
 
 @pytest.mark.parametrize(("step", "phases"), [(0.5, 0), (2.7, 2), (4.0, 4), (1000.0, 4)])

@@ -10,8 +10,7 @@ import pytest
 from PIL import Image as Picture
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.clouds.imagery.cloudiness import described
-from hcss_twin.models.clouds.imagery.image import SatelliteImage, in_kelvin
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.reader import read_image
 
 VALUES = np.arange(12.0).reshape(3, 4)
@@ -118,7 +117,7 @@ def test_temperatures_make_cold_the_cloud(tmp_path, attributes, bright):
     ("units", "values"), [("degF", [[62.33, 8.33], [26.33, 44.33]]), ("mK", [[290e3, 260e3], [270e3, 280e3]])]
 )
 def test_units_of_temperature_are_converted_to_kelvin(tmp_path, units, values):
-    image = in_kelvin(SatelliteImage(np.array(values), None, True, units, "t", "t"))
+    image = SatelliteImage(np.array(values), None, True, units, "t", "t").in_kelvin()
     assert (image.units, image.bright_is_cloud) == ("K", False)
     np.testing.assert_allclose(image.values, [[290.0, 260.0], [270.0, 280.0]], atol=1e-9)
 
@@ -142,9 +141,9 @@ def test_values_without_a_unit_that_may_be_temperatures_are_doubted_by_name(tmp_
     counts = np.rint(factor * SCENE_K).astype(np.uint16)
     counts[0] = 0  # missing, as in many products
     Picture.fromarray(counts).save(tmp_path / "a.png")
-    (doubt,) = (text for text in described(read_image(tmp_path / "a.png"), "auto") if "?" in text)
+    (doubt,) = (text for text in read_image(tmp_path / "a.png").described("auto") if "?" in text)
     assert f"brightness temperatures in {unit}? Then cold is cloud" in doubt
-    assert "brightness" not in " ".join(described(read_image(tmp_path / "a.png"), "dark"))
+    assert "brightness" not in " ".join(read_image(tmp_path / "a.png").described("dark"))
 
 
 @pytest.mark.parametrize("name", ["a.jpg", "a.png", "a.tif"])

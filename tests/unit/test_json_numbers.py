@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from hcss_twin.core.json_numbers import json_list, json_number, json_value
+from hcss_twin.core.json_numbers import json_number, json_value
 
 NOT_FINITE = (math.nan, math.inf, -math.inf, np.float64("nan"))
 
@@ -29,4 +29,4 @@ def test_what_is_no_float_stays_what_it_is(value):
 
 
 def test_a_list_has_its_numbers_and_its_gaps():
-    assert json_list(np.array([1.0, np.nan, np.inf, 2.0], dtype=np.float32)) == [1.0, None, None, 2.0]
+    assert json_value(np.array([1.0, np.nan, np.inf, 2.0], dtype=np.float32)) == [1.0, None, None, 2.0]

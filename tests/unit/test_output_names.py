@@ -12,7 +12,7 @@ from example_cube import example_frame, example_header
 from hcss_twin.cli.main import cli
 from hcss_twin.cli.options import Output
 from hcss_twin.core.errors import CubeError, HcssError
-from hcss_twin.core.files import FORMS, atomic_write, remove_orphans, require_file
+from hcss_twin.core.files import FORMS, Writing, remove_orphans
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.requested_variables import expand
 from hcss_twin.cube.zarr_writer import ZarrWriter
@@ -49,11 +49,11 @@ def test_a_name_has_the_suffix_of_its_form_or_of_none(tmp_path, form):
     for suffix in known | {each.upper() for each in known}:
         path = tmp_path / f"cube{suffix}"
         if suffix.lower() in FORMS[form]:
-            require_file(path, HcssError, form)
+            Writing(path, HcssError, form).check()
         else:
             with pytest.raises(HcssError, match=f"not {suffix.lower()}; closest is .*cube{FORMS[form][0]}"):
-                require_file(path, HcssError, form)
-    require_file(tmp_path / "cube", HcssError, form)
+                Writing(path, HcssError, form).check()
+    Writing(tmp_path / "cube", HcssError, form).check()
 
 
 @pytest.mark.parametrize(
@@ -158,6 +158,6 @@ def test_a_file_with_other_contents_is_not_replaced(tmp_path):
     path = tmp_path / "x.nc"
     for contents in (b"my notes", b"\x89PNG", b"\x89H"):
         path.write_bytes(contents)
-        with pytest.raises(HcssError, match="the file there is no NetCDF"), atomic_write(path, HcssError, "NetCDF"):
+        with pytest.raises(HcssError, match="the file there is no NetCDF"), Writing(path, HcssError, "NetCDF"):
             pass
         assert path.read_bytes() == contents

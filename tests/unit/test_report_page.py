@@ -6,21 +6,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.reports.figures import picture, png_of
-from hcss_twin.reports.page import (
-    Markup,
-    Page,
-    Section,
-    badge,
-    element,
-    facts,
-    folded,
-    joined,
-    page_text,
-    paragraph,
-    write_page,
-)
-from hcss_twin.reports.tables import WIDTH, Table, aligned, bound_text, labelled, number
+from hcss_twin.reports.page import Markup, Page, Section, page_text, png_of
+from hcss_twin.reports.tables import WIDTH, Table, bound_text, labelled
 
 VOID = {"meta", "img", "br", "input", "link", "hr"}
 
@@ -58,8 +45,11 @@ def parsed(text):
 
 
 SECTIONS = (
-    Section("First & <last>", [paragraph("a < b & c"), badge("passed", "good"), picture(figure(), "a line", "x")]),
-    Section("Second", [Table(["name", "value"], [["<x>", "1"]]), folded("more", facts([("k", "v")]))]),
+    Section(
+        "First & <last>",
+        [Markup.paragraph("a < b & c"), Markup.badge("passed", "good"), Markup.picture(figure(), "a line", "x")],
+    ),
+    Section("Second", [Table(["name", "value"], [["<x>", "1"]]), Markup.folded("more", Markup.facts([("k", "v")]))]),
     Section("Third", ["plain <text>"]),
 )
 
@@ -88,8 +78,10 @@ def test_the_same_figure_gives_the_same_bytes():
 
 
 def test_markup_is_not_escaped_again_and_attributes_always_are():
-    assert joined([Markup("<b>"), "<b>"]) == "<b>&lt;b&gt;"
-    assert element("a", "x", class_="c", data_key='"<', hidden=None) == ('<a class="c" data-key="&quot;&lt;">x</a>')
+    assert Markup.joined([Markup("<b>"), "<b>"]) == "<b>&lt;b&gt;"
+    assert Markup.element("a", "x", class_="c", data_key='"<', hidden=None) == (
+        '<a class="c" data-key="&quot;&lt;">x</a>'
+    )
 
 
 def test_rows_and_titles_that_do_not_fit_are_refused():
@@ -101,9 +93,9 @@ def test_rows_and_titles_that_do_not_fit_are_refused():
 
 def test_a_page_that_cannot_be_written_is_an_error_and_leaves_nothing(tmp_path):
     with pytest.raises(HcssError):
-        write_page(tmp_path / "missing" / "page.html", Page("t", "s", SECTIONS))
+        Page("t", "s", SECTIONS).write(tmp_path / "missing" / "page.html")
     assert list(tmp_path.iterdir()) == []
-    write_page(tmp_path / "page.html", Page("t", "s", SECTIONS))
+    Page("t", "s", SECTIONS).write(tmp_path / "page.html")
     assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
 
 
@@ -120,7 +112,7 @@ def test_a_table_is_one_on_a_page_and_aligned_lines_on_a_terminal():
 
 def test_a_row_of_one_cell_is_a_heading_that_widens_no_column():
     rows = [["", "a", "b"], ["a group of measures"], ["x", "1", "22"]]
-    assert list(aligned(rows)) == ["     a   b", "a group of measures", "  x  1  22"]
+    assert list(Table.aligned(rows)) == ["     a   b", "a group of measures", "  x  1  22"]
 
 
 def test_text_beside_a_label_is_wrapped_below_itself_and_words_stay_whole():
@@ -139,4 +131,10 @@ def test_bounds_are_percentages_below_one_and_factors_above(bound, text):
 
 
 def test_a_number_that_is_none_is_missing_and_zero_has_no_sign():
-    assert [number(each) for each in (None, float("nan"), float("inf"), -0.0, 1.23456)] == ["-", "-", "-", "0", "1.235"]
+    assert [Table.number(each) for each in (None, float("nan"), float("inf"), -0.0, 1.23456)] == [
+        "-",
+        "-",
+        "-",
+        "0",
+        "1.235",
+    ]

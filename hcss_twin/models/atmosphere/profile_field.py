@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.reading import open_netcdf
+from hcss_twin.core.reading import Reading
 from hcss_twin.models.atmosphere.sounding import (
     UNREADABLE,
     ProfileVariable,
@@ -68,7 +68,7 @@ class SoundingGrid:
         CatalogError
             If the file is not readable, a coordinate is not monotonic, or a variable has other dimensions.
         """
-        with open_netcdf(path, CatalogError, UNREADABLE) as dataset:
+        with Reading(path, CatalogError, UNREADABLE).netcdf() as dataset:
             axes = [_axis(dataset, name, coordinate) for coordinate in PLACES]
             if axes == [None, None]:
                 return None

@@ -12,7 +12,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.reading import open_netcdf, reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.models.atmosphere.profile_columns import (
     HUMIDITIES,
     QUANTITIES,
@@ -68,7 +68,7 @@ def read_sounding(path: Path, name: str) -> Sounding:
         or level.
     """
     if path.suffix.lower() in NETCDF_SUFFIXES:
-        with open_netcdf(path, CatalogError, UNREADABLE) as dataset:
+        with Reading(path, CatalogError, UNREADABLE).netcdf() as dataset:
             variables = profile_variables(dataset, name)
             return sounding_of(
                 name, variables, [_one_column(variable.data, variable.label, name) for variable in variables]
@@ -90,7 +90,7 @@ def _finished(name: str, where: tuple[str, ...], columns: dict[str, Array]) -> S
 
 
 def _read_csv(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]:
-    with reading(path, CatalogError, "not a text file"):
+    with Reading(path, CatalogError, "not a text file"):
         text = path.read_text(encoding="utf-8-sig")
     lines = _lines(text)
     number, header = next(lines, (0, None))

@@ -18,7 +18,7 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.native_grid import native_nodes, native_window
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.same_profile import difference, unstated
-from hcss_twin.models.atmosphere.table_file import AtmosphereTable, read_atmosphere_table
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.models.parameters import TableParameters
 from hcss_twin.physics.monotone_cubic import WINDOW, pchip_in_window, window_start
 from hcss_twin.physics.paths import SPACE, Path
@@ -64,7 +64,7 @@ class TableTransmittance:
     """
 
     def __init__(self, inputs: AtmosphereInputs, parameters: TableParameters) -> None:
-        table = read_atmosphere_table(inputs.catalog.find(parameters.file, "atmospheres", ".nc"))
+        table = AtmosphereTable.read(inputs.catalog.find(parameters.file, "atmospheres", ".nc"))
         self._profile = table.profile
         table_profile = _profile_of(table, parameters.file, inputs.catalog)
         other = difference(inputs.profile, table_profile)
@@ -104,7 +104,7 @@ class TableTransmittance:
     @staticmethod
     def bound_profile(parameters: TableParameters, catalog: Catalog) -> Profile:
         """Return the profile that the table was computed with; raises CatalogError."""
-        table = read_atmosphere_table(catalog.find(parameters.file, "atmospheres", ".nc"))
+        table = AtmosphereTable.read(catalog.find(parameters.file, "atmospheres", ".nc"))
         return _profile_of(table, parameters.file, catalog)
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:

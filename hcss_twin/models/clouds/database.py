@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.files import atomic_write, open_format
+from hcss_twin.core.files import Writing, open_format
 from hcss_twin.core.netcdf import NetcdfFile
-from hcss_twin.core.reading import reading, reads
+from hcss_twin.core.reading import Reading
 
 FOLDER = "clouds"
 """Name of the folder of entries in the catalog, next to a scenario, and in the output of ``hcss import``."""
@@ -167,7 +167,7 @@ def write_entry(path: Path, entry: CloudEntry) -> None:
     """
     mask = np.where(entry.mask, _CLOUD, np.where(entry.missing, _MISSING, _CLEAR)).astype(np.int8)
     planes: dict[str, NDArray[Any]] = {"image": entry.image, "grey": entry.grey, "mask": mask, "label": entry.labels}
-    with atomic_write(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
+    with Writing(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
         file.setncatts({"Conventions": "CF-1.11", "format": FORMAT, "format_version": np.int32(FORMAT_VERSION)})
         file.setncatts({name: _attribute(value) for name, value in dataclasses.asdict(entry.facts).items()})
         rows, columns = entry.grey.shape
@@ -195,7 +195,7 @@ def write_entry(path: Path, entry: CloudEntry) -> None:
             variable[:] = values
 
 
-@reads(CatalogError)
+@Reading.argument(CatalogError)
 def read_entry(path: Path) -> CloudEntry:
     """Read an entry and check that its variables agree with each other.
 
@@ -206,7 +206,7 @@ def read_entry(path: Path) -> CloudEntry:
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as file:
         facts = _facts(path, file)
-        with reading(path, CatalogError, "damaged or incomplete entry"):
+        with Reading(path, CatalogError, "damaged or incomplete entry"):
             planes = {name: np.ma.getdata(file.variables[name][...]) for name in _LONG_NAMES}
     mask = planes["mask"]
     entry = CloudEntry(
@@ -220,7 +220,7 @@ def read_entry(path: Path) -> CloudEntry:
     return entry
 
 
-@reads(CatalogError)
+@Reading.argument(CatalogError)
 def read_facts(path: Path) -> tuple[EntryFacts, tuple[int, int]]:
     """Return the facts of an entry and its (rows, columns), without reading its planes.
 
@@ -231,7 +231,7 @@ def read_facts(path: Path) -> tuple[EntryFacts, tuple[int, int]]:
     """
     with open_format(path, FORMAT, FORMAT_VERSION) as file:
         facts = _facts(path, file)
-        with reading(path, CatalogError, "damaged or incomplete entry"):
+        with Reading(path, CatalogError, "damaged or incomplete entry"):
             return facts, (file.dimensions["y"].size, file.dimensions["x"].size)
 
 

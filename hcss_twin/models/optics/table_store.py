@@ -17,7 +17,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import OPTICS, cache_root, cached_file, in_use
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.files import atomic_write, open_format
+from hcss_twin.core.files import Writing, open_format
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.trust import make_private, withhold
 from hcss_twin.models.optics.bulk import BulkTable
@@ -70,7 +70,7 @@ def write(table: BulkTable, path: Path, **attributes: str) -> None:
     CatalogError
         If the file cannot be written.
     """
-    with atomic_write(path, CatalogError) as draft, NetcdfFile(draft, "w") as dataset:
+    with Writing(path, CatalogError) as draft, NetcdfFile(draft, "w") as dataset:
         dataset.format, dataset.format_version, dataset.key = FORMAT, VERSION, table.key
         dataset.setncatts(attributes)
         for name, kind in _GROUPS:

@@ -18,7 +18,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.core.kernels import kernel
 
-__all__ = ["key_of", "pixel_key", "row_key", "standard_normal"]
+__all__ = ["key_of", "standard_normal"]
 
 MAX_COUNTED = 1e12
 """Maximum expected number of electrons; above it, rounding would distort the distribution."""

@@ -11,14 +11,9 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem, ScenarioError, choose_from
 
-__all__ = ["of_band", "within"]
+__all__ = ["OfBands"]
 
 PerBand = float | dict[str, float]
-
-
-def within(low: float, high: float) -> BeforeValidator:
-    """Return a check that the numbers of a ``PerBand`` parameter are within ``low`` to ``high``, inclusive."""
-    return BeforeValidator(_parser(low, high))
 
 
 def _parser(low: float, high: float) -> Callable[[object], object]:
@@ -42,27 +37,36 @@ def _parser(low: float, high: float) -> Callable[[object], object]:
     return parse
 
 
-def of_band(value: PerBand, band: str, field: str) -> float:
-    """Return the number of one band.
+class OfBands:
+    """A parameter that is a number for all bands, or a table with one for each."""
 
-    Raises
-    ------
-    ScenarioError
-        If the table does not contain the band.
-    """
-    if not isinstance(value, Mapping):
-        return value
-    if band not in value:
-        message = f"gives no number for band '{band}'; {choose_from(band, value)}"
-        raise ScenarioError([Problem(f"sensor.parameters.{field}", message)])
-    return value[band]
+    @staticmethod
+    def within(low: float, high: float) -> BeforeValidator:
+        """Return a check that the numbers of a ``PerBand`` parameter are within ``low`` to ``high``, inclusive."""
+        return BeforeValidator(_parser(low, high))
+
+    @staticmethod
+    def number(value: PerBand, band: str, field: str) -> float:
+        """Return the number of one band.
+
+        Raises
+        ------
+        ScenarioError
+            If the table does not contain the band.
+        """
+        if not isinstance(value, Mapping):
+            return value
+        if band not in value:
+            message = f"gives no number for band '{band}'; {choose_from(band, value)}"
+            raise ScenarioError([Problem(f"sensor.parameters.{field}", message)])
+        return value[band]
 
 
-_Fraction = Annotated[PerBand, within(1e-6, 1.0)]
-_Kelvin = Annotated[PerBand, within(1e-6, 1e3)]
-_Scene = Annotated[PerBand, within(60.0, 3000.0)]
-_Radiance = Annotated[PerBand, within(1e-12, 1e9)]
-_Offset = Annotated[PerBand, within(0.0, 1e9)]
+_Fraction = Annotated[PerBand, OfBands.within(1e-6, 1.0)]
+_Kelvin = Annotated[PerBand, OfBands.within(1e-6, 1e3)]
+_Scene = Annotated[PerBand, OfBands.within(60.0, 3000.0)]
+_Radiance = Annotated[PerBand, OfBands.within(1e-12, 1e9)]
+_Offset = Annotated[PerBand, OfBands.within(0.0, 1e9)]
 
 OF_PHOTONS = (
     "quantum_efficiency",

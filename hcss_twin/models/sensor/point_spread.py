@@ -15,7 +15,7 @@ from scipy.fft import dctn, idct, idctn
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 
 NEAR = 32
 """Reach in pixels within which a kernel should be complete except for a fraction ``NEGLIGIBLE``."""
@@ -132,7 +132,7 @@ def read_kernel(path: Path) -> Array:
         If the file is malformed, has an even number of rows or columns, or its numbers sum to 0.
     """
     rows: list[list[float]] = []
-    with reading(path, CatalogError, "not a text file"):
+    with Reading(path, CatalogError, "not a text file"):
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     for number, line in enumerate(lines, start=1):
         plain = line.partition("#")[0].replace(",", " ").split()

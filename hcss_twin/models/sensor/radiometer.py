@@ -20,7 +20,7 @@ from hcss_twin.models.sensor.detector import (
     photons_per_radiance,
 )
 from hcss_twin.models.sensor.noise import key_of, standard_normal, too_many_electrons
-from hcss_twin.models.sensor.parameters import RadiometerParameters, of_band
+from hcss_twin.models.sensor.parameters import OfBands, RadiometerParameters
 from hcss_twin.models.sensor.rows import Detector, measure
 from hcss_twin.providers import Measured, Points, SensorBand, SensorDeclaration, SensorInputs
 
@@ -224,4 +224,4 @@ class _Channel:
         return key_of(self.inputs.seed, stage, self.band.name, frame)
 
     def _number(self, name: str) -> float:
-        return of_band(getattr(self.parameters, name), self.band.name, name)
+        return OfBands.number(getattr(self.parameters, name), self.band.name, name)

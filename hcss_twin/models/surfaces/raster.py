@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, ProviderError, choose_from
-from hcss_twin.core.netcdf import NETCDF
-from hcss_twin.core.reading import first_bytes, open_netcdf, reading, require_size
+from hcss_twin.core.reading import Reading, require_size
 from hcss_twin.models.surfaces.parameters import RasterParameters
 from hcss_twin.providers import Declaration, SurfaceClass, SurfaceInputs, SurfaceMap
 
@@ -58,7 +57,7 @@ class Raster:
     def __init__(self, inputs: SurfaceInputs, parameters: RasterParameters) -> None:
         self._inputs, self._name = inputs, parameters.file
         path = inputs.catalog.file(parameters.file)
-        is_netcdf = first_bytes(path, CatalogError).startswith(NETCDF)
+        is_netcdf = Reading(path, CatalogError).is_netcdf
         self._grid = (_netcdf if is_netcdf else _geotiff)(path)
         self._classes = self._temperature = None
         if parameters.classes:
@@ -179,7 +178,7 @@ def _geotiff(path: Path) -> Grid:
             "the surface provider raster needs the package rasterio for GeoTIFF; install it with: "
             "pip install 'hcss-twin[geotiff]'"
         ) from error
-    with reading(path, CatalogError, "not a raster that can be read"), rasterio.open(path) as file:
+    with Reading(path, CatalogError, "not a raster that can be read"), rasterio.open(path) as file:
         require_size(path, (file.count, file.height, file.width), CatalogError)
         crs, inverse = file.crs, ~file.transform
         layers = {
@@ -195,7 +194,7 @@ def _geotiff(path: Path) -> Grid:
             x, y = west + np.mod(longitude - west, 360.0), latitude
         else:
             from_globe = "EPSG:4326", crs, longitude.ravel().tolist(), latitude.ravel().tolist()
-            with reading(path, CatalogError, "no place on the globe has a place in its projection"):
+            with Reading(path, CatalogError, "no place on the globe has a place in its projection"):
                 x, y = (
                     np.reshape(coordinate, latitude.shape) for coordinate in rasterio.warp.transform(*from_globe)[:2]
                 )
@@ -208,7 +207,7 @@ def _geotiff(path: Path) -> Grid:
 
 
 def _netcdf(path: Path) -> Grid:
-    with open_netcdf(path, CatalogError, "not a NetCDF file that can be read") as file:
+    with Reading(path, CatalogError, "not a NetCDF file that can be read").netcdf() as file:
         (y_name, y), (x_name, x) = (_axis(path, file, kind) for kind in ("latitude", "longitude"))
         layers = {
             name: np.ma.filled(np.ma.asarray(variable[:]).astype(np.float64), np.nan).squeeze()

@@ -7,7 +7,7 @@ import importlib.metadata
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from hcss_twin.providers.scene import SceneInfo
 
 
-__all__ = ["OWN_DISTRIBUTION", "Kind", "Registry"]
+__all__ = ["Registry"]
 
 
 class Registry:
@@ -246,7 +246,11 @@ class Registry:
         return profile
 
     def create(
-        self, entry: Entry, inputs: Any, parameters: BaseModel | None = None, scene: SceneInfo | None = None
+        self,
+        entry: Entry,
+        inputs: Any,
+        parameters: BaseModel | Mapping[str, Any] | None = None,
+        scene: SceneInfo | None = None,
     ) -> Any:
         """Import a provider's class and construct it as ``Class(inputs, parameters)``.
 
@@ -256,8 +260,8 @@ class Registry:
             From :meth:`resolve`.
         inputs
             The input dataclass of its kind (``hcss_twin.providers``).
-        parameters : BaseModel, optional
-            Instance of its parameter model; by default the model's defaults. A provider without a
+        parameters : BaseModel or mapping, optional
+            Instance of its parameter model, or values by name; by default the model's defaults. A provider without a
             parameter model gets None.
         scene : SceneInfo, optional
             For a class with the parameter ``scene``; its logger is replaced by that of the provider.
@@ -273,8 +277,8 @@ class Registry:
             raise ProviderError(f"{entry.label} accepts no parameters; got {parameters!r}")
         factory = self.provider_class(entry)
         try:
-            if model is not None and parameters is None:
-                parameters = model()
+            if model is not None and (parameters is None or isinstance(parameters, Mapping)):
+                parameters = model(**(parameters or {}))
             if model is not None and not isinstance(parameters, model):
                 raise ProviderError(
                     f"{entry.label}: parameters are {type(parameters).__name__}; expected {model.__name__}"

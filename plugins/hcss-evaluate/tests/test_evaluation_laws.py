@@ -13,7 +13,7 @@ from hcss_evaluate import EvaluationChoice, evaluate
 from hcss_evaluate.matching.target import ImageChoice, read_target
 
 from hcss_twin import open_cube
-from hcss_twin.models.clouds.imagery.netcdf_image import PlanckCoefficients
+from hcss_twin.models.clouds.imagery.image import PlanckCoefficients
 
 
 def test_an_image_beside_itself_differs_in_nothing(seviri):

@@ -7,10 +7,10 @@ from command import hcss
 from hcss_twin import Scenario, simulate
 from hcss_twin.core.catalog import catalog_root
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.plan.make_plan import make_plan
 
-SHIPPED = read_atmosphere_table(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
+SHIPPED = AtmosphereTable.read(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
 HEIGHTS = [0.0, 500.0, 1000.0, 1500.0, 2000.0, 3000.0]
 ANGLES = [0.0, 20.0, 40.0, 60.0, 75.0]
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"}
@@ -53,7 +53,7 @@ def test_import_says_what_it_read_and_checked(table):
     assert "30 runs: 6 heights (0, 0.5, 1, 1.5, 2, 3 km) x 5 zenith angles" in said
     assert "transmittance never rises with zenith angle" in said
     assert "path radiance never above (1 - T) B(288.2 K)" in said
-    assert read_atmosphere_table(output).resolution_cm1 == 20.0
+    assert AtmosphereTable.read(output).resolution_cm1 == 20.0
 
 
 def test_import_lists_what_is_missing_and_writes_nothing(table, tmp_path):

@@ -10,16 +10,16 @@ from PIL import Image
 
 from hcss_twin.core.catalog import catalog_root
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.atmosphere.table_file import read_atmosphere_table, write_atmosphere_table
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 
-SHIPPED = read_atmosphere_table(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
+SHIPPED = AtmosphereTable.read(catalog_root() / "atmospheres" / "us-standard-1976-lowtran7.nc")
 
 
 def part_of_the_shipped_table(path, heights, angles):
     at = np.ix_(np.searchsorted(SHIPPED.target_altitude_m, heights), np.searchsorted(SHIPPED.zenith_deg, angles))
     values = {"transmittance": SHIPPED.transmittance[at], "path_radiance": SHIPPED.path_radiance[at]}
     nodes = {"target_altitude_m": np.array(heights), "zenith_deg": np.array(angles)}
-    write_atmosphere_table(path, dataclasses.replace(SHIPPED, **nodes, **values), {})
+    dataclasses.replace(SHIPPED, **nodes, **values).write(path, {})
     return path
 
 

@@ -8,7 +8,7 @@ from tape7_text import air, radiance_run, transmittance_run, write
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.atmosphere.table_file import read_atmosphere_table, write_atmosphere_table
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import EARTH_RADIUS_M
 
@@ -82,8 +82,8 @@ def test_rectangular_grid_becomes_a_table_that_survives_the_file(profile, tmp_pa
     table = combine(runs[::-1], profile).table
     assert table.transmittance.shape == (3, 3, WAVENUMBER.size)
     np.testing.assert_array_equal(table.transmittance[2, 1], runs[7].transmittance)
-    write_atmosphere_table(tmp_path / "t.nc", table, {"title": "a table"})
-    again = read_atmosphere_table(tmp_path / "t.nc")
+    table.write(tmp_path / "t.nc", {"title": "a table"})
+    again = AtmosphereTable.read(tmp_path / "t.nc")
     np.testing.assert_allclose(again.transmittance, table.transmittance, rtol=1e-7)
     np.testing.assert_allclose(again.path_radiance, table.path_radiance, rtol=1e-7)
     np.testing.assert_array_equal(again.zenith_deg, table.zenith_deg)

@@ -7,7 +7,7 @@ from hcss_modtran.libradtran import read_libradtran, read_settings
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.physics.planck import planck
 
 WAVENUMBER = np.arange(800.0, 1000.5, 10.0)
@@ -67,7 +67,7 @@ def test_a_table_states_the_gases_of_its_profile_unless_the_runs_changed_them(ke
     (tmp_path / "sun.inp").write_text("\n".join([*SOLAR, *keys]))
     (tmp_path / "air.inp").write_text("\n".join([*without(THERMAL, "umu"), "umu 0.5", *keys]))
     told = import_files([sun, air], tmp_path / "a.nc", ReadOptions(), profile="tropical", resolution_cm1=1.0)
-    known, of_runs = read_atmosphere_table(tmp_path / "a.nc").profile, load_profile("tropical", Catalog())
+    known, of_runs = AtmosphereTable.read(tmp_path / "a.nc").profile, load_profile("tropical", Catalog())
     assert known.mixing_ratio.keys() == (of_runs.mixing_ratio.keys() if states else set())
     assert any("change amounts of gases" in line for line in told) == (not states)
     if states:

@@ -10,7 +10,6 @@ from tape7_text import RADIANCE_NAMES, cards, radiance_rows, write
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.atmosphere.table_file import write_atmosphere_table
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.profile import EARTH_RADIUS_M
 from hcss_twin.providers import AtmosphereInputs
@@ -41,7 +40,7 @@ def imported(tmp_path_factory):
             runs.append([*cards(1, **sight), "    FREQ  " + RADIANCE_NAMES, *rows, " -9999."])
     combined = combine(read_tape7(write(folder / "all.tp7", *runs)), profile)
     np.testing.assert_allclose(combined.table.zenith_deg, ANGLES, atol=1e-3)
-    write_atmosphere_table(folder / "modtran.nc", combined.table, {})
+    combined.table.write(folder / "modtran.nc", {})
     return folder / "modtran.nc"
 
 

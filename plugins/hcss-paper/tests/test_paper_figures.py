@@ -33,7 +33,7 @@ from scipy.ndimage import gaussian_filter
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.sea.pierson_moskowitz import spectrum_m2_s
 from hcss_twin.physics.paths import to_space
-from hcss_twin.reports.figures import png_of
+from hcss_twin.reports.page import png_of
 
 FITTED = "reproduced with fitted inputs"
 MISSING = "not reproducible"

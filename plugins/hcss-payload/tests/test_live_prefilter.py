@@ -14,7 +14,7 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave, separate_octaves
+from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.providers import Grid
 
@@ -43,7 +43,7 @@ def true_pixels(plan, radiance, width, height):
     """Means over many points of each pixel."""
     point_m = min(width, height) / FINE
     across, up = round(width / point_m), round(height / point_m)
-    octaves = separate_octaves(shape_of(plan), Grid(1, 1, point_m), plan.assembly.motion, noise=False)
+    octaves = Octave.separate(shape_of(plan), Grid(1, 1, point_m), plan.assembly.motion, noise=False)
     field = FractalField(SEED, octaves, threads=1)
     everywhere = PixelWindow(0, PIXELS * up, 0.0), PixelWindow(0, PIXELS * across, 0.0)
     values = radiance(field.window(0.0, *everywhere))

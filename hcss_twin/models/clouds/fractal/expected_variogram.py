@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.clouds.fractal.octaves import Octave, separate_octaves
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.fractal.rows import cubic_weights
 from hcss_twin.providers import Grid, Motion
@@ -152,7 +152,7 @@ def _pair_mean(step: float, nearest: bool, count: int, kernel: KernelCorrelation
 
 
 def _octaves(parameters: FractalParameters, pixel_size_m: float) -> tuple[Octave, ...]:
-    return separate_octaves(parameters, Grid(1, 1, pixel_size_m), _STILL)
+    return Octave.separate(parameters, Grid(1, 1, pixel_size_m), _STILL)
 
 
 def _octave_arrays(octaves: tuple[Octave, ...]) -> tuple[Array, Array, Array]:

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, MAX_BLOCKS, BlockCache, NodeWindow
-from hcss_twin.models.clouds.fractal.lattice import plane_key, unit_offset
+from hcss_twin.models.clouds.fractal.lattice import lattice_normals, plane_key, unit_offset
 from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
 from hcss_twin.models.clouds.fractal.rows import add_nodes, add_octave, cubic_weights, split
 
-__all__ = ["FractalField", "PixelWindow"]
+__all__ = ["FractalField", "Lattice", "PixelWindow"]
 
 _X, _Y, _T = 0, 1, 2
 
@@ -78,6 +78,32 @@ class _Axis:
         """First node and end of the blocks around the span, which consecutive frames often share."""
         first, last = self.span
         return first // size * size, -(-last // size) * size
+
+
+class Lattice:
+    """Standard normal numbers at the nodes of an infinite lattice, and what interpolates them with unit variance.
+
+    Parameters
+    ----------
+    seed, octave : int
+        Each pair has its own lattice.
+    """
+
+    def __init__(self, seed: int, octave: int) -> None:
+        self._seed, self._octave = seed, octave
+
+    def offset(self, axis: int) -> float:
+        """Return the offset in [0, 1) cells along one axis, so that octaves do not share a node at the origin."""
+        return unit_offset(self._seed, self._octave, axis)
+
+    def normals(self, t: int, y: NDArray[np.int64], x: NDArray[np.int64]) -> NDArray[np.float32]:
+        """Return the numbers (M, N) of one time plane on nodes ``y`` (M,) x ``x`` (N,); ``x`` ascends."""
+        return lattice_normals(self._seed, self._octave, t, y, x)
+
+    @staticmethod
+    def weights(fraction: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the cubic weights (N, 4), of unit norm, of nodes -1, 0, 1, 2 for ``fraction`` (N,) in [0, 1]."""
+        return np.asarray(cubic_weights(fraction))
 
 
 class FractalField:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Grid, Motion
 
-__all__ = ["Octave", "separate_octaves"]
+__all__ = ["Octave"]
 
 # L counts lattice cells in this length: 800 pixels of 20 m, the paper's image.
 REFERENCE_LENGTH_M = 16_000.0
@@ -69,33 +69,32 @@ class Octave:
         """Whether all pixels of a frame are independent."""
         return self.x.nearest and self.y.nearest
 
+    @classmethod
+    def separate(cls, shape: FractalParameters, grid: Grid, motion: Motion, noise: bool = True) -> tuple[Octave, ...]:
+        """Return the terms of eq 2, scaled to unit total variance; ``shape`` must be complete.
 
-def separate_octaves(shape: FractalParameters, grid: Grid, motion: Motion, noise: bool = True) -> tuple[Octave, ...]:
-    """Return the terms of eq 2, scaled to unit total variance; ``shape`` must be complete.
-
-    ``noise`` allows lattices of pixels (:class:`Octave`); without it, nodes belong to the sky, so that all sensors
-    agree.
-    """
-    gamma, hurst, cells, limits = shape.gamma, shape.H, shape.L, shape.k
-    if gamma is None or hurst is None or cells is None or limits is None:
-        raise ValueError("shape: gamma, H, L and k must all be given")
-    numbers = range(limits[0], limits[1] + 1)
-    # gamma^(-k H) of eq 2, squared; relative to the first octave, so that nothing underflows.
-    powers = [gamma ** (-2.0 * hurst * (k - limits[0])) for k in numbers]
-    total = math.fsum(powers)
-    octaves = []
-    for k, power in zip(numbers, powers, strict=True):
-        per_pixel = gamma**k * grid.pixel_size_m / REFERENCE_LENGTH_M
-        x, y = _scale(cells[0] * per_pixel), _scale(cells[1] * per_pixel)
-        per_second = gamma**k / motion.evolution_time_s
-        if motion.lifetime_s_per_m is not None:
-            size_m = REFERENCE_LENGTH_M / (gamma**k * math.sqrt(cells[0] * cells[1]))
-            per_second = 1.0 / lifetime_s(size_m, motion.lifetime_s_per_m)
-        # A sky that all sensors share must not depend on the frame rate of one of them.
-        is_new = noise and _is_new_in_every_frame(x, y, per_second, grid, motion)
-        t = AxisScale(1.0 / motion.frame_interval_s, True) if is_new else AxisScale(per_second, False)
-        octaves.append(Octave(k, power / total, x, y, t, noise))
-    return tuple(octaves)
+        ``noise`` allows lattices of pixels; without it, nodes belong to the sky, so that all sensors agree.
+        """
+        gamma, hurst, cells, limits = shape.gamma, shape.H, shape.L, shape.k
+        if gamma is None or hurst is None or cells is None or limits is None:
+            raise ValueError("shape: gamma, H, L and k must all be given")
+        numbers = range(limits[0], limits[1] + 1)
+        # gamma^(-k H) of eq 2, squared; relative to the first octave, so that nothing underflows.
+        powers = [gamma ** (-2.0 * hurst * (k - limits[0])) for k in numbers]
+        total = math.fsum(powers)
+        octaves = []
+        for k, power in zip(numbers, powers, strict=True):
+            per_pixel = gamma**k * grid.pixel_size_m / REFERENCE_LENGTH_M
+            x, y = _scale(cells[0] * per_pixel), _scale(cells[1] * per_pixel)
+            per_second = gamma**k / motion.evolution_time_s
+            if motion.lifetime_s_per_m is not None:
+                size_m = REFERENCE_LENGTH_M / (gamma**k * math.sqrt(cells[0] * cells[1]))
+                per_second = 1.0 / lifetime_s(size_m, motion.lifetime_s_per_m)
+            # A sky that all sensors share must not depend on the frame rate of one of them.
+            is_new = noise and _is_new_in_every_frame(x, y, per_second, grid, motion)
+            t = AxisScale(1.0 / motion.frame_interval_s, True) if is_new else AxisScale(per_second, False)
+            octaves.append(cls(k, power / total, x, y, t, noise))
+        return tuple(octaves)
 
 
 def lifetime_s(cell_m: float, per_m: float) -> float:

@@ -25,8 +25,6 @@ from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS
 from hcss_twin.models.clouds.fractal.lattice import blend_scattered
 
-__all__ = ["cubic_weights"]
-
 _u4, _u8 = np.uint32, np.uint64
 
 _LARGEST_COORDINATE = 2.0**62

@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.clouds.imagery.examination import questions
-from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.image import CloudIs, SatelliteImage
 
 Method = Literal["otsu", "local", "coverage"]
-CloudIs = Literal["auto", "bright", "dark"]
 
 # Cloudy pixels above this percentile of grey levels get the maximum thickness: otherwise a few glinting or noisy pixels
 # would make all other clouds thin.
@@ -39,44 +37,9 @@ _MEDIAN_TO_SIGMA = 1.4826
 _FLOOR_SIGMAS = 3.0
 
 
-def has_values_in_cloud_only(image: SatelliteImage) -> bool:
-    """Whether an image shows only cloud tops: "cloud top" in its name, and missing pixels elsewhere."""
-    name = f"{image.variable} {image.long_name}".lower().replace("_", " ")
-    return "cloud top" in name and bool(np.isnan(image.values).any())
-
-
-def bright_is_cloud(image: SatelliteImage, cloud_is: CloudIs) -> bool:
-    """Whether large values are cloud, according to the user or else the quantity."""
-    return image.bright_is_cloud if cloud_is == "auto" else cloud_is == "bright"
-
-
-def described(image: SatelliteImage, cloud_is: CloudIs) -> tuple[str, ...]:
-    """Return sentences on what an image is taken for, what is doubtful about it, and which pixels it does not show."""
-    bright, name = bright_is_cloud(image, cloud_is), f"{image.variable} {image.long_name}".casefold()
-    if image.is_temperature:
-        quantity = "temperature in kelvin" if "top" in name else "brightness temperature in kelvin"
-    elif "sr-1" in image.units or "radiance" in name:
-        quantity = f"radiance in {image.units or 'an unknown unit'}"
-    elif "reflect" in name or "albedo" in name:
-        quantity = "reflectance" if image.units in ("", "1") else f"reflectance in {image.units}"
-    elif image.units in ("", "1"):
-        quantity = "grey values"
-    else:
-        quantity = f"{image.long_name.replace('_', ' ')} in {image.units}"
-    sense = "bright is cloud" if bright else "cold is cloud" if image.is_temperature else "dark is cloud"
-    asked = questions(image, bright, stated=cloud_is != "auto")
-    return (f"The image is taken for {quantity}; {sense}.", *asked, *image.notes)
-
-
-def cloudiness_level(image: SatelliteImage, cloud_is: CloudIs) -> Array:
-    """Return the cloudiness level (rows, columns) of an image, rows northward and columns eastward."""
-    values = image.values[:: -1 if image.north_first else 1, :: -1 if image.east_first else 1]
-    return values if bright_is_cloud(image, cloud_is) else -values
-
-
 def lost_cloud(image: SatelliteImage, level: Array, cloudy: NDArray[np.bool_], cloud_is: CloudIs) -> tuple[str, ...]:
     """Return a note on cold pixels that are not ``cloudy``, for images of brightness temperature; else none."""
-    if not image.is_temperature or bright_is_cloud(image, cloud_is):
+    if not image.is_temperature or image.cloud_is_bright(cloud_is):
         return ()
     clear = float(np.nanpercentile(image.values, CLEAR_PERCENTILE))
     cold = -level < clear - COLD_K

@@ -1,4 +1,4 @@
-"""What an image shows, and which of its pixels show nothing although the file does not say so.
+"""What the values of an image show, and which of its pixels show nothing although the file does not say so.
 
 Fill values that a file does not declare would be the brightest or coldest cloud of all. They are recognised by their
 distance from the rest, and treated as missing; what cannot be decided from the values is a question to the user.
@@ -8,15 +8,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import product
-from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.clouds.imagery.image import SatelliteImage, in_kelvin
+
+CELSIUS_ZERO_K = 273.15
+
+_KELVIN = re.compile(r"(deg(rees?)?[ _]?)?(k|kelvins?)", re.IGNORECASE)
+_CELSIUS = re.compile(r"(\u00b0|deg(rees?)?[ _]?)?c(elsius)?|deg(rees?)?[ _]?celsius", re.IGNORECASE)
+
+_FAHRENHEIT = re.compile(r"(\u00b0|deg(rees?)?[ _]?)f(ahrenheit)?|fahrenheit", re.IGNORECASE)
+_PARTS_OF_KELVIN = MappingProxyType({"mK": 1e-3, "cK": 1e-2, "dK": 1e-1})
 
 KELVIN_LIMITS = 100.0, 500.0
 """Brightness temperatures of the Earth and its fires, K; others are no measurements."""
@@ -51,74 +56,24 @@ _BORDER_SHARE = 1e-3
 _UNITLESS = ("", "1", "none", "unknown", "dn", "count", "counts")
 
 
-def examined(path: Path, image: SatelliteImage) -> SatelliteImage:
-    """Return an image without the pixels that show nothing: NaN, with notes that name them.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for messages.
-    image : SatelliteImage
-        As read; NaN where the file states that there is no value. Temperatures are converted to K.
-
-    Raises
-    ------
-    CatalogError
-        If the image has a side of one pixel, no two different values, or temperatures that are none.
-    """
-    rows, columns = image.values.shape
-    if min(rows, columns) < 2:
-        raise CatalogError(f"{path}: an image of {rows} x {columns} pixels; allowed: 2 or more rows and columns")
-    notes = []
-    stored, image = image, in_kelvin(image)
-    values = np.where(np.isfinite(image.values), image.values, np.nan)
-    infinite = np.count_nonzero(np.isinf(image.values))
-    if infinite:
-        notes.append(f"Infinite values ({infinite} pixels) are taken for missing.")
-    _require_contrast(path, values)
-    while fills := _impossible(path, image, stored, values) if image.is_temperature else _fills(image, values):
-        counts = [int(np.count_nonzero(values == value)) for value in fills]
-        values[np.isin(values, fills)] = np.nan
-        rest = f"{np.nanmin(values):.5g} to {np.nanmax(values):.5g}"
-        notes += [
-            f"{value:g} ({count} pixels) is far from the rest, {rest}: taken for missing."
-            for value, count in zip(fills, counts, strict=True)
-        ]
-    notes += _without_border(values)
-    _require_contrast(path, values)
-    if image.is_temperature:
-        doubt = doubted_kelvin(values, stored)
-        if doubt:
-            raise CatalogError(f"{path}: {image.variable or image.long_name} (stated unit: {stored.units}): {doubt}")
-    return replace(image, values=values, notes=(*image.notes, *notes))
+def in_kelvin(values: Array, units: str) -> Array | None:
+    """Return temperatures in K, whatever the spelling of their unit; None if it is none of temperature."""
+    units = units.strip()
+    if _KELVIN.fullmatch(units):
+        return values
+    if _CELSIUS.fullmatch(units):
+        return values + CELSIUS_ZERO_K
+    if _FAHRENHEIT.fullmatch(units):
+        return (values - 32.0) / 1.8 + CELSIUS_ZERO_K
+    if units in _PARTS_OF_KELVIN:
+        return values * _PARTS_OF_KELVIN[units]
+    return None
 
 
-def _require_contrast(path: Path, values: Array) -> None:
-    finite = values[np.isfinite(values)]
-    if finite.size == 0:
-        raise CatalogError(f"{path}: all {values.size} pixels are missing")
-    if finite.min() == finite.max():
-        raise CatalogError(f"{path}: all pixels have the value {finite[0]:g}; clouds need a contrast")
-
-
-def _impossible(path: Path, image: SatelliteImage, stored: SatelliteImage, values: Array) -> list[float]:
-    """Return the values, at most a few, that are no brightness temperatures; raises CatalogError if there are many."""
-    low, high = KELVIN_LIMITS
-    wrong = values[(values < low) | (values > high)]
-    different = np.unique(wrong)
-    if different.size > 2 * MOST_FILLS or 2 * wrong.size > np.count_nonzero(np.isfinite(values)):
-        raise CatalogError(
-            f"{path}: {wrong.size} pixels of {image.variable or image.long_name} have values from {wrong.min():.5g} to "
-            f"{wrong.max():.5g} K (stated unit: {stored.units}); allowed: brightness temperatures "
-            f"of {low:g} to {high:g} K{closest_reading(stored) or '; are scale_factor and add_offset missing?'}"
-        )
-    return [float(value) for value in different]
-
-
-def doubted_kelvin(values: Array, stored: SatelliteImage) -> str:
+def doubted_kelvin(values: Array, stored: Array, units: str) -> str:
     """Return why values of any shape cannot be brightness temperatures in kelvin; empty if they can.
 
-    ``stored`` has the values, and the unit that is stated or assumed, from which they were converted.
+    They were converted from those that are ``stored`` in ``units``, which are stated or assumed.
     """
     median, hottest = np.percentile(values[np.isfinite(values)], (50.0, HOTTEST_PERCENTILE))
     if LIKE_KELVIN[0] <= median <= LIKE_KELVIN[1] and hottest <= HOTTEST_K:
@@ -127,22 +82,17 @@ def doubted_kelvin(values: Array, stored: SatelliteImage) -> str:
     return (
         f"a median of {median:.5g} K, and {100.0 - HOTTEST_PERCENTILE:g} % of the pixels above {hottest:.5g} K; "
         f"allowed: brightness temperatures with a median of {low:g} to {high:g} K, and few above {HOTTEST_K:g} K"
-        f"{closest_reading(stored)}"
+        f"{closest_reading(stored, units)}"
     )
 
 
-def assumed_kelvin(values: Array) -> SatelliteImage:
-    """Return values without a stated unit as the image of temperature for which they are taken."""
-    return SatelliteImage(values, None, False, "K", "", "")
-
-
-def closest_reading(stored: SatelliteImage) -> str:
+def closest_reading(stored: Array, units: str) -> str:
     """Return, as the end of a message, the other unit in which values would be temperatures; empty if none."""
-    finite = stored.values[np.isfinite(stored.values)]
-    as_stated = in_kelvin(replace(stored, values=finite)).values
+    finite = stored[np.isfinite(stored)]
+    as_stated = in_kelvin(finite, units)
     for unit in READINGS if finite.size else ():
-        kelvin = in_kelvin(replace(stored, values=finite, units=unit)).values
-        if np.array_equal(kelvin, as_stated):
+        kelvin = in_kelvin(finite, unit)
+        if kelvin is None or np.array_equal(kelvin, finite if as_stated is None else as_stated):
             continue
         coldest, median, hottest = np.percentile(kelvin, (100.0 - HOTTEST_PERCENTILE, 50.0, HOTTEST_PERCENTILE))
         if LIKE_KELVIN[0] <= median <= LIKE_KELVIN[1] and coldest + LEAST_SPAN_K <= hottest <= HOTTEST_K:
@@ -150,9 +100,9 @@ def closest_reading(stored: SatelliteImage) -> str:
     return ""
 
 
-def _fills(image: SatelliteImage, values: Array) -> list[float]:
+def fill_values(values: Array, units: str) -> list[float]:
     """Return the values of an image of any quantity that are fill values; the fewest first that explain a gap."""
-    unitless = image.units.casefold() in _UNITLESS
+    unitless = units.casefold() in _UNITLESS
     lows, highs = _ends(values)
     has_levels = _has_levels(values)
     counts = sorted(product(range(len(lows)), range(len(highs))), key=sum)
@@ -212,12 +162,11 @@ def _ends(values: Array) -> tuple[list[float], list[float]]:
     return ends[0], ends[1]
 
 
-def questions(image: SatelliteImage, bright: bool, stated: bool) -> Iterator[str]:
+def questions(values: Array, units: str, bright: bool, stated: bool) -> Iterator[str]:
     """Yield what cannot be decided from the values of an examined image, whose cloud is ``bright``, as ``stated``."""
-    values = image.values
     finite = values[np.isfinite(values)]
     low, high = (float(percentile) for percentile in np.percentile(finite, (1.0, 99.0)))
-    if not stated and image.units.casefold() in _UNITLESS:
+    if not stated and units.casefold() in _UNITLESS:
         if like_kelvin(low, high, values):
             yield (
                 f"Are the values, {low:.5g} to {high:.5g}, brightness temperatures in kelvin? Then cold is cloud: "
@@ -280,7 +229,7 @@ def _tolerance(values: Array, edge: float) -> float:
     return 2.0 if of_picture and not 2.0 < edge < 253.0 else 0.0
 
 
-def _without_border(values: Array) -> list[str]:
+def without_border(values: Array) -> list[str]:
     """Make a border missing whose value the inner pixels do not have, and name it."""
     edge = _border(values)
     if edge is None:

@@ -14,15 +14,10 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.database import FOLDER, SUFFIX, read_entry
+from hcss_twin.models.clouds.imagery.image import size_notes
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.sky import FARTHEST_PIXEL, Sky, single_clouds
-from hcss_twin.models.clouds.imagery.whole_scene import (
-    WholeScene,
-    pixels_per_second,
-    size_notes,
-    size_problem,
-    whole_pixels,
-)
+from hcss_twin.models.clouds.imagery.whole_scene import WholeScene, pixels_per_second, size_problem, whole_pixels
 from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid
 
 # Each layer covers half of the clear sky: after this many, 2**-40 of the sky is clear.
@@ -91,7 +86,7 @@ class ScatteredClouds:
             depends_on=frozenset({"time"}) if any(self._speed) else frozenset(),
             evolves=False,
             tileable=True,
-            notes=(*notes, *size_notes(entry.facts.pixel_size_m, entry.facts.pixel_size_is_nominal, inputs)),
+            notes=(*notes, *size_notes(entry.facts.pixel_size_m, entry.facts.pixel_size_is_nominal, inputs.grid)),
         )
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:

@@ -16,17 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.core.reading import MAX_IMAGE_PIXELS, reading, require_size
-from hcss_twin.models.clouds.imagery.image import (
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading, require_size
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.netcdf_image import quiet
+from hcss_twin.models.clouds.imagery.planes import (
     ORIENTATION,
     SQUARE,
-    SatelliteImage,
     choose_plane,
     luminance,
     require_upright,
     square_side,
 )
-from hcss_twin.models.clouds.imagery.netcdf_image import quiet
 from hcss_twin.physics.geodesy import MEAN_EARTH_RADIUS_M
 
 _DATE_TIME = 306
@@ -56,7 +56,7 @@ def read_tiff(path: Path, variable: str | None) -> SatelliteImage:
     import tifffile
 
     tifffile.logger().setLevel("CRITICAL")  # damage is reported below, by one error
-    with reading(path, CatalogError, "not an image that can be read"), quiet(), tifffile.TiffFile(path) as file:
+    with Reading(path, CatalogError, "not an image that can be read"), quiet(), tifffile.TiffFile(path) as file:
         page = _only_page(path, file)
         require_size(path, page.shape, CatalogError, MAX_IMAGE_PIXELS, "samples")
         require_upright(path, page.tags.valueof(ORIENTATION))

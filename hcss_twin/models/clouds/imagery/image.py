@@ -2,23 +2,74 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import MappingProxyType
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.clouds.imagery.examination import (
+    KELVIN_LIMITS,
+    MOST_FILLS,
+    closest_reading,
+    doubted_kelvin,
+    fill_values,
+    in_kelvin,
+    questions,
+    without_border,
+)
+from hcss_twin.providers import Grid
 
-SQUARE = 0.01
-"""Maximum relative scatter of coordinate steps, and difference of the two sides, for square pixels."""
+__all__ = ["SatelliteImage"]
 
-WINDOW_UM = 10.0, 12.6
-"""Wavelengths at which the air is transparent enough for the inversion of brightness temperature at 10.8 um."""
+CloudIs = Literal["auto", "bright", "dark"]
+
+# Relative difference of pixel sizes that is accepted as equal.
+_SAME_SIZE = 0.01
+
+
+@dataclass(frozen=True)
+class PlanckCoefficients:
+    """Coefficients of T = [fk2 / ln(fk1 / L + 1) - bc1] / bc2, L in mW m-2 sr-1 (cm-1)-1, T in K.
+
+    GOES-R Product Definition and Users' Guide, volume 3, emissive bands of level 1b.
+    """
+
+    fk1: float
+    fk2: float
+    bc1: float
+    bc2: float
+
+    def kelvin(self, radiance: Array) -> Array:
+        """Return brightness temperatures; NaN where the radiance is missing or not positive."""
+        known = radiance > 0.0
+        safe = np.where(known, radiance, 1.0)
+        temperature = (self.fk2 / np.log(self.fk1 / safe + 1.0) - self.bc1) / self.bc2
+        return np.where(known, temperature, np.nan)
+
+
+def same_size(native_m: float, grid: Grid) -> bool:
+    """Whether the pixel sizes of an image and of the scene agree to 1 %."""
+    return abs(grid.pixel_size_m - native_m) <= _SAME_SIZE * native_m
+
+
+def size_notes(size_m: float | None, is_nominal: bool, grid: Grid) -> list[str]:
+    """Describe the image's pixel size, and how it differs from the scene's."""
+    notes = []
+    if size_m is None:
+        return [f"The image gives no pixel size; {grid.pixel_size_m:g} m is the scenario's."]
+    if is_nominal:
+        notes.append(
+            f"The image's pixel size, {size_m:.5g} m, is nominal: that below the geostationary satellite; "
+            "pixels elsewhere are larger."
+        )
+    if not same_size(size_m, grid):
+        notes.append(f"Pixels of {size_m:.5g} m are taken for pixels of {grid.pixel_size_m:g} m.")
+    return notes
 
 
 @dataclass(frozen=True)
@@ -47,9 +98,15 @@ class SatelliteImage:
     variable, band, date, rights : str
         Name of the plane in the file, spectral band, time of observation and terms of use, as stated in the file;
         otherwise empty.
+    planck : PlanckCoefficients or None
+        Coefficients of the brightness temperature of radiances, if the file has them.
     notes : tuple of str
         What the user should know of pixels that show nothing although the file does not say so.
+    WINDOW_UM : (float, float)
+        Wavelengths at which the air is transparent enough for the inversion of brightness temperature at 10.8 um.
     """
+
+    WINDOW_UM: ClassVar = (10.0, 12.6)
 
     values: NDArray[np.float64]
     pixel_size_m: float | None
@@ -65,6 +122,7 @@ class SatelliteImage:
     band: str = ""
     date: str = ""
     rights: str = ""
+    planck: PlanckCoefficients | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -78,141 +136,119 @@ class SatelliteImage:
         stated = re.search(r"([\d.]+) um", self.band)
         return float(stated[1]) if stated else None
 
+    @property
+    def north_and_east_last(self) -> Array:
+        """The values (rows, columns), rows northward and columns eastward."""
+        return self.values[:: -1 if self.north_first else 1, :: -1 if self.east_first else 1]
 
-CELSIUS_ZERO_K = 273.15
+    @property
+    def has_values_in_cloud_only(self) -> bool:
+        """Whether the image shows only cloud tops: "cloud top" in its name, and missing pixels elsewhere."""
+        name = f"{self.variable} {self.long_name}".lower().replace("_", " ")
+        return "cloud top" in name and bool(np.isnan(self.values).any())
 
-_KELVIN = re.compile(r"(deg(rees?)?[ _]?)?(k|kelvins?)", re.IGNORECASE)
-_CELSIUS = re.compile(r"(\u00b0|deg(rees?)?[ _]?)?c(elsius)?|deg(rees?)?[ _]?celsius", re.IGNORECASE)
+    def cloud_is_bright(self, cloud_is: CloudIs) -> bool:
+        """Whether large values are cloud, according to the user or else the quantity."""
+        return self.bright_is_cloud if cloud_is == "auto" else cloud_is == "bright"
 
-_FAHRENHEIT = re.compile(r"(\u00b0|deg(rees?)?[ _]?)f(ahrenheit)?|fahrenheit", re.IGNORECASE)
-_PARTS_OF_KELVIN = MappingProxyType({"mK": 1e-3, "cK": 1e-2, "dK": 1e-1})
+    def level(self, cloud_is: CloudIs) -> Array:
+        """Return the cloudiness level (rows, columns), rows northward and columns eastward."""
+        values = self.north_and_east_last
+        return values if self.cloud_is_bright(cloud_is) else -values
 
+    def described(self, cloud_is: CloudIs) -> tuple[str, ...]:
+        """Return sentences on what the image is taken for, what is doubtful about it, and which pixels it lacks."""
+        bright, name = self.cloud_is_bright(cloud_is), f"{self.variable} {self.long_name}".casefold()
+        if self.is_temperature:
+            quantity = "temperature in kelvin" if "top" in name else "brightness temperature in kelvin"
+        elif "sr-1" in self.units or "radiance" in name:
+            quantity = f"radiance in {self.units or 'an unknown unit'}"
+        elif "reflect" in name or "albedo" in name:
+            quantity = "reflectance" if self.units in ("", "1") else f"reflectance in {self.units}"
+        elif self.units in ("", "1"):
+            quantity = "grey values"
+        else:
+            quantity = f"{self.long_name.replace('_', ' ')} in {self.units}"
+        sense = "bright is cloud" if bright else "cold is cloud" if self.is_temperature else "dark is cloud"
+        asked = questions(self.values, self.units, bright, stated=cloud_is != "auto")
+        return (f"The image is taken for {quantity}; {sense}.", *asked, *self.notes)
 
-def in_kelvin(image: SatelliteImage) -> SatelliteImage:
-    """Return an image of temperature in K, whose cold is cloud, if its unit is one of temperature, in any spelling."""
-    units = image.units.strip()
-    if _KELVIN.fullmatch(units):
-        return replace(image, units="K", bright_is_cloud=False)
-    if _CELSIUS.fullmatch(units):
-        return replace(image, values=image.values + CELSIUS_ZERO_K, units="K", bright_is_cloud=False)
-    if _FAHRENHEIT.fullmatch(units):
-        kelvin = (image.values - 32.0) / 1.8 + CELSIUS_ZERO_K
-        return replace(image, values=kelvin, units="K", bright_is_cloud=False)
-    if units in _PARTS_OF_KELVIN:
-        return replace(image, values=image.values * _PARTS_OF_KELVIN[units], units="K", bright_is_cloud=False)
-    return image
+    def size_notes(self, grid: Grid) -> list[str]:
+        """Describe the pixel size, and how it differs from that of a scene."""
+        return size_notes(self.pixel_size_m, self.pixel_size_is_nominal, grid)
 
+    @classmethod
+    def of_kelvin(cls, values: Array) -> SatelliteImage:
+        """Return values without a stated unit as the image of temperature for which they are taken."""
+        return cls(values, None, False, "K", "", "")
 
-# ITU-R BT.601, section 2.5.1: luminance from the colour components.
-_LUMINANCE = np.array([0.299, 0.587, 0.114])
+    def closest_reading(self) -> str:
+        """Return, as the end of a message, the other unit in which the values would be temperatures, if any."""
+        return closest_reading(self.values, self.units)
 
+    def in_kelvin(self) -> SatelliteImage:
+        """Return an image of temperature in K, whose cold is cloud, if its unit is one of temperature."""
+        kelvin = in_kelvin(self.values, self.units)
+        return self if kelvin is None else replace(self, values=kelvin, units="K", bright_is_cloud=False)
 
-def luminance(colours: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return luminance (rows, columns) of red, green, blue and optional opacity (rows, columns, 3 or 4).
+    def examined(self, path: Path) -> SatelliteImage:
+        """Return the image without the pixels that show nothing: NaN, with notes that name them.
 
-    Transparent pixels are missing: NaN.
-    """
-    grey: NDArray[np.float64] = colours[..., :3] @ _LUMINANCE
-    return grey if colours.shape[2] == 3 else np.where(colours[..., 3] > 0.0, grey, np.nan)
+        Values may be NaN where the file states that there is no value. Temperatures are converted to K.
 
+        Parameters
+        ----------
+        path : Path
+            The file, for messages.
 
-class SeveralImagesError(CatalogError):
-    """A file has several images, and none of them is chosen.
+        Raises
+        ------
+        CatalogError
+            If the image has a side of one pixel, no two different values, or temperatures that are none.
+        """
+        rows, columns = self.values.shape
+        if min(rows, columns) < 2:
+            raise CatalogError(f"{path}: an image of {rows} x {columns} pixels; allowed: 2 or more rows and columns")
+        notes = []
+        image = self.in_kelvin()
+        values = np.where(np.isfinite(image.values), image.values, np.nan)
+        infinite = np.count_nonzero(np.isinf(image.values))
+        if infinite:
+            notes.append(f"Infinite values ({infinite} pixels) are taken for missing.")
+        _require_contrast(path, values)
+        while fills := self._impossible(path, values) if image.is_temperature else fill_values(values, image.units):
+            counts = [int(np.count_nonzero(values == value)) for value in fills]
+            values[np.isin(values, fills)] = np.nan
+            rest = f"{np.nanmin(values):.5g} to {np.nanmax(values):.5g}"
+            notes += [
+                f"{value:g} ({count} pixels) is far from the rest, {rest}: taken for missing."
+                for value, count in zip(fills, counts, strict=True)
+            ]
+        notes += without_border(values)
+        _require_contrast(path, values)
+        if image.is_temperature:
+            doubt = doubted_kelvin(values, self.values, self.units)
+            if doubt:
+                raise CatalogError(f"{path}: {self.variable or self.long_name} (stated unit: {self.units}): {doubt}")
+        return replace(image, values=values, notes=(*image.notes, *notes))
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    planes : iterable of str
-        Names of the images.
-    hint : str
-        What is known of them.
-    option : str
-        What chooses one of them.
-    """
-
-    def __init__(self, path: Path, planes: Iterable[str], hint: str = "", option: str = "variable") -> None:
-        self._parts = path, tuple(planes), hint
-        listed = ", ".join(sorted(planes))
-        super().__init__(f"{path}: several images; set {option} to one of: {listed}{f'; {hint}' if hint else ''}")
-
-    def chosen_with(self, option: str) -> SeveralImagesError:
-        """Return the same error of a command whose option chooses the image."""
-        return SeveralImagesError(*self._parts, option)
-
-
-def choose_plane(path: Path, variable: str | None, planes: list[str], known: list[str], hint: str = "") -> str:
-    """Return the variable to read: ``variable``, or the only one of ``planes``.
-
-    Parameters
-    ----------
-    path : Path
-        The file, for messages.
-    variable : str or None
-        The user's choice.
-    planes, known : list of str
-        Names of the planes, and of all variables that the user may choose.
-    hint : str
-        What is known of the planes.
-
-    Raises
-    ------
-    CatalogError
-        If there is no such variable, or if there are several planes without a choice.
-    """
-    if variable is not None:
-        if variable not in known:
-            raise CatalogError(f"{path}: no variable '{variable}'; {choose_from(variable, planes)}")
-        return variable
-    if len(planes) == 1:
-        return planes[0]
-    if not planes:
-        raise CatalogError(f"{path}: no image: none of its variables has two dimensions")
-    raise SeveralImagesError(path, planes, hint)
-
-
-ORIENTATION = 274
-"""Tag of TIFF and EXIF; 1 is upright, and values beyond 8 mean nothing."""
-
-_ORIENTATIONS = MappingProxyType(
-    {
-        2: "mirrored left to right",
-        3: "turned by 180 degrees",
-        4: "mirrored top to bottom",
-        5: "mirrored and turned by 90 degrees",
-        6: "turned by 90 degrees clockwise",
-        7: "mirrored and turned by 270 degrees",
-        8: "turned by 90 degrees anticlockwise",
-    }
-)
-
-
-def require_upright(path: Path, orientation: object) -> None:
-    """Refuse a picture that viewers turn or mirror: north would not be where the user sees it.
-
-    Raises
-    ------
-    CatalogError
-        If its orientation is one of 2 to 8.
-    """
-    if isinstance(orientation, int) and orientation in _ORIENTATIONS:
-        raise CatalogError(
-            f"{path}: orientation {int(orientation)} in TIFF or EXIF data (shown {_ORIENTATIONS[orientation]}); "
-            "allowed: 1, stored as shown; turn the pixels and save the picture"
-        )
+    def _impossible(self, path: Path, kelvin: Array) -> list[float]:
+        """Return the values in K, at most a few, that are no brightness temperatures; raises if there are many."""
+        low, high = KELVIN_LIMITS
+        wrong = kelvin[(kelvin < low) | (kelvin > high)]
+        different = np.unique(wrong)
+        if different.size > 2 * MOST_FILLS or 2 * wrong.size > np.count_nonzero(np.isfinite(kelvin)):
+            raise CatalogError(
+                f"{path}: {wrong.size} pixels of {self.variable or self.long_name} have values from {wrong.min():.5g} "
+                f"to {wrong.max():.5g} K (stated unit: {self.units}); allowed: brightness temperatures "
+                f"of {low:g} to {high:g} K{self.closest_reading() or '; are scale_factor and add_offset missing?'}"
+            )
+        return [float(value) for value in different]
 
 
-def square_side(path: Path, side_x: float, side_y: float) -> float:
-    """Return the side, in m, of a square pixel of the same area.
-
-    Raises
-    ------
-    CatalogError
-        If the sides differ by more than 1 %.
-    """
-    if abs(side_x - side_y) > SQUARE * max(side_x, side_y):
-        raise CatalogError(
-            f"{path}: pixels of {side_x:g} m x {side_y:g} m are not square; allowed: sides that differ by at "
-            "most 1 %; resample the image"
-        )
-    return math.sqrt(side_x * side_y)
+def _require_contrast(path: Path, values: Array) -> None:
+    finite = values[np.isfinite(values)]
+    if finite.size == 0:
+        raise CatalogError(f"{path}: all {values.size} pixels are missing")
+    if finite.min() == finite.max():
+        raise CatalogError(f"{path}: all pixels have the value {finite[0]:g}; clouds need a contrast")

@@ -12,22 +12,20 @@ from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.imagery.cloudiness import (
     COLD_K,
     TOP_PERCENTILE,
-    CloudIs,
     Method,
-    bright_is_cloud,
     find_threshold,
     lost_cloud,
     relative_grey,
     thickness_of,
 )
-from hcss_twin.models.clouds.imagery.image import WINDOW_UM, SatelliteImage
+from hcss_twin.models.clouds.imagery.image import CloudIs, SatelliteImage
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.providers import CloudInputs
 
 
 def method_of(image: SatelliteImage, cloud_is: CloudIs) -> Literal["temperature", "otsu"]:
     """Return the method "auto" for an image: no threshold where the image is a brightness temperature."""
-    return "temperature" if image.is_temperature and not bright_is_cloud(image, cloud_is) else "otsu"
+    return "temperature" if image.is_temperature and not image.cloud_is_bright(cloud_is) else "otsu"
 
 
 def thickness_by_threshold(
@@ -72,7 +70,7 @@ def thickness_by_temperature(
 ) -> tuple[NDArray[np.float32], tuple[str, ...]]:
     """Return the thickness with which the scene has the image's brightness temperature, and notes."""
     layer, inversion = inputs.layer, inputs.inversion
-    if not image.is_temperature or bright_is_cloud(image, parameters.cloud_is):
+    if not image.is_temperature or image.cloud_is_bright(parameters.cloud_is):
         given = f"unit '{image.units}'" if not image.is_temperature else f"cloud_is '{parameters.cloud_is}'"
         message = (
             f"'temperature' given for an image with {given}; allowed: brightness temperature in kelvin where cloud is "
@@ -108,9 +106,10 @@ def thickness_by_temperature(
 
 def _require_window(wavelength_um: float) -> None:
     """Reject an image whose file states a band far from 10.8 um, in which temperatures would be taken for others."""
-    if not WINDOW_UM[0] <= wavelength_um <= WINDOW_UM[1]:
+    low, high = SatelliteImage.WINDOW_UM
+    if not low <= wavelength_um <= high:
         message = (
-            f"none given, and the image's band is at {wavelength_um:g} um; allowed: none for {WINDOW_UM[0]:g} to "
-            f"{WINDOW_UM[1]:g} um only; closest is about [{0.975 * wavelength_um:.3g}, {1.025 * wavelength_um:.3g}]"
+            f"none given, and the image's band is at {wavelength_um:g} um; allowed: none for {low:g} to "
+            f"{high:g} um only; closest is about [{0.975 * wavelength_um:.3g}, {1.025 * wavelength_um:.3g}]"
         )
         raise ScenarioError([Problem("clouds.parameters.limits_um", message)], origin="imagery clouds")

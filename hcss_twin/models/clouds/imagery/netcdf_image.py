@@ -1,11 +1,10 @@
-"""Planes of NetCDF files, including GOES ABI, and the brightness temperature of GOES ABI radiances."""
+"""Planes of NetCDF files, including GOES ABI."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +13,13 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
-from hcss_twin.core.netcdf import NETCDF, NetcdfFile, netcdf_lock
-from hcss_twin.core.reading import MAX_IMAGE_PIXELS, first_bytes, reading, require_size
+from hcss_twin.core.netcdf import NetcdfFile, netcdf_lock
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading, require_size
 from hcss_twin.models.clouds.database import FORMAT as ENTRY
-from hcss_twin.models.clouds.imagery.image import SQUARE, SatelliteImage, choose_plane, square_side
+from hcss_twin.models.clouds.imagery.image import PlanckCoefficients, SatelliteImage
+from hcss_twin.models.clouds.imagery.planes import SQUARE, choose_plane, square_side
 
-UNITS = "mW m-2 sr-1 (cm-1)-1"
+_UNITS = "mW m-2 sr-1 (cm-1)-1"
 """Unit of the radiances to which :class:`PlanckCoefficients` apply."""
 
 _PLANCK = ("planck_fk1", "planck_fk2", "planck_bc1", "planck_bc2")
@@ -49,7 +49,7 @@ def quiet() -> Iterator[None]:
 def read_netcdf(path: Path, variable: str | None) -> SatelliteImage:
     """Read one plane of a NetCDF file; see :func:`hcss_twin.models.clouds.imagery.reader.read_image`."""
     what = "it is NetCDF, but damaged, truncated or unsupported"
-    with reading(path, CatalogError, what), quiet(), NetcdfFile(path) as dataset:
+    with Reading(path, CatalogError, what), quiet(), NetcdfFile(path) as dataset:
         hint = _OF_AN_ENTRY if _text(dataset, "format") == ENTRY else ""
         name = choose_plane(path, variable, _planes(dataset), list(dataset.variables), hint)
         require_size(path, dataset.variables[name].shape, CatalogError, MAX_IMAGE_PIXELS, "pixels")
@@ -116,6 +116,7 @@ def _netcdf_plane(path: Path, dataset: Any, variable: Any) -> SatelliteImage:
         variable=variable.name,
         band=_band(dataset),
         date=_text(dataset, "time_coverage_start"),
+        planck=_planck(dataset) if _text(variable, "units") == _UNITS else None,
         rights=_text(dataset, "license") or _text(dataset, "rights"),
     )
 
@@ -200,39 +201,9 @@ def _pixel_size(
     return square_side(path, sides[1], sides[0]), geostationary
 
 
-@dataclass(frozen=True)
-class PlanckCoefficients:
-    """Coefficients of T = [fk2 / ln(fk1 / L + 1) - bc1] / bc2, L in mW m-2 sr-1 (cm-1)-1, T in K.
-
-    GOES-R Product Definition and Users' Guide, volume 3, emissive bands of level 1b.
-    """
-
-    fk1: float
-    fk2: float
-    bc1: float
-    bc2: float
-
-    def kelvin(self, radiance: Array) -> Array:
-        """Return brightness temperatures; NaN where the radiance is missing or not positive."""
-        known = radiance > 0.0
-        safe = np.where(known, radiance, 1.0)
-        temperature = (self.fk2 / np.log(self.fk1 / safe + 1.0) - self.bc1) / self.bc2
-        return np.where(known, temperature, np.nan)
-
-
-def planck_coefficients(path: Path) -> PlanckCoefficients | None:
-    """Return the coefficients in a NetCDF file; None if the file has none or is of another format.
-
-    Raises
-    ------
-    CatalogError
-        If the file cannot be read.
-    """
-    if not first_bytes(path, CatalogError).startswith(NETCDF):
+def _planck(dataset: Any) -> PlanckCoefficients | None:
+    """Return the coefficients in a file; None if it has none, or not a number, as for solar reflective bands."""
+    if not all(name in dataset.variables for name in _PLANCK):
         return None
-    with reading(path, CatalogError, "not a NetCDF file that can be read"), quiet(), NetcdfFile(path) as dataset:
-        if not all(name in dataset.variables for name in _PLANCK):
-            return None
-        values = [float(_numbers(dataset.variables[name]).ravel()[0]) for name in _PLANCK]
-    # Missing or NaN in files of solar reflective bands.
+    values = [float(_numbers(dataset.variables[name]).ravel()[0]) for name in _PLANCK]
     return PlanckCoefficients(*values) if np.all(np.isfinite(values)) else None

@@ -6,6 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+__all__ = ["ImageReading"]
+
 # Only for an image: the clouds of an entry are already extracted.
 _OF_AN_IMAGE = ("variable", "method", "limits_um", "window_pixels", "cloud_is")
 

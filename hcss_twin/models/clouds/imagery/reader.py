@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.netcdf import NETCDF
-from hcss_twin.core.reading import MAX_IMAGE_PIXELS, first_bytes, reading, require_no_stream, require_size
-from hcss_twin.models.clouds.imagery.examination import examined
+from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading, require_no_stream, require_size
 from hcss_twin.models.clouds.imagery.geotiff import read_tiff
-from hcss_twin.models.clouds.imagery.image import ORIENTATION, SatelliteImage, choose_plane, luminance, require_upright
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.netcdf_image import quiet, read_netcdf
+from hcss_twin.models.clouds.imagery.planes import ORIENTATION, choose_plane, luminance, require_upright
+
+__all__ = ["read_image"]
 
 # First bytes of TIFF and BigTIFF in both byte orders.
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
@@ -44,7 +46,7 @@ def read_image(path: Path, variable: str | None = None) -> SatelliteImage:
     if not path.is_file():
         require_no_stream(path, CatalogError)
         raise CatalogError(f"no image '{path}'")
-    magic = first_bytes(path, CatalogError)
+    magic = Reading(path, CatalogError).first_bytes()
     if magic.startswith(NETCDF):
         image = read_netcdf(path, variable)
     elif magic.startswith(_TIFF):
@@ -55,14 +57,14 @@ def read_image(path: Path, variable: str | None = None) -> SatelliteImage:
         if variable is not None:
             raise CatalogError(f"{path}: a picture has no variable '{variable}'; allowed: leave it out")
         image = _read_picture(path)
-    return examined(path, image)
+    return image.examined(path)
 
 
 def _read_picture(path: Path) -> SatelliteImage:
     from PIL import Image as Picture
     from PIL import UnidentifiedImageError
 
-    with reading(path, CatalogError, "not an image that can be read"), quiet():
+    with Reading(path, CatalogError, "not an image that can be read"), quiet():
         try:
             picture = Picture.open(path)
         except UnidentifiedImageError as error:
@@ -89,7 +91,7 @@ def _read_picture(path: Path) -> SatelliteImage:
 
 def _read_numpy(path: Path, variable: str | None) -> SatelliteImage:
     # The file is opened here, because numpy would leave that of a damaged archive open.
-    with reading(path, CatalogError, "not an array that can be read"), path.open("rb") as file:
+    with Reading(path, CatalogError, "not an array that can be read"), path.open("rb") as file:
         if file.read(2) == b"PK":
             with zipfile.ZipFile(file) as archive:
                 names = [name.removesuffix(".npy") for name in archive.namelist()]

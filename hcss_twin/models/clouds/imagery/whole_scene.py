@@ -14,14 +14,12 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.database import read_entry
-from hcss_twin.models.clouds.imagery.cloudiness import cloudiness_level, described, thickness_of
+from hcss_twin.models.clouds.imagery.cloudiness import thickness_of
+from hcss_twin.models.clouds.imagery.image import same_size, size_notes
 from hcss_twin.models.clouds.imagery.image_thickness import method_of, thickness_by_temperature, thickness_by_threshold
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Motion
-
-# Relative difference of pixel sizes that is accepted as equal.
-_SAME_SIZE = 0.01
 
 
 def pixels_per_second(motion: Motion, grid: Grid) -> tuple[float, float]:
@@ -33,11 +31,6 @@ def pixels_per_second(motion: Motion, grid: Grid) -> tuple[float, float]:
 def whole_pixels(speed: float, time_s: float) -> int:
     """Return the displacement at ``time_s`` to the nearest whole pixel, halves upward."""
     return math.floor(speed * time_s + 0.5)
-
-
-def same_size(native_m: float, grid: Grid) -> bool:
-    """Whether the pixel sizes of an image and of the scene agree to 1 %."""
-    return abs(grid.pixel_size_m - native_m) <= _SAME_SIZE * native_m
 
 
 def size_problem(native_m: float | None, grid: Grid, reinterpret: bool) -> list[Problem]:
@@ -74,21 +67,6 @@ def position_problems(shape: tuple[int, int], grid: Grid, origins: tuple[int | N
                 )
             )
     return problems
-
-
-def size_notes(size_m: float | None, is_nominal: bool, inputs: CloudInputs) -> list[str]:
-    """Describe the image's pixel size, and how it differs from the scene's."""
-    notes = []
-    if size_m is None:
-        return [f"The image gives no pixel size; {inputs.grid.pixel_size_m:g} m is the scenario's."]
-    if is_nominal:
-        notes.append(
-            f"The image's pixel size, {size_m:.5g} m, is nominal: that below the geostationary satellite; "
-            "pixels elsewhere are larger."
-        )
-    if not same_size(size_m, inputs.grid):
-        notes.append(f"Pixels of {size_m:.5g} m are taken for pixels of {inputs.grid.pixel_size_m:g} m.")
-    return notes
 
 
 class MovingWindow:
@@ -243,14 +221,14 @@ def _from_image(inputs: CloudInputs, parameters: ImageryParameters, path: Path) 
     rows, columns = image.values.shape
     turned = (image.north_first, image.east_first)
     window = _window(inputs, parameters, (rows, columns), image.pixel_size_m, turned)
-    level = cloudiness_level(image, parameters.cloud_is)
+    level = image.level(parameters.cloud_is)
     _refuse_missing(np.isnan(level[window.at(0.0)]), parameters, 0.0, image.notes)
     if parameters.method == "auto":
         parameters = parameters.model_copy(update={"method": method_of(image, parameters.cloud_is)})
     method = thickness_by_temperature if parameters.method == "temperature" else thickness_by_threshold
     thickness, notes = method(image, level, window.at(0.0), inputs, parameters)
-    size = size_notes(image.pixel_size_m, image.pixel_size_is_nominal, inputs)
-    return window, _Plane(thickness, np.isnan(level), (*notes, *described(image, parameters.cloud_is), *size))
+    size = image.size_notes(inputs.grid)
+    return window, _Plane(thickness, np.isnan(level), (*notes, *image.described(parameters.cloud_is), *size))
 
 
 def _from_entry(inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> tuple[MovingWindow, _Plane]:
@@ -265,6 +243,6 @@ def _from_entry(inputs: CloudInputs, parameters: ImageryParameters, path: Path) 
     notes = (
         f", as in the entry; the scenario's coverage, {layer.coverage:g}, is not used.",
         "Thickness is linear in the 255 grey levels of the entry. Shapes do not change.",
-        *size_notes(entry.facts.pixel_size_m, entry.facts.pixel_size_is_nominal, inputs),
+        *size_notes(entry.facts.pixel_size_m, entry.facts.pixel_size_is_nominal, inputs.grid),
     )
     return window, _Plane(thickness, entry.missing[::-1], notes)

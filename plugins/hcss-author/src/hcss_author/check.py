@@ -23,7 +23,8 @@ from typing import Any, Literal
 from hcss_author.extension_entries import Extension, ExtensionEntry, find_extension
 from hcss_twin.core.errors import OptionError, ProviderNameError
 from hcss_twin.providers import Kind, ProviderError, choose_from
-from hcss_twin.providers.registry import Entry, Registry
+from hcss_twin.providers.registry import Entry
+from hcss_twin.providers.registry.registry import Registry
 
 Outcome = Literal["passed", "failed", "expected failure", "not applicable", "not run"]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import FOLDER, Number, assigned, json_option, print_json
+from hcss_twin.cli.options import Number, Shared, assigned, write_json
 
 if TYPE_CHECKING:
     from hcss_author.check import Check
@@ -26,8 +26,10 @@ _WIDTH = len("expected failure")
 @click.command("new-plugin")
 @click.argument("kind")
 @click.argument("name")
-@click.option("--folder", type=FOLDER, help="New folder of the package; default: hcss-NAME.")
-@json_option
+@click.option(
+    "--folder", type=click.Path(file_okay=False, path_type=Path), help="New folder of the package; default: hcss-NAME."
+)
+@Shared.json
 def new_plugin(kind: str, name: str, folder: Path | None, as_json: bool) -> None:
     """Write a package with a provider or an extension of your own.
 
@@ -43,7 +45,7 @@ def new_plugin(kind: str, name: str, folder: Path | None, as_json: bool) -> None
     folder = folder or Path(f"hcss-{name}")
     files = write_package(check_new(kind, name, folder, Registry.discover()), name, folder)
     if as_json:
-        print_json({"folder": str(folder), "files": [str(file) for file in files]})
+        write_json({"folder": str(folder), "files": [str(file) for file in files]})
         return
     click.echo("\n".join(map(str, files)))
     click.echo(f"\nNext: pip install -e '{folder}[test]' && hcss check {name}")
@@ -59,7 +61,7 @@ def new_plugin(kind: str, name: str, folder: Path | None, as_json: bool) -> None
     type=Number(min=0, min_open=True),
     help="Seconds that one call may take, the compilation of its kernels included.",
 )
-@json_option
+@Shared.json
 def check(name: str, kind: str | None, assignments: tuple[str, ...], limit: float, as_json: bool) -> None:
     """Hold the installed provider NAME to the conformance kit, and measure the cost of its calls.
 
@@ -80,7 +82,7 @@ def check(name: str, kind: str | None, assignments: tuple[str, ...], limit: floa
         model = registry.parameters_model(entry)
         keep_check(entry, None if model is None else model(**parameters), result.count)
     if as_json:
-        print_json(result.as_dict(), indent=1)
+        write_json(result.as_dict(), indent=1)
     else:
         click.echo(check_text(result))
     if not result.passed:

@@ -16,7 +16,8 @@ from hcss_twin.laws.law import Inapplicable, Law
 from hcss_twin.providers import Array, Catalog, Kind, choose_from
 from hcss_twin.providers.common import check_options
 from hcss_twin.providers.declaration_checks import check_declaration
-from hcss_twin.providers.registry import Entry, Registry
+from hcss_twin.providers.registry import Entry
+from hcss_twin.providers.registry.registry import Registry
 
 _Class = TypeVar("_Class", bound=type)
 

@@ -2,23 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import time
 from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import (
-    EXISTING_FOLDER,
-    NEW_FILE,
-    force_option,
-    json_file_option,
-    load,
-    require_two_files,
-    require_writable,
-    set_option,
-    write_json,
-)
+from hcss_twin.cli.options import Existing, Output, Shared, load, require_two_files, require_writable, write_json
 
 _ACCURACIES = ("1e-1", "1e-2", "1e-3", "1e-4", "1e-5")
 
@@ -38,7 +27,7 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
 
 @click.command()
 @click.argument("scenario", default="stratus")
-@set_option
+@Shared.changes
 @click.option(
     "--accuracy",
     "accuracies",
@@ -57,10 +46,10 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
 @click.option(
     "--reference-level", type=click.IntRange(0), help="Numerical level of the reference; default: the finest."
 )
-@click.option("--folder", default=".", type=EXISTING_FOLDER, help="Folder of temporary cubes.")
-@json_file_option
-@click.option("--plot", type=NEW_FILE, help="Plot (.png, .svg, .pdf) of time against error.")
-@force_option
+@click.option("--folder", default=".", type=Existing(file_okay=False), help="Folder of temporary cubes.")
+@Shared.json_file
+@click.option("--plot", type=Output(dir_okay=False), help="Plot (.png, .svg, .pdf) of time against error.")
+@Shared.force
 def bench(
     scenario: str,
     assignments: tuple[str, ...],
@@ -98,10 +87,10 @@ def bench(
 
     announce(bench_text_before(loaded, accuracies or None, rounds, pixels, every_model))
     found = measure(loaded, accuracies or None, rounds, pixels, folder, announce, every_model, reference_level)
-    text = json.dumps({model: result.as_dict() for model, result in found.items()}, indent=1)
-    click.echo(text if printed else "\n\n".join(map(bench_text, found.values())))
-    if json_file is not None and not printed:
-        write_json(json_file, text)
+    if not printed:
+        click.echo("\n\n".join(map(bench_text, found.values())))
+    if json_file is not None:
+        write_json({model: result.as_dict() for model, result in found.items()}, json_file, indent=1)
     if plot is not None:
         draw_bench(found, plot)
     if not printed:

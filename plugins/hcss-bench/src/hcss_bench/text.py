@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from hcss_bench.benchmark import AccuracyResult, BenchResult
 from hcss_bench.stages import CERTIFICATE, KEPT_RUN, NEW_RUN, RAW, RUNS, STAGES
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.providers import HcssError
-from hcss_twin.reports.figures import new_figure
-from hcss_twin.reports.tables import aligned
+from hcss_twin.reports.figures import Figures
+from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,7 +36,7 @@ def _lines(result: BenchResult) -> Iterator[str]:
         "compare ratios, because seconds depend on the load of this machine"
     )
     yield ""
-    yield from aligned(list(_rows(results)), indent="")
+    yield from Table.aligned(list(_rows(results)), indent="")
     if any(result.own for result in results):
         yield f"{_OWN} the scenario's own accuracy"
     if any(result.exceeding for result in results):
@@ -55,7 +55,7 @@ def _lines(result: BenchResult) -> Iterator[str]:
     for peer in result.brute_force:
         times = (1e3 * peer.seconds_per_point, peer.seconds / 3600, peer.over_raw)
         rows.append([f"  {peer.wavenumbers}, {peer.together}", *map(_short, times), f"{peer.error:.1e}"])
-    yield from aligned(rows, indent="")
+    yield from Table.aligned(rows, indent="")
 
 
 def _rows(results: Sequence[AccuracyResult]) -> Iterator[list[str]]:
@@ -157,14 +157,14 @@ def draw_bench(found: Mapping[str, BenchResult], path: Path) -> None:
         label = f"{model}, every pixel integrated; labels: wavenumbers"
         cost, error = [run.over_raw for run in runs], [run.error for run in runs]
         curves.append(Curve(label, cost, error, family, "", [str(run.wavenumbers) for run in runs], True))
-    figure = new_figure(9.0, 6.6)
+    figure = Figures.new(9.0, 6.6)
     axes = figure.add_subplot()
     fill_axes(axes, curves)
     first = next(iter(found.values()))
     axes.set_title(textwrap.fill(first.scene, 100), fontsize=9)
     # Below the axes, where it covers no points.
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
-    with atomic_write(path, HcssError, "picture") as draft:
+    with Writing(path, HcssError, "picture") as draft:
         figure.savefig(draft, dpi=150, format=path.suffix.removeprefix("."))
 
 

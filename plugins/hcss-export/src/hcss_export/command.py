@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from hcss_export.file_names import SUFFIXES, unknown_format
-from hcss_twin.cli.options import EXISTING, NEW, Number, force_option, json_option, print_json
+from hcss_twin.cli.options import Existing, Number, Output, Shared, write_json
 
 LISTED = 8
 """Maximum number of files listed on screen; the rest are counted."""
@@ -24,15 +24,15 @@ class _Format(click.Choice):  # type: ignore[type-arg]  # click 8.1 has no type 
 
 
 @click.command("export")
-@click.argument("cube", type=EXISTING)
+@click.argument("cube", type=Existing())
 @click.option("--to", required=True, type=_Format(list(SUFFIXES)), help="Format.")
-@click.option("-o", "--output", type=NEW, help="Name or folder; default: CUBE_VARIABLE beside CUBE.")
+@click.option("-o", "--output", type=Output(), help="Name or folder; default: CUBE_VARIABLE beside CUBE.")
 @click.option("--variable", help="Variable to write; default: radiance, or the only image.")
 @click.option("--band", "bands", multiple=True, help="Name of a band; repeat. Default: all.")
 @click.option("--frame", "frames", multiple=True, type=click.IntRange(min=0), help="Number of a frame; repeat.")
 @click.option("--limits", nargs=2, type=Number(), metavar="LOW HIGH", help="png: values of black and white.")
-@force_option
-@json_option
+@Shared.force
+@Shared.json
 def export_command(
     cube: Path,
     to: str,
@@ -49,7 +49,7 @@ def export_command(
 
     done = export_cube(cube, to, output, variable=variable, bands=bands, frames=frames, limits=limits, replace=force)
     if as_json:
-        print_json({**asdict(done), "files": [str(path) for path in done.files]})
+        write_json({**asdict(done), "files": [str(path) for path in done.files]})
         return
     for path in done.files[:LISTED]:
         click.echo(str(path))

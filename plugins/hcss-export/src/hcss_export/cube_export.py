@@ -13,9 +13,9 @@ from hcss_export.file_names import SUFFIXES, FileNames, file_names, unknown_form
 from hcss_export.projection import Projection, projection_of
 from hcss_twin import open_cube
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.files import atomic_write, require_not_read
-from hcss_twin.core.reading import reads
-from hcss_twin.cube.frame_selection import FrameSelection, select_frames
+from hcss_twin.core.files import Writing
+from hcss_twin.core.reading import Reading
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.providers import CubeError
 
 Limits = tuple[float, float]
@@ -46,7 +46,6 @@ class Exported:
 
 
 @checked
-@reads(CubeError)
 def export_cube(
     cube: str | os.PathLike[str],
     to: str,
@@ -97,8 +96,8 @@ def export_cube(
     if limits is not None:
         _check_limits(to, limits)
     cube = Path(cube)
-    with open_cube(cube) as dataset:
-        selection = select_frames(dataset, variable, bands, frames)
+    with Reading(cube, CubeError), open_cube(cube) as dataset:
+        selection = FrameSelection.of(dataset, variable, bands, frames)
         projection = projection_of(dataset, selection.data)
         names = file_names(selection, to, cube, None if output is None else Path(output))
         existing = [path for path in names.all if path.exists()]
@@ -106,10 +105,10 @@ def export_cube(
             more = f" (and {len(existing) - 1} more)" if len(existing) > 1 else ""
             raise CubeError(f"{existing[0]} exists{more}; give another name with -o, or --force")
         for path in names.all:
-            require_not_read(path, [cube], CubeError)
+            Writing(path, CubeError, read=[cube]).check()
         with ExitStack() as stack:
             # the file entered last is renamed first: image files first, companions last
-            drafts = {path: stack.enter_context(atomic_write(path, CubeError)) for path in reversed(names.all)}
+            drafts = {path: stack.enter_context(Writing(path, CubeError)) for path in reversed(names.all)}
             missing = _write(selection, projection, cube.name, to, names, drafts, limits)
         return Exported(
             names.all,

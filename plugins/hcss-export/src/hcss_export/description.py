@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcss_export.projection import Projection
 from hcss_twin import __version__
 from hcss_twin.core.json_numbers import json_value
-from hcss_twin.cube.frame_selection import FrameSelection, Plane, SelectedFrame
+from hcss_twin.cube.frame_selection import FrameSelection
 
 
 def description(selection: FrameSelection, projection: Projection | None, source: str) -> dict[str, Any]:
@@ -74,7 +74,7 @@ def headline(selection: FrameSelection) -> str:
     return f"{selection.long_name or selection.variable}{units}"
 
 
-def image_name(frame: SelectedFrame, plane: Plane) -> str:
+def image_name(frame: FrameSelection.Frame, plane: FrameSelection.Plane) -> str:
     """Return the name of one exported image."""
     named = plane.name or "image"
     return named if frame.number is None else f"{named} frame {frame.number} ({frame.time})"

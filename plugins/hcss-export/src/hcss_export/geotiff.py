@@ -6,12 +6,12 @@ from pathlib import Path
 
 from hcss_export.description import ascii_text, count_missing, description, headline, json_text
 from hcss_export.projection import Projection
-from hcss_twin.cube.frame_selection import FrameSelection, SelectedFrame
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.providers import CubeError
 
 
 def write_geotiff(
-    selection: FrameSelection, projection: Projection | None, source: str, frame: SelectedFrame, path: Path
+    selection: FrameSelection, projection: Projection | None, source: str, frame: FrameSelection.Frame, path: Path
 ) -> int:
     """Write one frame, northernmost row first, and return the number of missing values, which are NaN.
 
@@ -21,7 +21,7 @@ def write_geotiff(
         Of the cube.
     source : str
         Name of the cube's file.
-    frame : SelectedFrame
+    frame : FrameSelection.Frame
         One of the selection; its displacement is added to x, so that x refers to the local plane at the start.
     path : Path
         A new file.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hcss_export.description import ascii_text, count_missing, description, first_row, image_name, json_text
 from hcss_export.projection import Projection
-from hcss_twin.cube.frame_selection import FrameSelection, Plane, SelectedFrame
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.providers import CubeError
 
 LARGEST = 65535
@@ -88,7 +88,7 @@ def write_png(
     selection: FrameSelection,
     projection: Projection | None,
     source: str,
-    frame: SelectedFrame,
+    frame: FrameSelection.Frame,
     scaling: tuple[Scaling, ...],
     paths: Sequence[Path],
 ) -> int:
@@ -100,7 +100,7 @@ def write_png(
         Of the cube.
     source : str
         Name of the cube's file.
-    frame : SelectedFrame
+    frame : FrameSelection.Frame
         One of the selection.
     scaling : tuple of Scaling
         One per plane.
@@ -185,8 +185,8 @@ def _notes(
     selection: FrameSelection,
     projection: Projection | None,
     source: str,
-    frame: SelectedFrame,
-    plane: Plane,
+    frame: FrameSelection.Frame,
+    plane: FrameSelection.Plane,
     how: Scaling,
 ) -> dict[str, str]:
     return {

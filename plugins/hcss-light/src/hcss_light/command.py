@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 
-from hcss_twin.cli.options import force_option, json_file_option, load, require_writable, set_option, write_json
+from hcss_twin.cli.options import Shared, load, require_writable, write_json
 
 
 @click.command()
 @click.argument("scenario")
-@set_option
+@Shared.changes
 @click.option("--pixels", default=16, type=click.IntRange(1, 10_000), help="Random pixels.")
 @click.option("--photons", default=20_000, type=click.IntRange(1000), help="For each pixel and band.")
 @click.option("--frame", default=0, type=click.IntRange(0), help="Number of the frame, from 0.")
@@ -24,8 +23,8 @@ from hcss_twin.cli.options import force_option, json_file_option, load, require_
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     help="Write the result next to the certificate of this cube of SCENARIO, as its attribute hcss_monte_carlo.",
 )
-@json_file_option
-@force_option
+@Shared.json_file
+@Shared.force
 def reference(
     scenario: str,
     assignments: tuple[str, ...],
@@ -50,9 +49,8 @@ def reference(
     result = compare(given, pixels, photons, frame, seed)
     if cube is not None:
         write_to_cube(cube, given, result)
-    text = json.dumps(result, indent=1)
     if printed:
-        write_json(Path("-"), text)
+        write_json(result, indent=1)
         return
     for band in result["bands"]:
         click.echo(_line(band))
@@ -60,7 +58,7 @@ def reference(
         f"{pixels} pixels, {photons} photons each; bias and rms relative to the mean, noise of Monte Carlo removed"
     )
     if json_file is not None:
-        write_json(json_file, text)
+        write_json(result, json_file, indent=1)
 
 
 def _line(band: dict[str, Any]) -> str:

@@ -22,7 +22,7 @@ from scipy.special import ndtr, ndtri
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
-from hcss_twin.models.clouds.fractal.octaves import separate_octaves
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.providers import Array, CloudInputs
@@ -79,7 +79,7 @@ class ReliefClouds(FractalClouds):
         assert shape.gamma is not None
         assert shape.L is not None
         assert shape.k is not None
-        octaves = separate_octaves(shape, inputs.grid, inputs.motion, False)
+        octaves = Octave.separate(shape, inputs.grid, inputs.motion, False)
         scale = 16_000.0 / math.sqrt(shape.L[0] * shape.L[1])
         body = [octave for octave in octaves if scale / shape.gamma**octave.k >= thickest / SMOOTHEST] or [octaves[0]]
         variance = math.fsum(octave.variance for octave in body)
@@ -95,7 +95,7 @@ class ReliefClouds(FractalClouds):
                 break
             cells = scale / cell_m
             lumps = shape.model_copy(update={"L": (shape.L[0] * cells, shape.L[1] * cells), "k": (0, 0)})
-            self._octaves.append((cell_m, separate_octaves(lumps, inputs.grid, inputs.motion, False)))
+            self._octaves.append((cell_m, Octave.separate(lumps, inputs.grid, inputs.motion, False)))
         self._soft_m = max(SOFT * self._octaves[-1][0], inputs.grid.pixel_size_m)
         # The value of V' at the outline, and how fast that of eqs 5 and 7 grows with thickness, between its quartiles.
         coverage = min(max(inputs.layer.coverage, 1e-4), 1.0 - 1e-4)

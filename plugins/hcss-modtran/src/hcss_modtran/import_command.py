@@ -6,21 +6,12 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import (
-    EXISTING_FILE,
-    NEW_FILE,
-    Number,
-    force_option,
-    json_option,
-    print_json,
-    require_writable,
-    with_size,
-)
+from hcss_twin.cli.options import Existing, Number, Output, Shared, require_writable, write_json
 
 
 @click.command("import")
-@click.argument("files", nargs=-1, required=True, type=EXISTING_FILE)
-@click.option("-o", "--output", required=True, type=NEW_FILE, help="Table to write (.nc).")
+@click.argument("files", nargs=-1, required=True, type=Existing(dir_okay=False))
+@click.option("-o", "--output", required=True, type=Output(dir_okay=False), help="Table to write (.nc).")
 @click.option(
     "--format",
     "file_format",
@@ -39,8 +30,8 @@ from hcss_twin.cli.options import (
 @click.option("--output-user", help="uvspec: the output_user line, for example 'lambda edir uu'.")
 @click.option("--setting", multiple=True, metavar="LINE", help="uvspec: a line of its input, for example 'sza 20'.")
 @click.option("--title", help="Title of the table.")
-@force_option
-@json_option
+@Shared.force
+@Shared.json
 def atmosphere_import(
     files: tuple[Path, ...],
     output: Path,
@@ -66,6 +57,6 @@ def atmosphere_import(
     options = ReadOptions(file_format, sights, settings)
     checks = import_files(files, output, options, profile=profile, resolution_cm1=resolution, title=title)
     if as_json:
-        print_json({"table": str(output), "bytes": output.stat().st_size, "checks": checks})
+        write_json({"table": str(output), "bytes": output.stat().st_size, "checks": checks})
     else:
-        click.echo("\n".join([*(f"  {line}" for line in checks), with_size(output)]))
+        click.echo("\n".join([*(f"  {line}" for line in checks), f"{output}  {output.stat().st_size / 1e6:.1f} MB"]))

@@ -13,11 +13,9 @@ from hcss_modtran.libradtran import read_libradtran, read_settings
 from hcss_modtran.modtran6 import read_modtran6_csv, read_modtran6_json
 from hcss_modtran.modtran_tape7 import read_tape7
 from hcss_modtran.spectral_path import PathGeometry, SpectralPath
-from hcss_twin.core.files import require_file, require_not_read
-from hcss_twin.core.netcdf import NETCDF
-from hcss_twin.core.reading import first_bytes, reads
+from hcss_twin.core.files import Writing
+from hcss_twin.core.reading import Reading
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.atmosphere.table_file import write_atmosphere_table
 from hcss_twin.providers import Catalog, CatalogError, choose_from
 
 FORMATS = ("modtran-tape7", "modtran6-json", "modtran6-csv", "libradtran")
@@ -73,9 +71,10 @@ def detect_format(path: Path) -> str:
         If the format is unknown.
     """
     suffix = path.suffix.lower()
-    head = first_bytes(path, CatalogError, 100_000)
-    if head.startswith(NETCDF):
+    file = Reading(path, CatalogError)
+    if file.is_netcdf:
         raise CatalogError(f"{path}: is NetCDF; an atmosphere table needs no import")
+    head = file.first_bytes(100_000)
     start = head.lstrip()[:1]
     if start == b"{":
         return "modtran6-json"
@@ -94,7 +93,6 @@ def detect_format(path: Path) -> str:
     )
 
 
-@reads(CatalogError)
 def read_paths(path: Path, options: ReadOptions | None = None) -> list[SpectralPath]:
     """Read every run of one file.
 
@@ -111,13 +109,14 @@ def read_paths(path: Path, options: ReadOptions | None = None) -> list[SpectralP
     else:
         raise CatalogError(f"no format '{options.format}'; {choose_from(options.format, ('auto', *FORMATS))}")
     given = options.geometry.get(path.name, options.geometry.get("*"))
-    if chosen == "modtran6-csv":
-        return read_modtran6_csv(path, given)
-    if chosen == "libradtran":
-        return read_libradtran(path, read_settings([*_input_file(path), *options.settings]))
-    paths = read_tape7(path) if chosen == "modtran-tape7" else read_modtran6_json(path)
-    # An explicit line of sight overrides the header.
-    return [replace(path, geometry=given) for path in paths] if given else paths
+    with Reading(path, CatalogError):
+        if chosen == "modtran6-csv":
+            return read_modtran6_csv(path, given)
+        if chosen == "libradtran":
+            return read_libradtran(path, read_settings([*_input_file(path), *options.settings]))
+        paths = read_tape7(path) if chosen == "modtran-tape7" else read_modtran6_json(path)
+        # An explicit line of sight overrides the header.
+        return [replace(path, geometry=given) for path in paths] if given else paths
 
 
 def _input_file(path: Path) -> list[str]:
@@ -174,8 +173,7 @@ def import_files(
     CatalogError
         If a file is malformed or the runs do not form a table.
     """
-    require_file(Path(output), CatalogError, "NetCDF")
-    require_not_read(Path(output), files, CatalogError)
+    Writing(Path(output), CatalogError, "NetCDF", read=files).check()
     paths = [path for file in files for path in read_paths(file, options)]
     lines = [f"{path.source}: {path.code}, {path.geometry or 'no geometry'}" for path in paths]
     lines += [f"{path.source}: {note}" for path in paths for note in path.notes]
@@ -191,7 +189,7 @@ def import_files(
         "origin": f"imported from {', '.join(file.name for file in files)}",
         "profile": name,
     }
-    write_atmosphere_table(output, combined.table, attributes)
+    combined.table.write(output, attributes)
     return [*lines, *combined.checks]
 
 

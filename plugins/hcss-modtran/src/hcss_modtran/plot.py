@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.providers import (
     Array,
     AtmosphereInputs,
@@ -24,7 +25,7 @@ from hcss_twin.providers import (
     choose_from,
     to_space,
 )
-from hcss_twin.reports.figures import new_figure
+from hcss_twin.providers.registry.registry import Registry
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -83,18 +84,13 @@ def open_source(name: str, profile: str = "us-standard-1976") -> AtmosphereSourc
     ProviderError
         If the provider cannot be constructed.
     """
-    from hcss_twin.models.atmosphere.table import TableTransmittance
-    from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
-    from hcss_twin.models.parameters import TableParameters
-    from hcss_twin.providers.registry.registry import Registry
-
     catalog = Catalog()
-    tables = catalog.names("atmospheres", ".nc")
+    tables, registry = catalog.names("atmospheres", ".nc"), Registry.discover()
     if name.endswith(".nc") or name in tables:
-        table_profile = read_atmosphere_table(catalog.find(name, "atmospheres", ".nc")).profile
-        table = TableTransmittance(AtmosphereInputs(table_profile, catalog), TableParameters(file=name))
-        return AtmosphereSource(Path(name).stem, table, table_profile)
-    registry = Registry.discover()
+        entry = registry.resolve(Kind.ATMOSPHERE, "hcss-twin/table")
+        of_table = AtmosphereTable.read(catalog.find(name, "atmospheres", ".nc")).profile
+        table = registry.create(entry, AtmosphereInputs(of_table, catalog), {"file": name})
+        return AtmosphereSource(Path(name).stem, table, of_table)
     names = registry.names(Kind.ATMOSPHERE)
     if name not in names:
         known = choose_from(name, (*names, *tables))
@@ -225,7 +221,9 @@ def draw(spectra: Sequence[AtmosphereSpectra], path: Path) -> Path:
     if not 1 <= len(spectra) <= 2:
         raise HcssError(f"{len(spectra)} sources; allowed: one to plot, or two to compare")
     first, last = spectra[0], spectra[-1]
-    figure = new_figure(12.0, 11.0)
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(12.0, 11.0), layout="constrained")
     axes = figure.subplots(3, 2)
     count = first.zenith_deg.size
     # for two sources only the first, middle and last angle, or lines would overlap
@@ -245,7 +243,7 @@ def draw(spectra: Sequence[AtmosphereSpectra], path: Path) -> Path:
             _panel(axis, first, [changes], labels, quantity, f"{last.label} minus {first.label}", "zenith angle", True)
         _bands(axes[2, quantity], spectra, quantity)
     figure.suptitle(first.label if len(spectra) == 1 else f"{first.label} (lines) and {last.label} (dashes)")
-    with atomic_write(path, HcssError, "picture") as draft:
+    with Writing(path, HcssError, "picture") as draft:
         figure.savefig(draft, dpi=110, format=path.suffix.removeprefix(".") or "png")
     return path
 

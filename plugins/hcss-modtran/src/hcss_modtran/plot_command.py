@@ -7,18 +7,18 @@ from typing import Any
 
 import click
 
-from hcss_twin.cli.options import NEW_FILE, Number, force_option, json_option, print_json, require_writable
+from hcss_twin.cli.options import Number, Output, Shared, require_writable, write_json
 
 
 @click.command("plot")
 @click.argument("sources", nargs=-1, required=True, metavar="PROVIDER_OR_TABLE...")
-@click.option("-o", "--output", required=True, type=NEW_FILE, help="Picture to write (.png).")
+@click.option("-o", "--output", required=True, type=Output(dir_okay=False), help="Picture to write (.png).")
 @click.option("--profile", default="us-standard-1976", help="Atmosphere of the providers.")
 @click.option("--zenith", multiple=True, type=Number(0, 90, max_open=True), help="Angle in deg; repeat.")
 @click.option("--height", multiple=True, type=Number(min=0), help="Target height in m; repeat.")
 @click.option("--range-um", nargs=2, type=Number(0.1, 1000), default=(2.5, 14.3), help="Range, um; default: 2.5 14.3.")
-@force_option
-@json_option
+@Shared.force
+@Shared.json
 def atmosphere_plot(
     sources: tuple[str, ...],
     output: Path,
@@ -51,7 +51,7 @@ def atmosphere_plot(
             spectrum.label: {"zenith_deg": spectrum.zenith_deg.tolist(), "bands": _bands(spectrum)}
             for spectrum in spectra
         }
-        print_json({"picture": str(output), "sources": found, "comparison": lines})
+        write_json({"picture": str(output), "sources": found, "comparison": lines})
     else:
         click.echo("\n".join([*lines, str(output)]))
 

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array, CatalogError
 
 RadianceUnit = Literal["per_cm1", "per_um", "per_nm"]
@@ -143,5 +143,5 @@ def sine_deg(angle_deg: float) -> float:
 
 def read_text(path: Path, encoding: str = "utf-8") -> str:
     """Return the text of a file; raise CatalogError if it cannot be read."""
-    with reading(path, CatalogError, "not a text file"):
+    with Reading(path, CatalogError, "not a text file"):
         return path.read_text(encoding=encoding)

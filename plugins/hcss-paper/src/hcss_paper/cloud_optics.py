@@ -12,7 +12,7 @@ from hcss_twin.models.optics.mie import BulkOptics, MieOptics
 from hcss_twin.models.optics.size_distribution import projected_area_m1
 from hcss_twin.models.parameters import BulkParameters, MieParameters
 from hcss_twin.providers import Array, Catalog, Microphysics, Optics, OpticsInputs
-from hcss_twin.reports.figures import new_figure
+from hcss_twin.reports.figures import Figures
 from hcss_twin.scenario.cloud_types import load_cloud_type
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def cloud_optics_figure(catalog: Catalog, types: Sequence[str] = TYPES) -> Figur
     """Draw efficiencies and albedo at 0.3 to 14.3 um, and phase functions at 3.7 and 10.8 um, of up to three types."""
     providers, in_full = optics_providers(catalog), optics_providers(catalog, _MOMENTS)
     styles: Mapping[str, str] = {"bulk": "-", "mie": ":"}
-    figure = new_figure(11.0, 11.5)
+    figure = Figures.new(11.0, 11.5)
     panels = figure.subplots(3, 2)
     angular = panels[2]
     wavelength = np.linspace(*RANGE_UM, 1401)

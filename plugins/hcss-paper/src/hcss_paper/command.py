@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from functools import partial
 from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import (
-    NEW_FILE,
-    Stop,
-    force_option,
-    progress,
-    require_two_files,
-    require_writable,
-    with_size,
-    write_json,
-)
+from hcss_twin.cli.options import Output, Shared, Stop, progress, require_two_files, require_writable, write_json
 from hcss_twin.providers import HcssError
 
 EXIT_FAILED = 1
@@ -27,11 +17,21 @@ EXIT_FAILED = 1
 @click.command()
 @click.argument("items", metavar="[ITEM]...", nargs=-1)
 @click.option(
-    "-o", "--output", type=NEW_FILE, default="hcss-reproduction.html", show_default=True, help="Report to write."
+    "-o",
+    "--output",
+    type=Output(dir_okay=False),
+    default="hcss-reproduction.html",
+    show_default=True,
+    help="Report to write.",
 )
-@click.option("--json", "json_file", type=NEW_FILE, help="File for rows, checks and verdicts as JSON, keyed by item.")
+@click.option(
+    "--json",
+    "json_file",
+    type=Output(dir_okay=False),
+    help="File for rows, checks and verdicts as JSON, keyed by item.",
+)
 @click.option("--seed", default=1, show_default=True, type=click.IntRange(min=0), help="Seed of random clouds.")
-@force_option
+@Shared.force
 @click.option("--list", "only_list", is_flag=True, help="List the items and compute nothing.")
 @click.pass_context
 def reproduce(
@@ -66,7 +66,6 @@ def reproduce(
     from hcss_paper.report import reproduction_page, worst_text
     from hcss_paper.run import outcomes, totals
     from hcss_twin.core.environment import announce_compilation
-    from hcss_twin.reports.page import write_page
 
     with announce_compilation(partial(click.echo, err=True)):
         stop = context.ensure_object(Stop)
@@ -75,10 +74,10 @@ def reproduce(
     for outcome in results:
         click.echo(f"{outcome.item.name:<{width}}{outcome.verdict:<32}{outcome.error or worst_text(outcome)}")
     click.echo("\n".join(totals(results)))
-    write_page(output, reproduction_page(results, seed))
-    click.echo(with_size(output))
+    reproduction_page(results, seed).write(output)
+    click.echo(f"{output}  {output.stat().st_size / 1e6:.1f} MB")
     if json_file is not None:
-        write_json(json_file, json.dumps({result.item.name: result.as_dict() for result in results}, indent=1))
+        write_json({result.item.name: result.as_dict() for result in results}, json_file, indent=1)
         click.echo(str(json_file))
     if any(outcome.result is None for outcome in results):
         sys.exit(EXIT_FAILED)

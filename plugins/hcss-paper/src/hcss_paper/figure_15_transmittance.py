@@ -11,10 +11,9 @@ from hcss_paper.figure_base import blank
 from hcss_paper.inputs import in_words, published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_twin import Scenario, make_plan
-from hcss_twin.models.atmosphere.table import TableTransmittance
-from hcss_twin.models.atmosphere.table_file import read_atmosphere_table
-from hcss_twin.models.parameters import TableParameters
-from hcss_twin.providers import Array, AtmosphereInputs, Catalog, TransmittanceProvider, to_space
+from hcss_twin.models.atmosphere.table_file import AtmosphereTable
+from hcss_twin.providers import Array, AtmosphereInputs, Catalog, Kind, TransmittanceProvider, to_space
+from hcss_twin.providers.registry.registry import Registry
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,8 +62,10 @@ def spectra(table: str | None = None) -> tuple[Array, dict[str, Array]]:
         provider = make_plan(Scenario.load("baseline", {"frames.count": 1})).assembly.transmittance
     else:
         catalog = Catalog()
-        profile = read_atmosphere_table(catalog.find(table, "atmospheres", ".nc")).profile
-        provider = TableTransmittance(AtmosphereInputs(profile, catalog), TableParameters(file=table))
+        profile = AtmosphereTable.read(catalog.find(table, "atmospheres", ".nc")).profile
+        registry = Registry.defaults_only()
+        entry = registry.resolve(Kind.ATMOSPHERE, "table")
+        provider = registry.create(entry, AtmosphereInputs(profile, catalog), {"file": table})
     low, high = 1e4 / RANGE_UM[1], 1e4 / RANGE_UM[0]
     wavenumber = np.arange(np.ceil(low / STEP_CM1) * STEP_CM1, high + 1e-9, STEP_CM1)
     found = {}

@@ -11,8 +11,7 @@ from hcss_paper.index import heading
 from hcss_paper.reproduction import Check, Reproduction, Row
 from hcss_paper.run import Outcome, relative, totals
 from hcss_twin import __version__
-from hcss_twin.reports.figures import picture
-from hcss_twin.reports.page import Block, Markup, Page, Section, Tone, badge, bullets, element, folded, note, paragraph
+from hcss_twin.reports.page import Block, Markup, Page, Section, Tone
 from hcss_twin.reports.tables import Table
 
 _TONES: dict[str, Tone] = {
@@ -45,8 +44,8 @@ def reproduction_page(outcomes: Sequence[Outcome], seed: int) -> Page:
 def _summary(outcomes: Sequence[Outcome]) -> Section:
     rows = [
         [
-            element("a", heading(outcome.item.name), href=f"#{_anchor(outcome)}"),
-            badge(outcome.verdict, _TONES[outcome.verdict]),
+            Markup.element("a", heading(outcome.item.name), href=f"#{_anchor(outcome)}"),
+            Markup.badge(outcome.verdict, _TONES[outcome.verdict]),
             worst_text(outcome).partition(" (")[0],
             f"{outcome.compared}, {len(outcome.free)}, {len(outcome.choices)}",
             outcome.item.title,
@@ -56,13 +55,13 @@ def _summary(outcomes: Sequence[Outcome]) -> Section:
     return Section(
         "Summary",
         [
-            bullets(totals(outcomes)),
+            Markup.bullets(totals(outcomes)),
             Table(
                 ["item", "verdict", "largest difference", "numbers, inputs, choices", "content"], rows, text_columns=5
             ),
-            folded(
+            Markup.folded(
                 "How to read this",
-                bullets(
+                Markup.bullets(
                     [
                         "Published: as printed. Computed: with the paper's equations (as-printed), for this report.",
                         "Physical: with the corrected physics, where it differs. It is not fitted to any table.",
@@ -107,28 +106,34 @@ def _percent(share: float) -> str:
 
 def _section(outcome: Outcome) -> Section:
     title = heading(outcome.item.name)
-    head = element("p", badge(outcome.verdict, _TONES[outcome.verdict]), Markup(" "), outcome.item.title)
+    head = Markup.element("p", Markup.badge(outcome.verdict, _TONES[outcome.verdict]), Markup(" "), outcome.item.title)
     if outcome.result is None:
-        return Section(title, [head, note(outcome.error, "bad")])
+        return Section(title, [head, Markup.note(outcome.error, "bad")])
     result = outcome.result
-    content: list[Block] = [head, note(result.reason, _TONES[result.verdict])]
+    content: list[Block] = [head, Markup.note(result.reason, _TONES[result.verdict])]
     content += _checks(result.checks)
     content += _rows(result)
     if outcome.worst is not None:
-        content.append(paragraph(f"Largest difference: {worst_text(outcome)}."))
+        content.append(Markup.paragraph(f"Largest difference: {worst_text(outcome)}."))
     if result.fitted_inputs:
-        content += [element("h3", "Fitted or chosen inputs"), bullets(fitted.text for fitted in result.fitted_inputs)]
+        content += [
+            Markup.element("h3", "Fitted or chosen inputs"),
+            Markup.bullets(fitted.text for fitted in result.fitted_inputs),
+        ]
     if result.notes:
-        content += [element("h3", "Notes"), bullets(result.notes)]
+        content += [Markup.element("h3", "Notes"), Markup.bullets(result.notes)]
     for drawing, png in zip(result.drawings, outcome.pictures, strict=True):
-        content.append(picture(png, drawing.alternative, drawing.title))
+        content.append(Markup.picture(png, drawing.alternative, drawing.title))
     return Section(title, content)
 
 
 def _checks(checks: Sequence[Check]) -> list[Block]:
     if not checks:
         return []
-    rows = [[badge("holds", "good") if check.holds else badge("fails", "bad"), check.statement] for check in checks]
+    rows = [
+        [Markup.badge("holds", "good") if check.holds else Markup.badge("fails", "bad"), check.statement]
+        for check in checks
+    ]
     return [Table(["check", "statement"], rows, text_columns=2)]
 
 
@@ -141,7 +146,7 @@ def _rows(result: Reproduction) -> list[Block]:
     header = ["", "unit", *compress(names, used)]
     rows = [[row.label, row.unit, *compress(_numbers(row, _decimals(row, result.rows)), used)] for row in result.rows]
     shown = Table(header, rows, text_columns=2)
-    return [folded(f"All {len(rows)} rows", shown)] if len(rows) > _ROWS_SHOWN else [shown]
+    return [Markup.folded(f"All {len(rows)} rows", shown)] if len(rows) > _ROWS_SHOWN else [shown]
 
 
 def _numbers(row: Row, decimals: int) -> list[str]:

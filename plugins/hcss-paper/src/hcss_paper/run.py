@@ -13,7 +13,7 @@ from hcss_paper.index import Item
 from hcss_paper.reproduction import Reproduction, Row, Verdict, settled
 from hcss_twin import __version__
 from hcss_twin.core.json_numbers import json_number
-from hcss_twin.reports.figures import png_of
+from hcss_twin.reports.page import png_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

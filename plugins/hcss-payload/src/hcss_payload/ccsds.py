@@ -24,8 +24,8 @@ from hcss_payload.examination import largest_turn_rad, require_consistent_veloci
 from hcss_payload.spans import Spans
 from hcss_payload.trajectory import LARGEST_DEGREE, USUAL_DEGREE, PositionTable, Trajectory, velocity_m_s
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.files import atomic_write
-from hcss_twin.core.reading import reading
+from hcss_twin.core.files import Writing
+from hcss_twin.core.reading import Reading
 
 _AnyTable = TypeVar("_AnyTable", PositionTable, AttitudeTable)
 
@@ -262,7 +262,7 @@ def write_aem(path: str | Path, attitude: Attitude, start: datetime, times_s: Se
 
 def _read(path: Path, version: str) -> list[_Segment]:
     """Read the segments of a message; comments and covariances are skipped."""
-    with reading(path, PayloadError, "not a text file"):
+    with Reading(path, PayloadError, "not a text file"):
         text = path.read_text(encoding="utf-8-sig")  # Windows writes a byte-order mark
     header: dict[str, str] = {}
     segments: list[_Segment] = []
@@ -377,7 +377,7 @@ def _write(
         *lines,
         *(["DATA_STOP"] if data_marks else []),
     ]
-    with atomic_write(path, PayloadError) as draft:
+    with Writing(path, PayloadError) as draft:
         draft.write_text("\n".join(text) + "\n", encoding="utf-8")
 
 

@@ -10,7 +10,12 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.providers import choose_from
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import Angle, Duration, InstrumentLength, Length, Number, Whole
+from hcss_twin.scenario.units import Number, QuantityParser, Whole
+
+Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
+InstrumentLength = Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))]
+Angle = Annotated[float, BeforeValidator(QuantityParser("angle"))]
+Duration = Annotated[float, BeforeValidator(QuantityParser("duration"))]
 
 _SMALL = {"mrad": 1e-3, "urad": 1e-6}
 

@@ -14,7 +14,7 @@ import numpy as np
 from hcss_payload.checks import PayloadError, require_utc
 from hcss_payload.earth import EARTH_M3_S2, SEMI_MAJOR_AXIS_M
 from hcss_payload.earth_rotation import EarthOrientation, days_since_2000
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array
 
 _NUMBER = r"(?P<number>[ \dA-HJ-NP-Z][ \d]{3}\d)"
@@ -119,7 +119,7 @@ def read_two_lines(path: Path) -> tuple[str, str]:
     PayloadError
         If it has other lines.
     """
-    with reading(path, PayloadError, "not a text file"):
+    with Reading(path, PayloadError, "not a text file"):
         text = path.read_text(encoding="utf-8-sig")  # Windows writes a byte-order mark
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
     if len(lines) not in (2, 3):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import NEW_FILE, Number, metres, require_writable
+from hcss_twin.cli.options import Number, Output, require_writable
 
 if TYPE_CHECKING:
     from hcss_skies.missing import Missing
@@ -22,6 +22,23 @@ def indices(_context: click.Context, _option: click.Parameter, given: tuple[str,
             raise click.BadParameter(f"'{text}' given, allowed: each dimension once, with an index, such as scene=3")
         found[name] = int(number)
     return found
+
+
+def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
+    """Read a length such as ``1 km``; a plain number is in metres."""
+    from pydantic_core import PydanticCustomError
+
+    from hcss_twin.scenario.units import QuantityParser
+
+    if text is None:
+        return None
+    try:
+        size = QuantityParser("length")(text)
+    except PydanticCustomError as error:
+        raise click.BadParameter(error.message()) from error
+    if not isinstance(size, float) or not 0.0 < size < float("inf"):
+        raise click.BadParameter(f"{text} given, allowed: greater than 0")
+    return size
 
 
 @click.group()
@@ -43,7 +60,7 @@ def list_examples() -> None:
 
 @skies.command(name="import")
 @click.argument("image", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("-o", "--output", required=True, type=NEW_FILE, help="Example (.nc).")
+@click.option("-o", "--output", required=True, type=Output(dir_okay=False), help="Example (.nc).")
 @click.option(
     "--variable",
     help="Brightness temperature near 10.8 um in a file with several images; default: the one named like IR_108 "

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr, ndtri
 
-from hcss_twin.core.files import atomic_write
-from hcss_twin.core.reading import open_netcdf
+from hcss_twin.core.files import Writing
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array, CatalogError, NetcdfFile
 
 LEVELS = 256
@@ -146,7 +146,7 @@ def to_ranks(field: Array, ties: Array | None = None) -> tuple[Bytes, Array]:
 def write_example(path: Path, example: Example) -> None:
     """Write an example as NetCDF; heights are rounded to 0.1 m. Raises CatalogError if it could not be read again."""
     _check(path, example)
-    with atomic_write(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
+    with Writing(path, CatalogError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
         file.setncatts(
             {
                 "title": f"Example of a sky: {example.kind}", "hcss_skies_format": FORMAT, "kind": example.kind,
@@ -186,7 +186,7 @@ def read_example(path: Path) -> Example:
     CatalogError
         If the file is damaged, is no example, or has values out of range.
     """
-    with open_netcdf(path, CatalogError, "not an example of a sky, or damaged") as file:
+    with Reading(path, CatalogError, "not an example of a sky, or damaged").netcdf() as file:
         if getattr(file, "hcss_skies_format", None) != FORMAT:
             raise CatalogError(f"{path}: no example of a sky; `hcss skies import` makes one from an image")
         file.set_auto_mask(False)

@@ -13,8 +13,8 @@ from hcss_skies.detail_of_image import fit_detail
 from hcss_skies.example import MAX_SIDE, MIN_SIDE, Detail, Example, make_example
 from hcss_skies.missing import Missing, filled, without_missing
 from hcss_skies.planes import FIRST, SECOND, Plane, read_plane, window_channel
-from hcss_twin.core.reading import open_netcdf
-from hcss_twin.models.clouds.imagery.examination import assumed_kelvin, closest_reading
+from hcss_twin.core.reading import Reading
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.providers import Array, CatalogError
 
 CLEAR_K = 1.5
@@ -147,7 +147,7 @@ def _second(path: Path, plane: Plane, variable: str | None, second: str | None, 
     if second is None and (variable is not None or not re.fullmatch(FIRST, plane.variable, re.IGNORECASE)):
         return None
     if second is None:
-        with open_netcdf(path, CatalogError, "not a NetCDF file that can be read") as dataset:
+        with Reading(path, CatalogError, "not a NetCDF file that can be read").netcdf() as dataset:
             second = window_channel(dataset.variables, SECOND)
         if second is None:
             return None
@@ -162,7 +162,7 @@ def _require_kelvin(path: Path, kelvin: Array) -> None:
     if kelvin.min() < low or kelvin.max() > high:
         raise CatalogError(
             f"{path}: values of {kelvin.min():g} to {kelvin.max():g}; allowed: brightness temperatures, "
-            f"{low:g} to {high:g} K{closest_reading(assumed_kelvin(kelvin))}"
+            f"{low:g} to {high:g} K{SatelliteImage.of_kelvin(kelvin).closest_reading()}"
         )
 
 

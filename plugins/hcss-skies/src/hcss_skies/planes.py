@@ -15,11 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.netcdf import NETCDF
-from hcss_twin.core.reading import first_bytes, open_netcdf
-from hcss_twin.models.clouds.imagery.examination import examined
-from hcss_twin.models.clouds.imagery.image import WINDOW_UM, SatelliteImage
-from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients
+from hcss_twin.core.reading import Reading
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import Array, CatalogError, choose_from
 
@@ -74,11 +71,11 @@ def read_plane(path: Path, variable: str | None, at: Mapping[str, int], pattern:
     CatalogError
         If there is no such image, or an index is missing or out of range.
     """
-    if not first_bytes(path, CatalogError).startswith(NETCDF):
+    if not Reading(path, CatalogError).is_netcdf:
         if at:
             raise CatalogError(f"{path}: --at {next(iter(at))}: allowed for NetCDF variables of several images only")
         return _of_image(path, read_image(path, variable))
-    with open_netcdf(path, CatalogError, "not a NetCDF file that can be read") as dataset:
+    with Reading(path, CatalogError, "not a NetCDF file that can be read").netcdf() as dataset:
         name = variable or window_channel(dataset.variables, pattern)
         item = None if name is None else dataset.variables.get(name)
         if item is not None and (at or sum(size > 1 for size in item.shape) > 2):
@@ -99,20 +96,18 @@ def window_channel(variables: Mapping[str, Any], pattern: str) -> str | None:
 
 
 def _of_image(path: Path, image: SatelliteImage) -> Plane:
-    kelvin: Array = image.values[:: -1 if image.north_first else 1, :: -1 if image.east_first else 1]
-    coefficients = planck_coefficients(path) if image.units == UNITS else None
-    if coefficients is not None:
-        kelvin = coefficients.kelvin(kelvin)
+    kelvin = image.north_and_east_last
+    if image.planck is not None:
+        kelvin = image.planck.kelvin(kelvin)
     elif image.units not in ("", "K"):
         raise CatalogError(f"{path}: {image.variable or 'the image'} has the unit '{image.units}'; allowed: K")
     source = ", ".join(part for part in (image.source, f"{image.long_name} {image.date}".strip()) if part)
     notes = ["the image is taken for brightness temperature in kelvin", *image.notes]
     if image.pixel_size_is_nominal:
         notes.append(f"pixels have {image.pixel_size_m:.5g} m below the satellite and are larger elsewhere")
-    if image.wavelength_um is not None and not WINDOW_UM[0] <= image.wavelength_um <= WINDOW_UM[1]:
-        notes.append(
-            f"{image.band} is no window channel ({WINDOW_UM[0]:g} to {WINDOW_UM[1]:g} um): heights of clouds are wrong"
-        )
+    low, high = image.WINDOW_UM
+    if image.wavelength_um is not None and not low <= image.wavelength_um <= high:
+        notes.append(f"{image.band} is no window channel ({low:g} to {high:g} um): heights of clouds are wrong")
     return Plane(kelvin, image.pixel_size_m, image.variable, source, image.rights, tuple(notes))
 
 
@@ -136,7 +131,7 @@ def _of_stack(path: Path, dataset: Any, item: Any, at: Mapping[str, int]) -> Pla
             stated.append(f"{name} {number}")
     values = np.ma.filled(np.ma.asarray(item[tuple(index)]).astype(np.float64), np.nan)
     units = str(getattr(item, "units", "K"))
-    image = examined(path, SatelliteImage(values, None, False, units, item.name, path.name))
+    image = SatelliteImage(values, None, False, units, item.name, path.name).examined(path)
     if not image.is_temperature:
         raise CatalogError(f"{path}: {item.name} has the unit '{units}'; allowed: K")
     plane = Plane(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import NEW_FILE, Stop, assigned, json_option, print_json, progress, set_option, with_size
+from hcss_twin.cli.options import Output, Shared, Stop, assigned, progress, write_json
 
 _FOLDER = click.Path(file_okay=False, path_type=Path)
 
@@ -21,7 +21,7 @@ EXIT_FAILED = 1
 
 @click.command("sweep")
 @click.argument("sweep")
-@set_option
+@Shared.changes
 @click.option(
     "--over", "swept", multiple=True, metavar="KEY=VALUES", help="Sweep a key: 'view.zenith=[0, 30]'; repeat."
 )
@@ -34,9 +34,9 @@ EXIT_FAILED = 1
     metavar="SECONDS",
     help="With --scheduler: end when it has had no workers for so long; default: wait.",
 )
-@click.option("--dataset", type=NEW_FILE, help="Also write one file with the swept keys as dimensions.")
+@click.option("--dataset", type=Output(dir_okay=False), help="Also write one file with the swept keys as dimensions.")
 @click.option("--force", is_flag=True, help="Delete the results in the folder and start again.")
-@json_option
+@Shared.json
 @click.pass_context
 def sweep_command(
     context: click.Context,
@@ -77,7 +77,7 @@ def sweep_command(
             progress=partial(progress, context.ensure_object(Stop), label="points"),
         )
     if as_json:
-        print_json(result.as_dict())
+        write_json(result.as_dict())
     else:
         click.echo(_sweep_text(result))
     if result.failed:
@@ -95,4 +95,9 @@ def _sweep_text(result: SweepResult) -> str:
     for record in result.failed:
         values = ", ".join(f"{key} = {value}" for key, value in record.values.items())
         lines.append(f"  failed: point {record.point}, {values}: {record.error}")
-    return "\n".join([*lines, *([] if result.dataset is None else [with_size(result.dataset)])])
+    return "\n".join(
+        [
+            *lines,
+            *([] if result.dataset is None else [f"{result.dataset}  {result.dataset.stat().st_size / 1e6:.1f} MB"]),
+        ]
+    )

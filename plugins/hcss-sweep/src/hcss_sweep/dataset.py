@@ -18,9 +18,9 @@ from hcss_sweep.design import Design
 from hcss_sweep.errors import SweepError
 from hcss_sweep.folder import INDEX, LOG, PointRecord, is_cube_name
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.files import atomic_write, require_file
+from hcss_twin.core.files import Writing
 from hcss_twin.core.netcdf import open_with_xarray
-from hcss_twin.core.reading import reads
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.providers import CubeError, NetcdfFile
@@ -34,7 +34,7 @@ MARK = "hcss_sweep"
 
 
 @checked
-@reads(CubeError)
+@Reading.argument(CubeError)
 def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open the dataset of a sweep; values are loaded from the file on use.
 
@@ -73,7 +73,7 @@ def require_replaceable(path: Path, folder: Path, digest: str, force: bool) -> N
         raise SweepError(f"cannot write {path}: the sweep has another file of that name; allowed: another name")
     if not is_in_folder and not path.absolute().parent.is_dir():
         raise SweepError(f"cannot write {path}: there is no folder {path.absolute().parent}")
-    require_file(path, SweepError, "NetCDF")
+    Writing(path, SweepError, "NetCDF").check()
     if not path.exists() or force:
         return
     known = None
@@ -94,7 +94,7 @@ def write_dataset(path: Path, design: Design, digest: str, folder: Path, records
     if not cubes:
         raise SweepError(f"cannot write {path}: no point has a cube")
     found = differences(cubes)
-    with atomic_write(path, SweepError, "NetCDF") as draft, NetcdfFile(draft, "w") as target:
+    with Writing(path, SweepError, "NetCDF") as draft, NetcdfFile(draft, "w") as target:
         _Writer(target, design, records, cubes, found).write(digest)
 
 

@@ -16,8 +16,8 @@ from pydantic import TypeAdapter
 
 from hcss_sweep.errors import SweepError
 from hcss_sweep.points import PointOutcome, SweepPoint, sha256_of
-from hcss_twin.core.files import atomic_write, remove_orphans
-from hcss_twin.core.reading import reading
+from hcss_twin.core.files import Writing, remove_orphans
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import CubeError
 
 PointState = Literal["pending", "done", "failed"]
@@ -150,7 +150,7 @@ class SweepFolder:
             },
             indent=1,
         )
-        with atomic_write(self.path / INDEX, SweepError) as draft:
+        with Writing(self.path / INDEX, SweepError) as draft:
             draft.write_text(text + "\n", encoding="utf-8")
         self._written_s = time.monotonic()
 
@@ -158,7 +158,7 @@ class SweepFolder:
         path = self.path / INDEX
         if not path.exists():
             return None
-        with reading(path, SweepError, "give another folder"):
+        with Reading(path, SweepError, "give another folder"):
             known = json.loads(path.read_text(encoding="utf-8"))
         types = {"format": int, "sweep": str, "keys": list, "versions": dict, "points": list}
         if (
@@ -209,7 +209,7 @@ class SweepFolder:
         path = self.path / LOG
         if not path.exists():
             return
-        with reading(path, SweepError):
+        with Reading(path, SweepError):
             text = path.read_text(encoding="utf-8", errors="replace")
         if text and not text.endswith("\n"):  # killed while writing
             with path.open("a", encoding="utf-8") as file:

@@ -12,9 +12,9 @@ import numpy as np
 from hcss_sweep.page_points import PointEntry, PointSummary, Sweep, SweepSummary, opened, read
 from hcss_twin.reports.colour_scale import ColourScale
 from hcss_twin.reports.cube_frames import ImageQuantity
-from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, axis_label, drawing, panels, picture
-from hcss_twin.reports.page import Block, Page, Section, Tone, badge, beside, element, facts, note, paragraph
-from hcss_twin.reports.provenance import certificate_badge, origin
+from hcss_twin.reports.figures import Figures
+from hcss_twin.reports.page import Block, Markup, Page, Section, Tone
+from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table, frames_text
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def _axes(sweep: Sweep) -> Iterator[Block]:
         verdict = ("points failed", "bad")
     elif "pending" in states:
         verdict = ("not finished", "fair")
-    yield element("p", badge(*verdict))
+    yield Markup.element("p", Markup.badge(*verdict))
     rows = []
     for key in sweep.keys:
         values = _distinct(sweep, key)
@@ -87,11 +87,11 @@ def _text(value: Any) -> str:
 
 def _against(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
     if not summary.points:
-        yield note("No point has a cube.")
+        yield Markup.note("No point has a cube.")
         return
     keys = [key for key in sweep.keys if len(_distinct(sweep, key)) > 1]
     if not keys:
-        yield note("No key has more than one value.")
+        yield Markup.note("No key has more than one value.")
         return
     others = ", the line their mean over all other axes" if len(sweep.keys) > 1 else ", joined by a line"
     pixels = "all pixels" if summary.step == 1 else f"one in {summary.step} rows and columns"
@@ -100,16 +100,18 @@ def _against(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
     points = (
         "" if len(summary.points) == count else f" {len(summary.points)} of {count} points, evenly spread, were read."
     )
-    yield paragraph(f"Each dot is a point of the sweep{others}. Values are means over {pixels} and {frames}.{points}")
+    yield Markup.paragraph(
+        f"Each dot is a point of the sweep{others}. Values are means over {pixels} and {frames}.{points}"
+    )
     for key in keys:
         drawn = []
         for name in dict.fromkeys(name for name, _ in summary.columns):
-            parts = [part for other, part in summary.columns if other == name][:DRAWN_BANDS]
+            parts = [part for other, part in summary.columns if other == name][: Figures.DRAWN_BANDS]
             quantity = summary.columns[name, parts[0]]
             words = f"Mean of {quantity.label} against {key}"
-            drawn.append(drawing(_scatter(sweep, summary.points, key, quantity, parts), words, f"{words}."))
-        yield element("h3", key)
-        yield beside(*drawn)
+            drawn.append(Markup.drawing(_scatter(sweep, summary.points, key, quantity, parts), words, f"{words}."))
+        yield Markup.element("h3", key)
+        yield Markup.beside(*drawn)
 
 
 def _scatter(
@@ -119,7 +121,7 @@ def _scatter(
     # seeds are unordered, so no line connects their values
     numeric = key != "seed" and all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
     position_of = {json.dumps(value): float(value) if numeric else float(number) for number, value in enumerate(values)}
-    figure, axes = panels(len(parts))
+    figure, axes = Figures.panels(len(parts))
     for axis, part in zip(axes, parts, strict=True):
         pairs = np.array(
             [
@@ -130,33 +132,38 @@ def _scatter(
         )
         at = np.unique(pairs[:, 0])
         if numeric:
-            axis.plot(at, [np.nanmean(pairs[pairs[:, 0] == one, 1]) for one in at], "-", color=INK, lw=1.3)
-        axis.plot(pairs[:, 0], pairs[:, 1], "o", color=INK, ms=4, alpha=0.5, mew=0)
-        axis.set_title(part, fontsize=LETTERS, loc="left")
-        axis.set_ylabel(quantity.units if part else axis_label(quantity.label, quantity.units), fontsize=LETTERS)
+            axis.plot(at, [np.nanmean(pairs[pairs[:, 0] == one, 1]) for one in at], "-", color=Figures.INK, lw=1.3)
+        axis.plot(pairs[:, 0], pairs[:, 1], "o", color=Figures.INK, ms=4, alpha=0.5, mew=0)
+        axis.set_title(part, fontsize=Figures.LETTERS, loc="left")
+        axis.set_ylabel(
+            quantity.units if part else Figures.axis_label(quantity.label, quantity.units), fontsize=Figures.LETTERS
+        )
         if not numeric:
             step = -(-len(values) // 8)
             labels = [text if len(text) <= 20 else f"{text[:19]}…" for text in map(_text, values[::step])]
             axis.set_xticks(range(0, len(values), step), labels, rotation=20, ha="right")
-    axes[-1].set_xlabel(axis_label(key, ""), fontsize=LETTERS)
+    axes[-1].set_xlabel(Figures.axis_label(key, ""), fontsize=Figures.LETTERS)
     return figure
 
 
 def _pictures(summary: SweepSummary) -> Iterator[Block]:
     if not summary.looks:
-        yield note("There is nothing to show.")
+        yield Markup.note("There is nothing to show.")
         return
-    yield paragraph("The first frame of some points, evenly spread; one colour scale per band. North is up.")
-    for look in summary.looks[:DRAWN_BANDS]:
+    yield Markup.paragraph("The first frame of some points, evenly spread; one colour scale per band. North is up.")
+    for look in summary.looks[: Figures.DRAWN_BANDS]:
         quantity = look.quantity
         name = " ".join(word for word in (quantity.label, quantity.parts[look.part]) if word)
         # images of a sweep may differ in size
         pixels = np.concatenate([plane.ravel() for _, plane in look.planes])[None]
         scale = ColourScale.of(pixels, quantity.colours[look.part], quantity.flags)
-        shown = [picture(scale.png(plane), f"{name}, {_values(point)}", _values(point)) for point, plane in look.planes]
-        yield element("h3", name)
-        yield element("div", *shown, class_="thumbnails")
-        yield element("div", scale.bar(quantity.units), class_="scale")
+        shown = [
+            Markup.picture(scale.png(plane), f"{name}, {_values(point)}", _values(point))
+            for point, plane in look.planes
+        ]
+        yield Markup.element("h3", name)
+        yield Markup.element("div", *shown, class_="thumbnails")
+        yield Markup.element("div", scale.bar(quantity.units), class_="scale")
 
 
 def _values(point: PointEntry) -> str:
@@ -173,7 +180,7 @@ def _points(sweep: Sweep, summary: SweepSummary) -> Block:
     for point in sweep.points[:LISTED]:
         entry = read_of.get(point.number)
         means = [f"{entry.means[column]:.5g}" if entry and column in entry.means else "" for column in summary.columns]
-        certificate = (certificate_badge(entry.certificate) or "none") if entry else ""
+        certificate = (Provenance.badge(entry.certificate) or "none") if entry else ""
         keys = [_text(point.values.get(key)) for key in sweep.keys]
         rows.append([str(point.number), *keys, point.state, certificate, *means])
     caption = f"Means over pixels and frames as above.{_first_of(sweep.points, ' points')}"
@@ -191,17 +198,17 @@ def _failed(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
     ]
     failed += summary.unreadable
     if not failed:
-        yield paragraph("None.")
+        yield Markup.paragraph("None.")
         return
     rows = [[str(point.number), _values(point), why] for point, why in failed[:LISTED]]
     yield Table(["point", "values", "error"], rows, _first_of(failed).strip(), text_columns=3)
 
 
 def _provenance(sweep: Sweep) -> Iterator[Block]:
-    yield facts((name, value) for name, value in sweep.about.items() if value)
+    yield Markup.facts((name, value) for name, value in sweep.about.items() if value)
     for point in sweep.points:
         if point.cube is not None:
-            yield paragraph(f"Of point {point.number}; others differ in the swept keys.")
+            yield Markup.paragraph(f"Of point {point.number}; others differ in the swept keys.")
             with point.cube() as dataset:
-                yield from origin(dataset.attrs)
+                yield from Provenance.origin(dataset.attrs)
             return

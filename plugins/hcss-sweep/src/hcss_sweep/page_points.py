@@ -17,11 +17,11 @@ from hcss_sweep.dataset import MARK, open_sweep
 from hcss_sweep.errors import SweepError
 from hcss_sweep.folder import FORMAT, INDEX
 from hcss_twin import open_cube
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.providers import HcssError
 from hcss_twin.reports.cube_frames import CURVES, FrameNumbers, ImageQuantity, Reader, binned, quantities, spread
-from hcss_twin.reports.provenance import json_attribute, versions_text
+from hcss_twin.reports.provenance import Provenance
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -98,7 +98,7 @@ def opened(path: Path) -> Iterator[Sweep]:
 
 
 def _index(path: Path) -> dict[str, Any]:
-    with reading(path, SweepError):
+    with Reading(path, SweepError):
         index = json.loads(path.read_text(encoding="utf-8"))
     if not isinstance(index, dict) or index.get("format") != FORMAT or not isinstance(index.get("points"), list):
         raise SweepError(f"{path} is not a sweep index of this version")
@@ -119,7 +119,7 @@ def _of_folder(folder: Path) -> Sweep:
     about = {
         "folder": folder.resolve().name,
         "hash of the sweep": str(index["sweep"]),
-        "versions": versions_text(index.get("versions", {})),
+        "versions": Provenance.versions(index.get("versions", {})),
         "size": f"{sum(entry.get('bytes') or 0 for entry in index['points']) / 1e6:.1f} MB",
         "computing time": f"{sum(entry.get('seconds') or 0.0 for entry in index['points']):.1f} s",
     }
@@ -146,7 +146,7 @@ def _of_dataset(dataset: xr.Dataset, path: Path) -> Sweep:
         "file": path.name,
         "hash of the sweep": str(dataset.attrs[MARK]),
         "written": str(dataset.attrs.get("date_created", "")),
-        "versions": versions_text(json_attribute(dataset.attrs, "hcss_versions", {})),
+        "versions": Provenance.versions(Provenance.value(dataset.attrs, "hcss_versions", {})),
     }
     return Sweep(str(dataset.attrs.get("title", "")), tuple(keys.values()), "product", tuple(points), about)
 

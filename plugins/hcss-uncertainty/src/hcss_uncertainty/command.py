@@ -9,19 +9,7 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import (
-    EXISTING_FILE,
-    NEW_FILE,
-    Stop,
-    assigned,
-    force_option,
-    json_option,
-    print_json,
-    progress,
-    require_writable,
-    set_option,
-    with_size,
-)
+from hcss_twin.cli.options import Existing, Output, Shared, Stop, assigned, progress, require_writable, write_json
 from hcss_twin.core.errors import CertificateWarning
 
 EXIT_FAILED = 1
@@ -29,9 +17,9 @@ EXIT_FAILED = 1
 
 @click.command("propagate")
 @click.argument("scenario")
-@set_option
+@Shared.changes
 @click.option("--draws", type=int, default=200, help="Number of random draws of the inputs, each with two seeds.")
-@click.option("--posterior", type=EXISTING_FILE, help="File of `hcss fit` for the cloud parameters.")
+@click.option("--posterior", type=Existing(dir_okay=False), help="File of `hcss fit` for the cloud parameters.")
 @click.option(
     "--uncertain",
     multiple=True,
@@ -54,9 +42,11 @@ EXIT_FAILED = 1
 @click.option("--maps", is_flag=True, help="Also write mean and standard deviation of each pixel.")
 @click.option("--layer", type=int, help="With --posterior: cloud layer it applies to, if there are two.")
 @click.option("--workers", default=1, type=click.IntRange(1, 1024), help="Processes; the result is the same.")
-@click.option("-o", "--output", type=NEW_FILE, help="File to write, NetCDF; default: NAME.propagation.nc.")
-@force_option
-@json_option
+@click.option(
+    "-o", "--output", type=Output(dir_okay=False), help="File to write, NetCDF; default: NAME.propagation.nc."
+)
+@Shared.force
+@Shared.json
 @click.pass_context
 def propagate_command(
     context: click.Context,
@@ -103,9 +93,13 @@ def propagate_command(
             progress=partial(progress, context.ensure_object(Stop), label="draws"),
         )
     if as_json:
-        print_json(propagation_values(result))
+        write_json(propagation_values(result))
     else:
-        click.echo("\n".join([propagation_text(result), *map(with_size, result.cubes)]))
+        click.echo(
+            "\n".join(
+                [propagation_text(result), *(f"{cube}  {cube.stat().st_size / 1e6:.1f} MB" for cube in result.cubes)]
+            )
+        )
     failed = [certificate for certificate in result.certificates if not certificate.passed]
     for certificate in failed:
         click.echo(f"error: certificate {certificate.lines[0]}", err=True)

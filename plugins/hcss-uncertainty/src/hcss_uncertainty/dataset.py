@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.core.netcdf import open_with_xarray, write_with_xarray
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array
 from hcss_uncertainty.draw_statistics import LEVELS, METRICS, SPREAD, DrawStatistics
 from hcss_uncertainty.errors import PropagationError
@@ -147,7 +147,7 @@ def write_propagation(dataset: xr.Dataset, path: Path) -> None:
         for name, variable in dataset.data_vars.items()
         if variable.dtype.kind in "fi" and variable.ndim
     }
-    with atomic_write(path, PropagationError, "NetCDF") as draft:
+    with Writing(path, PropagationError, "NetCDF") as draft:
         write_with_xarray(dataset, draft, encoding=encoding)
 
 
@@ -157,7 +157,7 @@ def open_propagation(path: str | Path) -> xr.Dataset:
 
     Raises PropagationError if it cannot be read or is not a propagation.
     """
-    with reading(path, PropagationError):
+    with Reading(path, PropagationError):
         dataset = open_with_xarray(path)
     version = dataset.attrs.get(VERSION_ATTRIBUTE)
     if version != VERSION:

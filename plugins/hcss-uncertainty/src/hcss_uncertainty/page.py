@@ -10,9 +10,9 @@ import numpy as np
 
 from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.providers import Array
-from hcss_twin.reports.figures import DRAWN_BANDS, INK, LETTERS, WIDTH_IN, drawing, new_figure, panels, picture, plain
-from hcss_twin.reports.page import Block, Markup, Page, Section, beside, facts, folded, note, paragraph
-from hcss_twin.reports.provenance import json_attribute, names_in, provenance, scenario
+from hcss_twin.reports.figures import Figures
+from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.provenance import Provenance
 from hcss_uncertainty import tables
 from hcss_uncertainty.pixel_maps import MAP
 from hcss_uncertainty.summary import QUANTILES
@@ -64,8 +64,8 @@ def propagation_page(path: Path) -> Page:
 
 
 def _spread(contents: PropagationContents) -> Iterator[Block]:
-    yield from (note(str(text)) for text in json_attribute(contents.dataset.attrs, "notes", []))
-    yield paragraph(
+    yield from (Markup.note(str(text)) for text in Provenance.value(contents.dataset.attrs, "notes", []))
+    yield Markup.paragraph(
         "Over draws, of the mean over the pixels of a class: how uncertain that mean is. The last column is the "
         "standard deviation over the pixels of all draws together: how uncertain a pixel is, its place in the image "
         "included. Each draw has two scenes; scenes without pixels of a class do not count."
@@ -73,15 +73,17 @@ def _spread(contents: PropagationContents) -> Iterator[Block]:
     bands = range(len(contents.labels("band")))
     temperature, radiance = RADIATION
     yield from (tables.spread(contents, temperature, band) for band in bands)
-    yield folded("Radiance", *(tables.spread(contents, radiance, band) for band in bands))
+    yield Markup.folded("Radiance", *(tables.spread(contents, radiance, band) for band in bands))
     yield _drawn_spread(contents, temperature)
-    yield folded("The same of radiance", _drawn_spread(contents, radiance))
+    yield Markup.folded("The same of radiance", _drawn_spread(contents, radiance))
     yield from _first_bands(contents)
-    yield folded("All quantiles", *(tables.quantiles(contents, name, band) for name in RADIATION for band in bands))
+    yield Markup.folded(
+        "All quantiles", *(tables.quantiles(contents, name, band) for name in RADIATION for band in bands)
+    )
 
 
 def _sensor(contents: PropagationContents) -> Iterator[Block]:
-    yield paragraph(
+    yield Markup.paragraph(
         "Each scene is measured twice, by sensors that differ in their seeds: half the mean square difference is the "
         "variance of the noise, fixed pattern included. The signal-to-noise ratio is that of single pixels against "
         "the mean of their class; the NEDT is that of a black body at the brightness temperature of the class. Noise "
@@ -91,26 +93,26 @@ def _sensor(contents: PropagationContents) -> Iterator[Block]:
     for name in ("measured_radiance", "digital_number"):
         if name in contents.dataset:
             every = (tables.spread(contents, name, band) for band in range(len(contents.labels("band"))))
-            yield folded(f"{name.replace('_', ' ').capitalize()} of single pixels", *every)
+            yield Markup.folded(f"{name.replace('_', ' ').capitalize()} of single pixels", *every)
 
 
 def _maps(contents: PropagationContents) -> Iterator[Block]:
-    yield paragraph(
+    yield Markup.paragraph(
         "Over the scenes of all draws with both seeds, of each pixel of the first frame: mean, standard deviation, and "
         "the part of it that is due to the seed, which places the clouds."
     )
     for name in contents.mapped:
         values = contents.dataset[f"{name}{MAP}mean"]
-        names = contents.labels("band")[:DRAWN_BANDS] if "band" in values.dims else [""]
+        names = contents.labels("band")[: Figures.DRAWN_BANDS] if "band" in values.dims else [""]
         for band, label in enumerate(names):
             shown = f"{name.replace('_', ' ')}{', ' if label else ''}{label}"
-            yield picture(_maps_of(contents, name, band), f"maps of {shown}", f"{shown[:1].upper()}{shown[1:]}.")
+            yield Markup.picture(_maps_of(contents, name, band), f"maps of {shown}", f"{shown[:1].upper()}{shown[1:]}.")
 
 
 def _maps_of(contents: PropagationContents, name: str, band: int) -> Figure:
     """Draw mean and standard deviations of the pixels of the first frame side by side, as they are seen."""
     dataset = as_seen(contents.dataset)
-    figure = new_figure(2.0 * WIDTH_IN, 3.2)
+    figure = Figures.new(2.0 * Figures.WIDTH_IN, 3.2)
     titles = ("mean", "standard deviation", "due to the seed")
     statistics = ("mean", "standard_deviation", "seed_standard_deviation")
     unit = 1e3 if "units" in dataset["x"].attrs else 1.0
@@ -124,18 +126,20 @@ def _maps_of(contents: PropagationContents, name: str, band: int) -> Figure:
         shown = axis.imshow(
             plane[::step, ::step], origin="lower", extent=(x[0], x[-1], y[0], y[-1]), cmap="viridis", **limits
         )
-        axis.set_title(title, fontsize=LETTERS)
-        axis.tick_params(labelsize=LETTERS - 1)
+        axis.set_title(title, fontsize=Figures.LETTERS)
+        axis.tick_params(labelsize=Figures.LETTERS - 1)
         bar = figure.colorbar(shown, ax=axis, orientation="horizontal", shrink=0.9)
-        bar.ax.tick_params(labelsize=LETTERS - 1)
+        bar.ax.tick_params(labelsize=Figures.LETTERS - 1)
         bar.ax.locator_params(nbins=4)
-        bar.set_label(values.attrs["units"].removeprefix("1"), fontsize=LETTERS - 1)
-    figure.supxlabel("km from the centre" if unit > 1.0 else "column; row, the first at the top", fontsize=LETTERS)
+        bar.set_label(values.attrs["units"].removeprefix("1"), fontsize=Figures.LETTERS - 1)
+    figure.supxlabel(
+        "km from the centre" if unit > 1.0 else "column; row, the first at the top", fontsize=Figures.LETTERS
+    )
     return figure
 
 
 def _budget(contents: PropagationContents) -> Iterator[Block]:
-    yield paragraph(
+    yield Markup.paragraph(
         "Errors of the mean of a class: the standard deviation over draws, divided into the parts of the uncertain "
         "inputs and of the seed, beside the errors of the models against the best reference known, where stated. "
         "Together is the root of the sum of squares."
@@ -145,15 +149,15 @@ def _budget(contents: PropagationContents) -> Iterator[Block]:
 
 def _drawn_spread(contents: PropagationContents, name: str) -> Markup:
     marks = ", ".join(f"{100 * QUANTILES[index]:g}" for index in tables.SHOWN)
-    return beside(
+    return Markup.beside(
         *(
-            drawing(
+            Markup.drawing(
                 _draws_of_band(contents, name, band),
                 f"draws of {name.replace('_', ' ')}, {label}",
                 f"{label}: class means of the scenes of all draws, both seeds; lines at {marks} %."
                 f"{_some_classes(contents)}",
             )
-            for band, label in enumerate(contents.labels("band")[:DRAWN_BANDS])
+            for band, label in enumerate(contents.labels("band")[: Figures.DRAWN_BANDS])
         )
     )
 
@@ -182,13 +186,13 @@ def _distributions(
         What each value represents.
     """
     columns = list(columns)
-    figure, axes = panels(len(columns), 1.15)
+    figure, axes = Figures.panels(len(columns), 1.15)
     for axis, (name, values, marks) in zip(axes, columns, strict=True):
         known = values[np.isfinite(values)]
-        axis.set_title(name, fontsize=LETTERS, loc="left")
-        axis.set_ylabel(counted, fontsize=LETTERS)
+        axis.set_title(name, fontsize=Figures.LETTERS, loc="left")
+        axis.set_ylabel(counted, fontsize=Figures.LETTERS)
         if not known.size:
-            axis.text(0.5, 0.5, "in no draw", transform=axis.transAxes, ha="center", fontsize=LETTERS)
+            axis.text(0.5, 0.5, "in no draw", transform=axis.transAxes, ha="center", fontsize=Figures.LETTERS)
             axis.set_xticks([])
             axis.set_yticks([])
             continue
@@ -196,7 +200,7 @@ def _distributions(
         level, width = float(known.mean()), float(np.ptp(known))
         least = 1e-6 * max(abs(level), 1e-12)
         ends = (known.min(), known.max()) if width > least else (level - 500 * least, level + 500 * least)
-        axis.hist(known, int(np.clip(np.sqrt(known.size) * 1.5, 6, 40)), range=ends, color=INK, alpha=0.6)
+        axis.hist(known, int(np.clip(np.sqrt(known.size) * 1.5, 6, 40)), range=ends, color=Figures.INK, alpha=0.6)
         for mark in marks:
             if np.isfinite(mark):
                 axis.axvline(mark, color=_MARKS, lw=1.0)
@@ -205,7 +209,7 @@ def _distributions(
         axis.ticklabel_format(axis="x", useOffset=False, style="plain")
         if level and abs(level) < 1e-3:
             axis.ticklabel_format(axis="x", style="sci", scilimits=(0, 0))
-    axes[-1].set_xlabel(label, fontsize=LETTERS)
+    axes[-1].set_xlabel(label, fontsize=Figures.LETTERS)
     return figure
 
 
@@ -216,12 +220,12 @@ def _some_classes(contents: PropagationContents) -> str:
 
 def _first_bands(contents: PropagationContents) -> Iterator[Block]:
     count = len(contents.labels("band"))
-    if count > DRAWN_BANDS:
-        yield paragraph(f"Shown are the first {DRAWN_BANDS} of {count} bands.")
+    if count > Figures.DRAWN_BANDS:
+        yield Markup.paragraph(f"Shown are the first {Figures.DRAWN_BANDS} of {count} bands.")
 
 
 def _shares(contents: PropagationContents) -> Iterator[Block]:
-    yield paragraph(
+    yield Markup.paragraph(
         "The variance over draws, divided among the sources: a first-order share is what would vanish, on average, if "
         "only this source became known; a total share is what would remain if only it stayed unknown. Estimates can "
         "be negative, or above 1, by chance. They use draws all of whose scenes have pixels of the class."
@@ -229,24 +233,24 @@ def _shares(contents: PropagationContents) -> Iterator[Block]:
     data = contents.dataset
     by_regression = np.asarray(data["first_order_estimator"].values) == "regression"
     if by_regression.any() and not np.isfinite(data["radiance_first_order"].values[by_regression]).any():
-        yield note("No share by regression: there are too few draws, or nothing varies.")
+        yield Markup.note("No share by regression: there are too few draws, or nothing varies.")
     bands = contents.labels("band")
-    yield beside(
+    yield Markup.beside(
         *(
-            drawing(
+            Markup.drawing(
                 _shares_of_band(contents, "radiance", band),
                 f"shares of the variance of radiance, {label}",
                 f"{label}: bars are first-order shares, diamonds total ones, lines standard errors."
                 f"{_some_classes(contents)}",
             )
-            for band, label in enumerate(bands[:DRAWN_BANDS])
+            for band, label in enumerate(bands[: Figures.DRAWN_BANDS])
         )
     )
     yield from _first_bands(contents)
     for name in reversed(RADIATION):
         title = f"shares of the variance of mean {name.replace('_', ' ')}"
         classes = contents.labels("class")
-        yield folded(
+        yield Markup.folded(
             title.capitalize(),
             *(
                 tables.shares(contents, name, classes, (band,), f"{label}: {title}, ± standard error.")
@@ -261,9 +265,9 @@ def _shares_of_band(contents: PropagationContents, name: str, band: int) -> Figu
     classes = contents.labels("class")[:DRAWN_CLASSES]
     sources = [index for index in range(len(names)) if contents.orders(index)]
     step = len(classes) + 1.2
-    figure = new_figure(WIDTH_IN, _BAR_IN * step * len(sources) + 1.1)
+    figure = Figures.new(Figures.WIDTH_IN, _BAR_IN * step * len(sources) + 1.1)
     axis = figure.subplots()
-    plain(axis)
+    Figures.plain(axis)
     for kind, colour in zip(range(len(classes)), _COLOURS, strict=False):
         for order in ("first_order", "total"):
             rows = [row for row, source in enumerate(sources) if order in contents.orders(source)]
@@ -286,10 +290,10 @@ def _shares_of_band(contents: PropagationContents, name: str, band: int) -> Figu
     axis.invert_yaxis()
     low, high = axis.get_xlim()
     axis.set_xlim(min(low, -0.05), max(high, 1.05))
-    axis.set_xlabel(f"share of the variance of mean {name.replace('_', ' ')}", fontsize=LETTERS)
-    figure.suptitle(contents.labels("band")[band], fontsize=LETTERS, x=0.01, ha="left")
+    axis.set_xlabel(f"share of the variance of mean {name.replace('_', ' ')}", fontsize=Figures.LETTERS)
+    figure.suptitle(contents.labels("band")[band], fontsize=Figures.LETTERS, x=0.01, ha="left")
     if axis.get_legend_handles_labels()[0]:
-        legend = {"ncols": len(classes), "fontsize": LETTERS - 2, "handlelength": 0.8, "columnspacing": 0.8}
+        legend = {"ncols": len(classes), "fontsize": Figures.LETTERS - 2, "handlelength": 0.8, "columnspacing": 0.8}
         figure.legend(loc="outside upper right", frameon=False, **legend)
     return figure
 
@@ -302,7 +306,7 @@ def _broken(name: str) -> str:
 
 def _metrics(contents: PropagationContents) -> Iterator[Block]:
     data = contents.dataset
-    yield paragraph(
+    yield Markup.paragraph(
         "Coverage, and EV, Den, DP and FD of the clouds' thickness (entropy, density, diagonal peak, fractal "
         "dimension), means over frames. Images below 32 x 32 pixels, or without clouds, have only coverage."
     )
@@ -317,10 +321,10 @@ def _metrics(contents: PropagationContents) -> Iterator[Block]:
         )
         for index, name in enumerate(names)
     )
-    yield drawing(_distributions(columns, "value"), "draws of image metrics", "Scenes of all draws, both seeds.")
+    yield Markup.drawing(_distributions(columns, "value"), "draws of image metrics", "Scenes of all draws, both seeds.")
     shares = tables.shares(contents, "metric", names, (), "± standard error.")
-    yield folded("Shares of the variance of the metrics", shares)
-    yield folded("Fraction of the pixels in each class", tables.fractions(contents))
+    yield Markup.folded("Shares of the variance of the metrics", shares)
+    yield Markup.folded("Fraction of the pixels in each class", tables.fractions(contents))
 
 
 def _inputs(contents: PropagationContents) -> Iterator[Block]:
@@ -341,17 +345,17 @@ def _inputs(contents: PropagationContents) -> Iterator[Block]:
         )
     some = f" The first {DRAWN_INPUTS} of {len(names)}." if len(names) > DRAWN_INPUTS else ""
     figure = _distributions(columns, "value, SI", "draws")
-    yield drawing(figure, "draws of the inputs", f"Draws of the inputs.{some}")
+    yield Markup.drawing(figure, "draws of the inputs", f"Draws of the inputs.{some}")
     if len(names) > 1:
         together = str(contents.dataset.attrs.get("independence", ""))
-        yield paragraph(
+        yield Markup.paragraph(
             f"{together[:1].upper()}{together[1:]}. By chance correlations of independent inputs scatter by about "
             f"{1.0 / np.sqrt(max(1, values.shape[0] - 1)):.2g}."
         )
         yield tables.correlations(contents)
     count = min(tables.LISTED_DRAWS, values.shape[0])
     draws = "Every draw" if count == values.shape[0] else f"The first {count} of {values.shape[0]} draws"
-    yield folded(f"{draws}: each can be run alone with these values", tables.draws(contents))
+    yield Markup.folded(f"{draws}: each can be run alone with these values", tables.draws(contents))
 
 
 def _scenes(contents: PropagationContents) -> Iterator[Block]:
@@ -364,8 +368,8 @@ def _scenes(contents: PropagationContents) -> Iterator[Block]:
         ("sets of radiance tables", str(attributes.get("table_sets", ""))),
         ("shares of the variance", str(attributes.get("shares", ""))),
     ]
-    yield facts((name, value) for name, value in pairs if value)
-    yield paragraph(
+    yield Markup.facts((name, value) for name, value in pairs if value)
+    yield Markup.paragraph(
         "Scenes whose sea, atmosphere, cloud altitudes and particles are the same share a set of radiance tables; "
         "cloud shape, coverage and seed do not matter."
     )
@@ -375,12 +379,12 @@ def _provenance(contents: PropagationContents, path: Path) -> Iterator[Block]:
     attributes = contents.dataset.attrs
     files = [
         (str(source.get("name")), str(source.get("sha256")))
-        for source in json_attribute(attributes, "posterior_inputs", [])
+        for source in Provenance.value(attributes, "posterior_inputs", [])
         if isinstance(source, dict)
     ]
     if {"posterior", "posterior_sha256"} <= set(attributes):
         files.insert(0, (str(attributes["posterior"]), str(attributes["posterior_sha256"])))
     file = f"{path.name}, {path.stat().st_size / 1e6:.2f} MB"
-    yield from provenance(attributes, file, {"seed": "seed"}, files, names_in(_SHOWN))
+    yield from Provenance.blocks(attributes, file, {"seed": "seed"}, files, Provenance.names_in(_SHOWN))
     if "scenario" in attributes:
-        yield scenario(attributes["scenario"])
+        yield Provenance.scenario(attributes["scenario"])

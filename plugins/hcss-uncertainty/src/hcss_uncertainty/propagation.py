@@ -18,7 +18,7 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.environment import announce_compilation, versions
 from hcss_twin.core.errors import CertificateWarning
-from hcss_twin.core.files import require_file
+from hcss_twin.core.files import Writing
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.parts import executor_of
 from hcss_twin.engine.simulate import run
@@ -276,6 +276,6 @@ def _check(draws: int, shares: str, cubes_of: Sequence[int], workers: int, path:
     if path is not None:
         if path.suffix != ".nc":
             raise PropagationOptionError(f"{path}: allowed: a name that ends in .nc")
-        require_file(path, PropagationError, "NetCDF")
+        Writing(path, PropagationError, "NetCDF").check()
         if not path.parent.is_dir():
             raise PropagationError(f"cannot write {path}: there is no folder {path.parent}")

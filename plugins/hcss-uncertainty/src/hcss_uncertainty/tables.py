@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.core.reading import reads
-from hcss_twin.reports.provenance import json_attribute
-from hcss_twin.reports.tables import Table, number
+from hcss_twin.core.reading import Reading
+from hcss_twin.reports.provenance import Provenance
+from hcss_twin.reports.tables import Table
 from hcss_uncertainty.dataset import open_propagation
 from hcss_uncertainty.errors import PropagationError
 from hcss_uncertainty.estimators import SAME
@@ -86,7 +86,7 @@ class PropagationContents:
         return f"{name.replace('_', ' ')} ({self.dataset[name].attrs.get('units', '')})"
 
 
-@reads(PropagationError)
+@Reading.argument(PropagationError)
 def read_contents(path: Path) -> PropagationContents:
     """Read a propagation.
 
@@ -109,7 +109,7 @@ def with_error(value: float, error: float) -> str:
     Without an error greater than 0, the value has five digits and no error; NaN becomes ``-``.
     """
     if not (math.isfinite(value) and math.isfinite(error) and error > 0.0):
-        return number(value, 5)
+        return Table.number(value, 5)
     decimals = max(0, 1 - math.floor(math.log10(error)))
     if decimals > MAX_DECIMALS:
         # the value has the same last decimal place as the error
@@ -139,7 +139,7 @@ def spread(contents: PropagationContents, name: str, band: int) -> Table:
     """Return mean, standard deviation and quantiles over draws by class, and the pixel standard deviation."""
     pixels = contents.dataset[f"{name}_pixel_standard_deviation"].values[band]
     rows = [
-        [kind, *_moments(contents, name, (band, class_number)), number(float(pixels[class_number]), 5)]
+        [kind, *_moments(contents, name, (band, class_number)), Table.number(float(pixels[class_number]), 5)]
         for class_number, kind in enumerate(contents.labels("class"))
     ]
     caption = f"{contents.labels('band')[band]}: {contents.label(name)}, ± standard error."
@@ -175,7 +175,7 @@ def budget(contents: PropagationContents, band: int, stated: Stated | None = Non
     ``stated`` are the errors of models, by default those in the file.
     """
     if stated is None:
-        stated = json_attribute(contents.dataset.attrs, MODEL_ERRORS, {})
+        stated = Provenance.value(contents.dataset.attrs, MODEL_ERRORS, {})
     name = contents.labels("band")[band]
     found = joint_budget(contents.dataset, name, stated)
     models = list(dict.fromkeys(model for row in found for model in row.models))
@@ -208,7 +208,7 @@ def quantiles(contents: PropagationContents, name: str, band: int) -> Table:
         means = (with_error(*contents.pair(f"{name}_quantile", (index, band, class_number))) for index in places)
         rows.append([kind, "mean of a class", *means])
         pixels = contents.dataset[f"{name}_pixel_quantile"].values[:, band, class_number]
-        rows.append([kind, "pixel", *(number(float(pixel), 5) for pixel in pixels)])
+        rows.append([kind, "pixel", *(Table.number(float(pixel), 5) for pixel in pixels)])
     header = ["class", "of", *(f"{100 * quantile:g} %" for quantile in QUANTILES)]
     caption = f"{contents.labels('band')[band]}: quantiles of {contents.label(name)}."
     return Table(header, rows, caption, text_columns=2)
@@ -255,7 +255,7 @@ def shares(
 
 def inputs(contents: PropagationContents) -> Table:
     """Return the distribution of each input, and the moments of its draws."""
-    distributions = json_attribute(contents.dataset.attrs, "uncertain", {})
+    distributions = Provenance.value(contents.dataset.attrs, "uncertain", {})
     rows = []
     for index, name in enumerate(contents.labels("input")):
         draws = np.asarray(contents.dataset["input_value"].values[:, index], dtype=np.float64)

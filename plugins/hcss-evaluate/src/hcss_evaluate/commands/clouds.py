@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from hcss_evaluate.commands.image_options import cloud_options
-from hcss_twin.cli.options import EXISTING_FILE, NEW_FILE, force_option, json_option, print_json, require_writable
+from hcss_twin.cli.options import Existing, Output, Shared, require_writable, write_json
 from hcss_twin.core.json_numbers import json_value
 from hcss_twin.providers import CatalogError
 
@@ -39,7 +39,7 @@ _LIST = "\0"
 
 
 @click.command("import")
-@click.argument("image", type=EXISTING_FILE, required=False)
+@click.argument("image", type=Existing(dir_okay=False), required=False)
 @click.option(
     "--sample",
     is_flag=False,
@@ -66,8 +66,8 @@ _LIST = "\0"
 @click.option("--source", help="Source of the image.")
 @click.option("--licence", help="Licence of the image; default: from the file.")
 @click.option("--to", "folder", default="clouds", type=_FOLDER, help="Folder of the entries.")
-@force_option
-@json_option
+@Shared.force
+@Shared.json
 def import_command(
     image: Path | None,
     sample: str | None,
@@ -141,7 +141,7 @@ def import_command(
     draw_entry(entry, name, picture)
     if as_json:
         answer = {"name": name, "entry": str(path), "preview": str(picture), "notes": entry.notes}
-        print_json({**answer, **_as_dict(entry.facts)})
+        write_json({**answer, **_as_dict(entry.facts)})
         return
     click.echo("\n".join([*_described(entry.facts, entry.grey.shape), *entry.notes, f"{path}  {picture}"]))
 
@@ -156,7 +156,7 @@ def _list_samples(as_json: bool) -> None:
         listed = [
             {"name": name, "installed": sample.folder is not None, **_as_dict(sample)} for name, sample in known.items()
         ]
-        print_json(listed)
+        write_json(listed)
         return
     for name, sample in known.items():
         click.echo(
@@ -168,7 +168,7 @@ def _list_samples(as_json: bool) -> None:
 
 
 @click.group(invoke_without_command=True)
-@json_option
+@Shared.json
 @click.pass_context
 def clouds(context: click.Context, as_json: bool) -> None:
     """Show the cloud database; without a command, list it."""
@@ -193,7 +193,7 @@ def _folders(folder: Path | None) -> list[Path]:
 
 @clouds.command("list")
 @_folder_option
-@json_option
+@Shared.json
 def clouds_list(folder: Path | None = None, as_json: bool = False) -> None:
     """List the entries."""
     from hcss_evaluate.database.folder import list_entries
@@ -210,7 +210,7 @@ def clouds_list(folder: Path | None = None, as_json: bool = False) -> None:
             }
             for entry in listed
         ]
-        print_json(answer)
+        write_json(answer)
         return
     if not listed:
         click.echo(f"no entries in {folder}; make one with: hcss import IMAGE --to {folder}")
@@ -234,10 +234,13 @@ def clouds_list(folder: Path | None = None, as_json: bool = False) -> None:
 @click.argument("name")
 @_folder_option
 @click.option(
-    "-o", "--output", type=NEW_FILE, help="Picture; default: NAME.png beside the entry; here for a shipped one."
+    "-o",
+    "--output",
+    type=Output(dir_okay=False),
+    help="Picture; default: NAME.png beside the entry; here for a shipped one.",
 )
-@force_option
-@json_option
+@Shared.force
+@Shared.json
 def clouds_preview(name: str, folder: Path | None, output: Path | None, force: bool, as_json: bool) -> None:
     """Draw and describe the entry NAME."""
     from hcss_evaluate.database.folder import entry_path
@@ -253,7 +256,7 @@ def clouds_preview(name: str, folder: Path | None, output: Path | None, force: b
     entry = read_entry(path)
     draw_entry(entry, name, picture)
     if as_json:
-        print_json({"name": name, "preview": str(picture), **_as_dict(entry.facts)})
+        write_json({"name": name, "preview": str(picture), **_as_dict(entry.facts)})
         return
     click.echo("\n".join([*_described(entry.facts, entry.grey.shape), str(picture)]))
 

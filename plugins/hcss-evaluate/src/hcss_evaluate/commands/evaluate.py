@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from functools import partial
 from pathlib import Path
@@ -11,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from hcss_evaluate.commands.image_options import metres
 from hcss_twin.cli.options import (
-    EXISTING,
-    NEW_FILE,
+    Existing,
     Number,
+    Output,
+    Shared,
     Stop,
-    force_option,
-    json_file_option,
-    metres,
     progress,
     require_two_files,
     require_writable,
@@ -97,15 +95,15 @@ def _side_options(command: Any) -> Any:
 
 
 @click.command("evaluate")
-@click.argument("real", type=EXISTING)
-@click.argument("sim", type=EXISTING, required=False)
+@click.argument("real", type=Existing())
+@click.argument("sim", type=Existing(), required=False)
 @click.option(
     "--real-also",
     multiple=True,
-    type=EXISTING,
+    type=Existing(),
     help="Next image of a real sequence that begins with REAL, or with --realism more images; repeat.",
 )
-@click.option("--sim-also", multiple=True, type=EXISTING, help="With --realism: more simulated images; repeat.")
+@click.option("--sim-also", multiple=True, type=Existing(), help="With --realism: more simulated images; repeat.")
 @_side_options
 @click.option(
     "--method",
@@ -146,9 +144,9 @@ def _side_options(command: Any) -> Any:
     "--blur", default=0.65, type=Number(0, 10), help="With --realism: standard deviation of the blur of SIM, pixels."
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="With --realism: seed of noise, folds and classifiers.")
-@click.option("-o", "--output", type=NEW_FILE, help="Report to write (.html).")
-@json_file_option
-@force_option
+@click.option("-o", "--output", type=Output(dir_okay=False), help="Report to write (.html).")
+@Shared.json_file
+@Shared.force
 @click.pass_context
 def evaluate_command(
     context: click.Context,
@@ -215,19 +213,17 @@ def evaluate_command(
         )
         if output is not None:
             from hcss_evaluate.realism.page import realism_page
-            from hcss_twin.reports.page import write_page
 
-            write_page(output, realism_page(tested))
-        _answer(json.dumps(tested.as_dict(), allow_nan=False), realism_text(tested), output, json_file)
+            realism_page(tested).write(output)
+        _answer(tested.as_dict(), realism_text(tested), output, json_file)
         return
     with announce_compilation(partial(click.echo, err=True)):
         result = evaluate([real, *real_also], sim, *choices, whole=whole, progress=shown)
     if output is not None:
         from hcss_evaluate.pages.evaluation_page import evaluation_page
-        from hcss_twin.reports.page import write_page
 
-        write_page(output, evaluation_page(result))
-    _answer(json.dumps(result.as_dict(), allow_nan=False), evaluation_text(result), output, json_file)
+        evaluation_page(result).write(output)
+    _answer(result.as_dict(), evaluation_text(result), output, json_file)
 
 
 def _test_radiance(
@@ -244,10 +240,8 @@ def _test_radiance(
     limits = {name: given or channel_limits(name) for name, given in (channels or known_channels(real)).items()}
     done = blind_test(real, limits, most=spots, progress=shown)
     if output is not None:
-        from hcss_twin.reports.page import write_page
-
-        write_page(output, blind_page(done))
-    _answer(json.dumps(done.as_dict(), allow_nan=False), blind_text(done), output, json_file)
+        blind_page(done).write(output)
+    _answer(done.as_dict(), blind_text(done), output, json_file)
 
 
 _OF_METRICS = ("method", "real_method", "sim_method", "coverage", "window_pixels", "cloud_is", "whole")
@@ -292,10 +286,10 @@ def _choice(side: str, method: Method, options: dict[str, Any]) -> EvaluationCho
     )
 
 
-def _answer(answer: str, text: str, output: Path | None, json_file: Path | None) -> None:
+def _answer(answer: dict[str, Any], text: str, output: Path | None, json_file: Path | None) -> None:
     """Print JSON or the text with the names of the files, and write JSON to its file."""
     if json_file is not None:
-        write_json(json_file, answer)
+        write_json(answer, json_file)
     if str(json_file) == "-":
         return
     click.echo(text)

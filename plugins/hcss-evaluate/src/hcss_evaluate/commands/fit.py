@@ -12,16 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcss_evaluate.commands.image_options import image_options, refuse_image_options, worded_for_options
-from hcss_twin.cli.options import (
-    EXISTING_FILE,
-    NEW_FILE,
-    Number,
-    Stop,
-    force_option,
-    json_option,
-    print_json,
-    require_writable,
-)
+from hcss_twin.cli.options import Existing, Number, Output, Shared, Stop, require_writable, write_json
 
 if TYPE_CHECKING:
     from hcss_evaluate.posterior.posterior_file import Posterior
@@ -48,7 +39,7 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
 
 
 @click.command("fit")
-@click.argument("images", nargs=-1, type=EXISTING_FILE)
+@click.argument("images", nargs=-1, type=Existing(dir_okay=False))
 @click.option(
     "--fd",
     type=Number(),
@@ -101,9 +92,11 @@ def _pairs(context: click.Context, parameter: click.Parameter, given: tuple[str,
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Seed of simulations and chains.")
 @image_options
-@click.option("-o", "--output", type=NEW_FILE, help="Posterior to write, NetCDF; default: NAME-posterior.nc.")
-@force_option
-@json_option
+@click.option(
+    "-o", "--output", type=Output(dir_okay=False), help="Posterior to write, NetCDF; default: NAME-posterior.nc."
+)
+@Shared.force
+@Shared.json
 @click.pass_obj
 def fit_command(
     stop: Stop | None,
@@ -156,7 +149,7 @@ def fit_command(
             "doubts": posterior.doubts,
             "notes": notes,
         }
-        print_json(answer)
+        write_json(answer)
     else:
         fixed_lines = [f"{name} fixed at {value:g}" for name, value in posterior.fixed.items()]
         p_lines = [f"{name}: posterior predictive p = {p:.2g}" for name, p in p_values]

@@ -8,7 +8,24 @@ from typing import Any
 
 import click
 
-from hcss_twin.cli.options import Number, metres
+from hcss_twin.cli.options import Number
+
+
+def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
+    """Read a length such as ``1 km``; a plain number is in metres."""
+    from pydantic_core import PydanticCustomError
+
+    from hcss_twin.scenario.units import QuantityParser
+
+    if text is None:
+        return None
+    try:
+        size = QuantityParser("length")(text)
+    except PydanticCustomError as error:
+        raise click.BadParameter(error.message()) from error
+    if not isinstance(size, float) or not 0.0 < size < float("inf"):
+        raise click.BadParameter(f"{text} given, allowed: greater than 0")
+    return size
 
 
 def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:

@@ -14,16 +14,7 @@ import click
 
 from hcss_evaluate.commands.image_options import image_options, refuse_image_options, worded_for_options
 from hcss_evaluate.matching import BUDGET
-from hcss_twin.cli.options import (
-    EXISTING,
-    NEW_FILE,
-    Number,
-    force_option,
-    json_option,
-    print_json,
-    require_two_files,
-    require_writable,
-)
+from hcss_twin.cli.options import Existing, Number, Output, Shared, require_two_files, require_writable, write_json
 from hcss_twin.core.json_numbers import json_number
 
 if TYPE_CHECKING:
@@ -32,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @click.command("match")
-@click.argument("image", required=False, type=EXISTING)
+@click.argument("image", required=False, type=Existing())
 @click.option(
     "--fd",
     "wanted",
@@ -55,10 +46,10 @@ if TYPE_CHECKING:
     type=click.IntRange(0, 100_000),
     help="Images to simulate in the search; 0: only the analytic start.",
 )
-@click.option("-o", "--output", type=NEW_FILE, help="Fragment to write; default: NAME-clouds.toml.")
-@click.option("--preview", type=NEW_FILE, help="Also draw IMAGE next to a simulation (.png).")
-@force_option
-@json_option
+@click.option("-o", "--output", type=Output(dir_okay=False), help="Fragment to write; default: NAME-clouds.toml.")
+@click.option("--preview", type=Output(dir_okay=False), help="Also draw IMAGE next to a simulation (.png).")
+@Shared.force
+@Shared.json
 def match_command(
     image: Path | None,
     wanted: tuple[float, float] | None,
@@ -102,7 +93,7 @@ def match_command(
     answer = {**done.answer, "fragment": str(output), "preview": None if preview is None else str(preview)}
     files = str(output) if preview is None else f"{output}  {preview}"
     if as_json:
-        print_json(answer)
+        write_json(answer)
     else:
         click.echo("\n".join([*done.lines, files]))
 

@@ -35,7 +35,7 @@ from hcss_evaluate.comparison.side import (
 from hcss_evaluate.measures.morphology import MorphologyErrors
 from hcss_evaluate.measures.power_spectrum import mean_spectrum, spectral_distance_db
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.reading import reading
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array, ImageError
 
 BINS = 80
@@ -100,7 +100,7 @@ def evaluate(
 
 def _measured(side: ComparedSide, progress: Progress | None) -> SideMeasures:
     """Measure a side; what its values cannot be measured for is an error that names its file."""
-    with reading(side.footage.name, ImageError, "its values cannot be measured"):
+    with Reading(side.footage.name, ImageError, "its values cannot be measured"):
         return measure_side(side, progress)
 
 

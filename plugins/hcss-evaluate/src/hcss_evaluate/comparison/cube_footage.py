@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
-from hcss_twin.cube.frame_selection import FrameSelection, Plane, select_frames
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.engine.provenance import Recorded
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.models.radiance.spectral_grid import dense_grid
@@ -67,14 +67,14 @@ def cube_footage(
     if variable is None and _TEMPERATURE in dataset:
         variable = _TEMPERATURE
     notes: list[str] = []
-    selection = select_frames(dataset, variable, (), choice.frames)
+    selection = FrameSelection.of(dataset, variable, (), choice.frames)
     if selection.plane_kind == "layer" and len(selection.planes) > 1:
         raise CubeError(
             f"variable '{selection.variable}': {len(selection.planes)} cloud layers; allowed: variables without layers"
         )
     if selection.plane_kind == "band":
         band = choice.band or _band_like(title, selection, path, like, notes)
-        selection = select_frames(dataset, variable, (band,), choice.frames)
+        selection = FrameSelection.of(dataset, variable, (band,), choice.frames)
     elif choice.band:
         raise CubeError(f"band '{choice.band}': {selection.variable} is the same for all bands; allowed: none")
     plane = selection.planes[0]
@@ -135,7 +135,7 @@ def _band_like(title: str, selection: FrameSelection, path: Path, like: Footage 
 def _truth(dataset: xr.Dataset, frames: tuple[int, ...]) -> Callable[[int], NDArray[np.bool_]] | None:
     if _MASK not in dataset:
         return None
-    chosen = select_frames(dataset, _MASK, (), frames if "time" in dataset[_MASK].dims else ())
+    chosen = FrameSelection.of(dataset, _MASK, (), frames if "time" in dataset[_MASK].dims else ())
 
     def read(number: int) -> NDArray[np.bool_]:
         frame = chosen.frames[number if len(chosen.frames) > 1 else 0]
@@ -156,7 +156,7 @@ def _method(choice: EvaluationChoice, variable: str, has_truth: bool, path: Path
 
 
 def _kelvin(
-    dataset: xr.Dataset, path: Path, selection: FrameSelection, plane: Plane, notes: list[str]
+    dataset: xr.Dataset, path: Path, selection: FrameSelection, plane: FrameSelection.Plane, notes: list[str]
 ) -> Callable[[Array], Array] | None:
     """Return the conversion of the variable to brightness temperature; None if there is none."""
     if is_kelvin(selection.units):
@@ -173,7 +173,7 @@ def _kelvin(
 def _bright(
     choice: EvaluationChoice,
     variable: str,
-    plane: Plane,
+    plane: FrameSelection.Plane,
     values: Callable[[int], Array],
     truth: Callable[[int], NDArray[np.bool_]] | None,
     notes: list[str],

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcss_evaluate.errors import ImageOptionError
 from hcss_twin.core.arguments import checked
-from hcss_twin.models.clouds.imagery.cloudiness import CloudIs
+from hcss_twin.models.clouds.imagery.image import CloudIs
 from hcss_twin.providers import Array
 
 Method = Literal["auto", "otsu", "local", "coverage", "valid", "truth"]

@@ -14,11 +14,10 @@ import numpy as np
 
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
 from hcss_evaluate.errors import ImageOptionError
-from hcss_twin.core.netcdf import NETCDF
-from hcss_twin.core.reading import first_bytes, reading
-from hcss_twin.models.clouds.imagery.cloudiness import bright_is_cloud, described, has_values_in_cloud_only
-from hcss_twin.models.clouds.imagery.image import SatelliteImage, SeveralImagesError
-from hcss_twin.models.clouds.imagery.netcdf_image import UNITS, planck_coefficients, quiet
+from hcss_twin.core.reading import Reading
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.netcdf_image import quiet
+from hcss_twin.models.clouds.imagery.planes import SeveralImagesError
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import Array, CatalogError, CubeError, ImageError, NetcdfFile
 
@@ -47,7 +46,7 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
     first = images[0]
     for path, image in zip(paths[1:], images[1:], strict=True):
         _require_alike(paths[0], first, path, image)
-    notes = list(described(first, choice.cloud_is))
+    notes = list(first.described(choice.cloud_is))
     notes += [f"{path.name}: {note}" for path, image in zip(paths[1:], images[1:], strict=True) for note in image.notes]
     size = choice.pixel_size_m or first.pixel_size_m
     if choice.pixel_size_m and first.pixel_size_m and choice.pixel_size_m != first.pixel_size_m:
@@ -56,7 +55,7 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
         notes.append("The pixel size is that at the sub-satellite point; pixels elsewhere are larger.")
     elif size is None:
         notes.append(f"The file gives no pixel size{': ' + first.pixel_size_note if first.pixel_size_note else ''}.")
-    coefficients = planck_coefficients(paths[0]) if first.units == UNITS else None
+    coefficients = first.planck
     kelvin: Callable[[Array], Array] | None = coefficients.kelvin if coefficients is not None else None
     if is_kelvin(first.units):
         kelvin = np.asarray
@@ -74,7 +73,7 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
         is_nominal=first.pixel_size_is_nominal and choice.pixel_size_m is None,
         labels=tuple(image.date or path.name for path, image in zip(paths, images, strict=True)),
         seconds=_seconds(images),
-        bright_is_cloud=bright_is_cloud(first, choice.cloud_is),
+        bright_is_cloud=first.cloud_is_bright(choice.cloud_is),
         method=_method(choice, first),
         notes=tuple(notes),
         values=lambda number: turned[number],
@@ -86,11 +85,11 @@ def open_images(paths: Sequence[Path], choice: EvaluationChoice) -> Footage:
 def _method(choice: EvaluationChoice, image: SatelliteImage) -> Method:
     if choice.method != "auto":
         return choice.method
-    return "valid" if has_values_in_cloud_only(image) else "otsu"
+    return "valid" if image.has_values_in_cloud_only else "otsu"
 
 
 def _northward(image: SatelliteImage) -> Array:
-    return np.ascontiguousarray(image.values[:: -1 if image.north_first else 1, :: -1 if image.east_first else 1])
+    return np.ascontiguousarray(image.north_and_east_last)
 
 
 def _require_alike(first_path: Path, first: SatelliteImage, path: Path, image: SatelliteImage) -> None:
@@ -149,7 +148,7 @@ def open_footage(
     from hcss_evaluate.comparison.cube_footage import cube_footage
     from hcss_twin import open_cube
 
-    with reading(paths[0], CubeError):
+    with Reading(paths[0], CubeError):
         return cube_footage(title, stack.enter_context(open_cube(paths[0])), paths[0], choice, like)
 
 
@@ -157,7 +156,7 @@ def is_cube(path: Path) -> bool:
     """Whether a file is a cube of this package, complete or not."""
     if path.suffix.lower() == ".zarr" and path.is_dir():
         return True
-    if not path.is_file() or not first_bytes(path, CatalogError).startswith(NETCDF):
+    if not path.is_file() or not Reading(path, CatalogError).is_netcdf:
         return False
     with suppress(Exception), quiet(), NetcdfFile(path) as dataset:  # a damaged file of any kind
         return "hcss_cube_format" in dataset.ncattrs()

@@ -14,7 +14,7 @@ from hcss_evaluate.comparison.definitions import DEFINITIONS, Mode
 from hcss_evaluate.comparison.image_measures import DistributionDistance, ImageMeasures, TemporalAutocorrelation
 from hcss_evaluate.measures.morphology import MorphologyErrors
 from hcss_evaluate.measures.power_spectrum import PowerSpectrum
-from hcss_twin.core.json_numbers import json_list, json_number
+from hcss_twin.core.json_numbers import json_number, json_value
 
 
 @dataclass(frozen=True)
@@ -118,21 +118,21 @@ def side_document(side: Side) -> dict[str, Any]:
         "notes": list(side.notes),
         "frames": [_frame(frame) for frame in side.frames],
         "frames_left_out": [{"frame": label, "reason": why} for label, why in side.left_out],
-        "histogram": json_list(side.histogram),
+        "histogram": json_value(side.histogram),
         "spectrum": None
         if spectrum is None
         else {
-            "wavenumber_cycles_per_pixel": json_list(spectrum.wavenumber),
-            "power": json_list(spectrum.power),
-            "direction_deg": json_list(spectrum.direction_deg),
-            "by_direction": json_list(spectrum.by_direction),
+            "wavenumber_cycles_per_pixel": json_value(spectrum.wavenumber),
+            "power": json_value(spectrum.power),
+            "direction_deg": json_value(spectrum.direction_deg),
+            "by_direction": json_value(spectrum.by_direction),
         },
         "temporal_autocorrelation": None
         if temporal is None
         else {
             "lag_frames": temporal.lag.tolist(),
-            "lag_s": json_list(temporal.lag_s),
-            "correlation": json_list(temporal.correlation),
+            "lag_s": json_value(temporal.lag_s),
+            "correlation": json_value(temporal.correlation),
             "decorrelation_s": json_number(temporal.decorrelation_s),
             "pixels": temporal.pixels,
         },
@@ -300,7 +300,7 @@ class Evaluation:
                 key: json_number(self.distance(key)) for key in DistributionDistance.__dataclass_fields__
             },
             "spectral_distance_db": json_number(self.spectral_distance_db),
-            "histogram_edges": json_list(self.edges),
+            "histogram_edges": json_value(self.edges),
             "real": side_document(self.real),
             "sim": side_document(self.sim),
         }

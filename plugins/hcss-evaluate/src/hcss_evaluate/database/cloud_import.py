@@ -18,16 +18,8 @@ from hcss_evaluate.measures.box_counting import box_counting_dimension
 from hcss_evaluate.measures.fractal_dimension import DimensionEstimate, variogram_dimension
 from hcss_twin import __version__
 from hcss_twin.models.clouds.database import NOT_STATED, CloudEntry, EntryFacts
-from hcss_twin.models.clouds.imagery.cloudiness import (
-    CloudIs,
-    bright_is_cloud,
-    cloudiness_level,
-    described,
-    find_threshold,
-    lost_cloud,
-    relative_grey,
-)
-from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.cloudiness import find_threshold, lost_cloud, relative_grey
+from hcss_twin.models.clouds.imagery.image import CloudIs, SatelliteImage
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import CatalogError, ImageError
 
@@ -95,9 +87,9 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         part = f", rows {row} to {row + rows - 1} and columns {column} to {column + columns - 1}"
     size = _pixel_size(path, image, options)
     # The generator counts rows from the south, image files count them from the north.
-    level = cloudiness_level(image, options.cloud_is)[::-1]
+    level = image.level(options.cloud_is)[::-1]
     missing = np.isnan(level)
-    bright = bright_is_cloud(image, options.cloud_is)
+    bright = image.cloud_is_bright(options.cloud_is)
     if options.method == "valid":
         cloudy, lowest = ~missing, float(np.nanmin(level))
         threshold: float | NDArray[np.float64] = lowest
@@ -158,7 +150,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         created_with=f"hcss-twin {__version__}",
     )
     notes = (
-        *described(image, options.cloud_is),
+        *image.described(options.cloud_is),
         *lost_cloud(image, level, mask, options.cloud_is),
         *_changed_by_cleaning(cloudy & ~missing, facts.coverage, missing),
     )

@@ -33,7 +33,7 @@ from hcss_evaluate.matching.structure import (
 )
 from hcss_evaluate.matching.target import Target
 from hcss_evaluate.measures.morphology import morphology_errors
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CatalogError, ImageError
 
@@ -228,5 +228,5 @@ def write_fragment(text: str, path: Path) -> None:
 
     Raises CatalogError if the file cannot be written.
     """
-    with atomic_write(path, CatalogError, "TOML") as draft:
+    with Writing(path, CatalogError, "TOML") as draft:
         draft.write_text(text, encoding="utf-8")

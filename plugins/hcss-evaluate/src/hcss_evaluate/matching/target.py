@@ -15,25 +15,17 @@ from hcss_evaluate.matching.structure import LEVELS, STILL, CloudImage, grey_inp
 from hcss_twin import open_cube
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.images import SMALLEST_SIDE
-from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.plugins import FAILURES, describe, installed
-from hcss_twin.core.reading import first_bytes
+from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import as_seen
 from hcss_twin.cube.zarr_writer import is_zarr
 from hcss_twin.models.clouds.database import read_facts
-from hcss_twin.models.clouds.imagery.cloudiness import (
-    CloudIs,
-    cloudiness_level,
-    described,
-    has_values_in_cloud_only,
-    relative_grey,
-    thickness_of,
-)
-from hcss_twin.models.clouds.imagery.generator import ImageryClouds
-from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
+from hcss_twin.models.clouds.imagery.cloudiness import relative_grey, thickness_of
+from hcss_twin.models.clouds.imagery.image import CloudIs
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.imagery.whole_scene import MovingWindow, position_problems
-from hcss_twin.providers import Array, CatalogError, CubeError, Grid, ImageError, ScenarioError
+from hcss_twin.providers import Array, CatalogError, CubeError, Grid, ImageError, Kind, ScenarioError
+from hcss_twin.providers.registry.registry import Registry
 
 # Larger images are cropped to this many rows and columns by default, the frame size of the paper.
 LARGEST_SIDE = 800
@@ -185,7 +177,7 @@ def _cube(path: Path, choice: ImageChoice) -> _Source | None:
     """Read the first frame of a cube's thickness with its mask; None if the file or the choice is another image."""
     if choice.method != "auto" or choice.variable not in (None, _THICKNESS):
         return None
-    if not is_zarr(path) and not first_bytes(path, CatalogError).startswith(NETCDF):
+    if not is_zarr(path) and not Reading(path, CatalogError).is_netcdf:
         return None
     try:
         opened = open_cube(path)
@@ -233,9 +225,9 @@ def _image(path: Path, choice: ImageChoice) -> _Source:
     image = read_image(path, choice.variable)
     method = choice.method
     if method == "auto":
-        method = "valid" if has_values_in_cloud_only(image) else "otsu"
+        method = "valid" if image.has_values_in_cloud_only else "otsu"
     if method == "valid":
-        level, turned = cloudiness_level(image, choice.cloud_is), (image.north_first, image.east_first)
+        level, turned = image.level(choice.cloud_is), (image.north_first, image.east_first)
         clouds = partial(_masked, choice, level, turned, "every pixel with a value")
     else:
         how = {
@@ -248,7 +240,7 @@ def _image(path: Path, choice: ImageChoice) -> _Source:
         clouds = partial(_generated, path, choice, f"what the method '{method}' finds", how)
 
     def notes() -> Iterator[str]:
-        yield from described(image, choice.cloud_is)
+        yield from image.described(choice.cloud_is)
         yield from _notes_of_plugins(path, choice.variable)
 
     why = f" ({image.pixel_size_note})" if image.pixel_size_note else ""
@@ -278,7 +270,7 @@ def _generated(
     path: Path, choice: ImageChoice, cloud: str, how: dict[str, Any], grid: Grid
 ) -> tuple[NDArray[np.float32], str]:
     """Return grey levels from the imagery generator, and the cloud with its note on missing pixels."""
-    parameters = ImageryParameters(
+    parameters = dict(
         **how,
         missing=choice.missing,
         row_origin=choice.row_origin,
@@ -286,9 +278,9 @@ def _generated(
         reinterpret_pixel_size=choice.pixel_size_m is not None,
     )
     coverage = 0.5 if choice.coverage is None else choice.coverage
-    clouds = ImageryClouds(
-        grey_inputs(coverage, grid.rows, grid.columns, grid.pixel_size_m, base=path.parent), parameters
-    )
+    registry = Registry.defaults_only()
+    inputs = grey_inputs(coverage, grid.rows, grid.columns, grid.pixel_size_m, base=path.parent)
+    clouds = registry.create(registry.resolve(Kind.CLOUDS, "imagery"), inputs, parameters)
     # Other attributes of the generator, coverage and motion, concern a scene and not a single image.
     cloud += "".join(f"; {note}" for note in clouds.declares.notes if "missing" in note).rstrip(".")
     return clouds.thickness_m(0.0, slice(0, grid.rows), slice(0, grid.columns)), cloud

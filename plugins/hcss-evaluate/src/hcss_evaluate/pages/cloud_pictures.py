@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcss_twin.core.files import atomic_write
+from hcss_twin.core.files import Writing
 from hcss_twin.providers import CatalogError
-from hcss_twin.reports.figures import new_figure
+from hcss_twin.reports.figures import Figures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -73,7 +73,7 @@ def _draw(panels: Sequence[tuple[str, CloudImage]], title: str, structures: Sequ
     rows, columns = panels[0][1].level.shape
     count = len(panels) + bool(structures)
     height = 0.95 * _PANEL_INCHES * min(max(rows / columns, 0.5), 2.0)
-    figure = new_figure(count * _PANEL_INCHES, height + 1.1)
+    figure = Figures.new(count * _PANEL_INCHES, height + 1.1)
     axes = figure.subplots(1, count, squeeze=False)[0]
     step = max(1, -(-max(rows, columns) // PANEL_PIXELS))
     grey = {"cmap": "gray", "vmin": 0, "vmax": 255, "interpolation": "nearest", "origin": "lower"}
@@ -98,7 +98,7 @@ def _draw(panels: Sequence[tuple[str, CloudImage]], title: str, structures: Sequ
 
 
 def _save(figure: Figure, path: Path) -> None:
-    with atomic_write(path, CatalogError, "PNG") as draft:
+    with Writing(path, CatalogError, "PNG") as draft:
         figure.savefig(draft, dpi=110, format="png")
 
 
@@ -119,7 +119,7 @@ def draw_entry(entry: CloudEntry, name: str, path: Path) -> None:
     km = facts.pixel_size_m / 1e3
     shown = {"extent": (0.0, columns * km, 0.0, rows * km), "interpolation": "nearest"}
     height = 0.9 * _PANEL_INCHES * min(max(rows / columns, 0.3), 2.0)
-    figure = new_figure(3 * _PANEL_INCHES, height + 1.2)
+    figure = Figures.new(3 * _PANEL_INCHES, height + 1.2)
     axes = figure.subplots(1, 3, sharex=True, sharey=True)
     image = entry.image[thin]
     hatch = np.ma.masked_where(~entry.missing[thin], np.ones(image.shape))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_evaluate.comparison.result import Evaluation, Side
-from hcss_twin.reports.figures import axis_label, new_figure
+from hcss_twin.reports.figures import Figures
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +31,7 @@ _SMALL = 8
 def draw_values(evaluation: Evaluation, side: Side) -> Figure:
     """Draw the values of a side's frame on a grey scale common to both sides; cloud is bright."""
     low, high = float(evaluation.edges[0]), float(evaluation.edges[-1])
-    label = axis_label(evaluation.quantity, evaluation.unit)
+    label = Figures.axis_label(evaluation.quantity, evaluation.unit)
     bright = side.bright_is_cloud or evaluation.quantity.startswith("grey level")
     return _image(side.pictured.values, side, "gray" if bright else "gray_r", (low, high), label)
 
@@ -47,7 +47,7 @@ def _image(values: NDArray[Any], side: Side, colours: str, limits: tuple[float, 
 
     rows, columns = values.shape
     ratio = min(max(rows / columns, 0.3), 1.8)
-    figure = new_figure(5.4, 0.5 + 3.75 * ratio)
+    figure = Figures.new(5.4, 0.5 + 3.75 * ratio)
     axes = figure.subplots()
     step = max(1, -(-max(rows, columns) // PIXELS_SHOWN))
     scale = colormaps[colours].with_extremes(bad=MISSING)
@@ -79,7 +79,7 @@ def draw_pairs(side: Side, most: float) -> Figure:
 
     pairs = side.pictured.pairs
     share = pairs / max(1, int(pairs.sum()))
-    figure = new_figure(5.4, 4.7)
+    figure = Figures.new(5.4, 4.7)
     axes = figure.subplots()
     # Right neighbour upward; empty bins stay white.
     shown = axes.imshow(
@@ -101,9 +101,9 @@ def draw_pairs(side: Side, most: float) -> Figure:
 
 def draw_histograms(evaluation: Evaluation) -> tuple[Figure, Figure]:
     """Draw the histograms and cumulative histograms of values."""
-    name = axis_label(evaluation.quantity, evaluation.unit)
+    name = Figures.axis_label(evaluation.quantity, evaluation.unit)
     width = float(evaluation.edges[1] - evaluation.edges[0])
-    counted, summed = new_figure(5.4, 3.8), new_figure(5.4, 3.8)
+    counted, summed = Figures.new(5.4, 3.8), Figures.new(5.4, 3.8)
     axes, sums = counted.subplots(), summed.subplots()
     for (label, colour, style), side in zip(_STYLES, (evaluation.real, evaluation.sim), strict=True):
         line = style[1:]
@@ -130,7 +130,7 @@ def draw_spectra(evaluation: Evaluation) -> list[Figure]:
     unit = f"{evaluation.unit}²" if evaluation.unit else "levels²"
     figures = []
     for by_km in scales:
-        figure = new_figure(5.4, 3.8)
+        figure = Figures.new(5.4, 3.8)
         axes = figure.subplots()
         for (label, colour, style), side in zip(_STYLES, (evaluation.real, evaluation.sim), strict=True):
             if side.spectrum is None:
@@ -152,7 +152,7 @@ def draw_directions(evaluation: Evaluation) -> Figure | None:
         return None
     from matplotlib.ticker import MaxNLocator
 
-    figure = new_figure(4.6, 4.4)
+    figure = Figures.new(4.6, 4.4)
     axes = figure.add_subplot(projection="polar")
     for (label, colour, style), side in zip(_STYLES, sides, strict=True):
         if side.spectrum is None:
@@ -175,7 +175,7 @@ def draw_correlation(evaluation: Evaluation) -> Figure | None:
     if all(correlation is None for correlation in sides):
         return None
     timed = all(correlation is None or not np.isnan(correlation.lag_s).any() for correlation in sides)
-    figure = new_figure(5.4, 3.6)
+    figure = Figures.new(5.4, 3.6)
     axes = figure.subplots()
     for (label, colour, style), correlation in zip(_STYLES, sides, strict=True):
         if correlation is not None:
@@ -201,7 +201,7 @@ def draw_frames(evaluation: Evaluation) -> Iterator[tuple[str, Figure]]:
     sequences = [side.frames for side in (evaluation.real, evaluation.sim) if len(side.frames) > 1]
     timed = not any(math.isnan(frame.seconds) for frames in sequences for frame in frames)
     for name, field in measures:
-        figure = new_figure(5.4, 2.5)
+        figure = Figures.new(5.4, 2.5)
         axes = figure.subplots()
         for (label, colour, style), side in zip(_STYLES, (evaluation.real, evaluation.sim), strict=True):
             values = [getattr(frame.measures.morphology, field) for frame in side.frames]

@@ -19,9 +19,8 @@ from hcss_evaluate.pages.evaluation_text import (
     signed,
 )
 from hcss_twin import __version__
-from hcss_twin.reports.figures import picture
-from hcss_twin.reports.page import Block, Page, Section, beside, bullets, element, facts, folded, note, paragraph
-from hcss_twin.reports.tables import Table, number
+from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.tables import Table
 
 _ERRORS = (("EV", "entropy"), ("Den", "density"), ("DP", "diagonal_peak"), ("FD", "fractal_dimension"))
 _LISTED = 4  # number of largest relative differences in the summary
@@ -59,14 +58,14 @@ def _short(name: str) -> str:
 
 
 def _summary(evaluation: Evaluation) -> list[Block]:
-    content: list[Block] = [beside(*(_eq_24(evaluation, mode) for mode in MODES))]
+    content: list[Block] = [Markup.beside(*(_eq_24(evaluation, mode) for mode in MODES))]
     if not all(evaluation.rmse_compares(mode) for mode in MODES):
-        content.append(paragraph(NOT_COMPARABLE))
+        content.append(Markup.paragraph(NOT_COMPARABLE))
     if any(len(error) > 1 for error in evaluation.errors.values()):
         printed, corrected = (rmse_text(evaluation, mode) for mode in ("as-printed", "corrected"))
-        content.append(paragraph(f"RMSE as printed {printed}; corrected {corrected}."))
+        content.append(Markup.paragraph(f"RMSE as printed {printed}; corrected {corrected}."))
     texts = (_PRINTED_RMSE, _largest(evaluation), _in_values(evaluation))
-    return [*content, *map(paragraph, texts), *(note(text, "fair") for text in evaluation.notes)]
+    return [*content, *map(Markup.paragraph, texts), *(Markup.note(text, "fair") for text in evaluation.notes)]
 
 
 def _eq_24(evaluation: Evaluation, mode: Mode) -> Table:
@@ -76,7 +75,9 @@ def _eq_24(evaluation: Evaluation, mode: Mode) -> Table:
     for name, field in _ERRORS:
         metric = evaluation.metric(TERMS[mode][name])
         mean = sum(getattr(error, field) for error in errors) / len(errors) if errors else math.nan
-        rows.append([marked(name, metric.comparable), number(metric.real), number(metric.sim), _share(mean)])
+        rows.append(
+            [marked(name, metric.comparable), Table.number(metric.real), Table.number(metric.sim), _share(mean)]
+        )
     rows.append([marked("RMSE", evaluation.rmse_compares(mode)), "", "", _share(evaluation.rmse(mode))])
     over = "simulated" if mode == "as-printed" else "real"
     caption = f"Eq 24 of the HCSS paper {mode.replace('-', ' ')}: errors relative to the {over} values"
@@ -111,8 +112,9 @@ def _in_values(evaluation: Evaluation) -> str:
     distance = evaluation.distance
     return (
         f"In {evaluation.quantity} the means differ by {signed(distance('mean_difference'))}{unit}, W1 is "
-        f"{number(distance('wasserstein'))}{unit} ({number(distance('wasserstein_centred'))}{unit} about the means); "
-        f"spectra differ by {number(evaluation.spectral_distance_db)} dB rms. {_pairing(evaluation)}"
+        f"{Table.number(distance('wasserstein'))}{unit} "
+        f"({Table.number(distance('wasserstein_centred'))}{unit} about the means); "
+        f"spectra differ by {Table.number(evaluation.spectral_distance_db)} dB rms. {_pairing(evaluation)}"
     )
 
 
@@ -129,13 +131,15 @@ def _pictures(evaluation: Evaluation) -> list[Block]:
     for title, side in _sides(evaluation):
         frame = f"{title}, {_short(side.pictured.label)}"
         caption = f"{frame}: {evaluation.quantity} on one scale for both; missing pixels are blue."
-        values.append(picture(drawn.draw_values(evaluation, side), f"{title} image, {evaluation.quantity}", caption))
+        values.append(
+            Markup.picture(drawn.draw_values(evaluation, side), f"{title} image, {evaluation.quantity}", caption)
+        )
         cloud = f"cloud is {cloud_text(side)}. {100 * side.pictured_coverage:.1f} % of the pixels are cloudy."
         caption = f"{title}, as used in eqs 21 to 23: {cloud}"
-        levels.append(picture(drawn.draw_levels(side), f"{title} image, grey levels of cloud", caption))
-    content: list[Block] = [beside(*values), beside(*levels)]
+        levels.append(Markup.picture(drawn.draw_levels(side), f"{title} image, grey levels of cloud", caption))
+    content: list[Block] = [Markup.beside(*values), Markup.beside(*levels)]
     if len(evaluation.sim.frames) > 1:
-        content.insert(0, paragraph("Of the simulated frames the one with the median RMSE is shown."))
+        content.insert(0, Markup.paragraph("Of the simulated frames the one with the median RMSE is shown."))
     return content
 
 
@@ -143,14 +147,14 @@ def _pairs(evaluation: Evaluation) -> list[Block]:
     sides = _sides(evaluation)
     most = max(float(side.pictured.pairs.max() / max(1, side.pictured.pairs.sum())) for _, side in sides)
     return [
-        paragraph(
+        Markup.paragraph(
             "How often grey level g is left of g'. EV is the entropy of this histogram, Den its nearness to the "
             "diagonal, DP the height of the diagonal. The corner is clear sky beside clear sky; along the axes are the "
             "edges of clouds."
         ),
-        beside(
+        Markup.beside(
             *(
-                picture(
+                Markup.picture(
                     drawn.draw_pairs(side, most),
                     f"{title}: two-dimensional histogram of neighbours",
                     f"{title}: {int(side.pictured.pairs.sum())} pairs, on one logarithmic scale for both.",
@@ -164,9 +168,9 @@ def _pairs(evaluation: Evaluation) -> list[Block]:
 def _values(evaluation: Evaluation) -> list[Block]:
     counted, summed = drawn.draw_histograms(evaluation)
     return [
-        beside(
-            picture(counted, "histograms of both sides", "All pixels of all frames."),
-            picture(summed, "cumulative histograms of both sides", "W1 is the area between both lines."),
+        Markup.beside(
+            Markup.picture(counted, "histograms of both sides", "All pixels of all frames."),
+            Markup.picture(summed, "cumulative histograms of both sides", "W1 is the area between both lines."),
         ),
         distances(evaluation),
     ]
@@ -174,7 +178,7 @@ def _values(evaluation: Evaluation) -> list[Block]:
 
 def _spectra(evaluation: Evaluation) -> list[Block]:
     shown = [
-        picture(figure, "power spectra of both sides by wavenumber", "Radially averaged, four rings per octave.")
+        Markup.picture(figure, "power spectra of both sides by wavenumber", "Radially averaged, four rings per octave.")
         for figure in drawn.draw_spectra(evaluation)
     ]
     directions = drawn.draw_directions(evaluation)
@@ -183,16 +187,15 @@ def _spectra(evaluation: Evaluation) -> list[Block]:
             "Power by direction in which waves advance, over that of all directions at the same wavenumber; 0 is east, "
             "90 north. Structures are elongated across the direction of most power."
         )
-        shown.append(picture(directions, "relative power of both sides by direction of the waves", caption))
+        shown.append(Markup.picture(directions, "relative power of both sides by direction of the waves", caption))
     if not shown:
-        return [paragraph("Neither side has a spectrum; the notes below give the reason.")]
+        return [Markup.paragraph("Neither side has a spectrum; the notes below give the reason.")]
     difference = evaluation.spectral_distance_db
     if math.isnan(difference):
-        return [beside(*shown)]
-    text = (
-        f"The spectra differ by {number(difference)} dB rms over their common rings; 10 dB is a factor of ten in power."
-    )
-    return [paragraph(text), beside(*shown)]
+        return [Markup.beside(*shown)]
+    rms = Table.number(difference)
+    text = f"The spectra differ by {rms} dB rms over their common rings; 10 dB is a factor of ten in power."
+    return [Markup.paragraph(text), Markup.beside(*shown)]
 
 
 def _over_time(evaluation: Evaluation) -> list[Block]:
@@ -200,24 +203,26 @@ def _over_time(evaluation: Evaluation) -> list[Block]:
         f"{_pairing(evaluation)} Correlation is at fixed pixels: motion by wind or platform decreases it, and so does "
         "evolution of the scene."
     )
-    shown = [picture(figure, f"{name} of every frame") for name, figure in drawn.draw_frames(evaluation)]
+    shown = [Markup.picture(figure, f"{name} of every frame") for name, figure in drawn.draw_frames(evaluation)]
     correlation = drawn.draw_correlation(evaluation)
     if correlation is not None:
-        shown.insert(0, picture(correlation, "correlation of frames versus the time between them"))
-    return [paragraph(text), beside(*shown)]
+        shown.insert(0, Markup.picture(correlation, "correlation of frames versus the time between them"))
+    return [Markup.paragraph(text), Markup.beside(*shown)]
 
 
 def _all_metrics(evaluation: Evaluation) -> list[Block]:
     content: list[Block] = []
     if any(metric.real_spread > 0.0 or metric.sim_spread > 0.0 for metric in evaluation.metrics):
-        content.append(paragraph("Means and standard deviations over frames."))
+        content.append(Markup.paragraph("Means and standard deviations over frames."))
     if not all(metric.comparable for metric in evaluation.metrics):
-        content.append(paragraph(NOT_COMPARABLE))
+        content.append(Markup.paragraph(NOT_COMPARABLE))
     header = ["", "real", "simulated", "difference", "relative"]
     content += [Table(header, metric_rows(evaluation, group), group) for group in metric_groups(evaluation)]
     return [
         *content,
-        folded("What each measure is", facts((metric.name, metric.meaning) for metric in evaluation.metrics)),
+        Markup.folded(
+            "What each measure is", Markup.facts((metric.name, metric.meaning) for metric in evaluation.metrics)
+        ),
     ]
 
 
@@ -225,7 +230,7 @@ def _definitions() -> list[Block]:
     rows = [[definition.name, definition.as_printed, definition.corrected] for definition in DEFINITIONS]
     return [
         Table(["", "as printed", "corrected"], rows, text_columns=3),
-        paragraph(
+        Markup.paragraph(
             "Factors that both images share cancel in eq 24, so that Den and DP have the same errors in both "
             "definitions; only the denominators of the errors differ."
         ),
@@ -235,7 +240,11 @@ def _definitions() -> list[Block]:
 def _compared(evaluation: Evaluation) -> list[Block]:
     content: list[Block] = []
     for title, side in _sides(evaluation):
-        content += [element("h3", title), facts(_facts(side)), *([bullets(side.notes)] if side.notes else [])]
+        content += [
+            Markup.element("h3", title),
+            Markup.facts(_facts(side)),
+            *([Markup.bullets(side.notes)] if side.notes else []),
+        ]
     return content
 
 

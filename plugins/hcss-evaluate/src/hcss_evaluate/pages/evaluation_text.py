@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from hcss_evaluate.comparison.definitions import MODES
 from hcss_evaluate.comparison.result import Evaluation, Metric, Side
-from hcss_twin.reports.tables import Table, aligned, labelled, number
+from hcss_twin.reports.tables import Table, labelled
 
 NOT_COMPARABLE = "~ depends on the size or the number of pixels, which differ between the sides or are unknown."
 
@@ -35,14 +35,14 @@ def _lines(evaluation: Evaluation) -> Iterator[str]:
     rows: list[list[str]] = [["", "real", "simulated", "difference", "relative"]]
     for group in metric_groups(evaluation):
         rows += [[group], *metric_rows(evaluation, group)]
-    yield from aligned(rows)
+    yield from Table.aligned(rows)
     yield "RMSE of eq 24 (EV, Den, DP, FD)"
-    yield from aligned(
+    yield from Table.aligned(
         [[marked(mode, evaluation.rmse_compares(mode)), rmse_text(evaluation, mode)] for mode in MODES], 2
     )
     yield f"Distributions of {evaluation.quantity}"
-    spectra = [number(evaluation.spectral_distance_db), "dB", "rms difference of the spectra"]
-    yield from aligned([[row[1], row[2], row[0]] for row in distances(evaluation).rows] + [spectra], 3)
+    spectra = [Table.number(evaluation.spectral_distance_db), "dB", "rms difference of the spectra"]
+    yield from Table.aligned([[row[1], row[2], row[0]] for row in distances(evaluation).rows] + [spectra], 3)
     if not all(metric.comparable for metric in evaluation.metrics):
         yield NOT_COMPARABLE
     notes = (("", evaluation.notes), ("real: ", evaluation.real.notes), ("simulated: ", evaluation.sim.notes))
@@ -92,7 +92,7 @@ def metric_rows(evaluation: Evaluation, group: str) -> list[list[str]]:
 
 def _value(metric: Metric, value: float, spread: float) -> str:
     """Return a mean, its standard deviation over frames unless 0, and a mark if the value is out of range."""
-    text = f"{value:.4g} ± {spread:.2g}" if spread > 0.0 else number(value)
+    text = f"{value:.4g} ± {spread:.2g}" if spread > 0.0 else Table.number(value)
     if metric.limits is None or not metric.is_out_of_range(value):
         return text
     return f"{text} (out of range {metric.limits[0]:g} to {metric.limits[1]:g})"
@@ -102,7 +102,7 @@ def distances(evaluation: Evaluation) -> Table:
     """Return the distances of the histograms, means over frames."""
     unit = evaluation.unit or "levels"
     rows = [
-        [meaning, number(evaluation.distance(name)), unit if has_unit else "1"]
+        [meaning, Table.number(evaluation.distance(name)), unit if has_unit else "1"]
         for name, meaning, has_unit in _DISTANCES
     ]
     return Table(["distance", "value", "unit"], rows, "Distances of the histograms, mean over frames")
@@ -126,7 +126,7 @@ def rmse_text(evaluation: Evaluation, mode: str) -> str:
 
 def signed(value: float) -> str:
     """Return a signed difference; a plain 0 if there is none."""
-    return number(value) if math.isnan(value) or value == 0.0 else f"{value:+.3g}"
+    return Table.number(value) if math.isnan(value) or value == 0.0 else f"{value:+.3g}"
 
 
 def percent(value: float) -> str:

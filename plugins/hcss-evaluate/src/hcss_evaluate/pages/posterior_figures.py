@@ -13,7 +13,7 @@ import numpy as np
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.priors import KINDS, Prior
 from hcss_twin.providers import Array
-from hcss_twin.reports.figures import INK, LETTERS, WIDTH_IN, new_figure, panels, plain
+from hcss_twin.reports.figures import Figures
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,7 +97,7 @@ def corner_plot(draws: Mapping[str, Array]) -> Figure:
     names = list(draws)
     count = len(names)
     side = max(3.2, 1.75 * count + 0.5)
-    figure = new_figure(side, side)
+    figure = Figures.new(side, side)
     figure.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.02, hspace=0.02)
     axes = figure.subplots(count, count, squeeze=False)
     ranges = {name: _range(values) for name, values in draws.items()}
@@ -160,22 +160,22 @@ def mass_levels(density: Array, masses: tuple[float, ...]) -> list[float]:
 
 def traces(values: Mapping[str, Array]) -> Figure:
     """Draw the steps of some walkers, one panel for each parameter, values (chain, step)."""
-    figure, axes = panels(len(values), 1.25)
+    figure, axes = Figures.panels(len(values), 1.25)
     for axis, (name, chains) in zip(axes, values.items(), strict=True):
         step = max(1, -(-chains.shape[0] // DRAWN_WALKERS))
         # rasterised, because lines with thousands of vertices would be far larger
         axis.plot(chains[::step].T, lw=0.5, alpha=0.6, rasterized=True)
-        axis.set_ylabel(name, fontsize=LETTERS)
+        axis.set_ylabel(name, fontsize=Figures.LETTERS)
         axis.set_xlim(0, max(1, chains.shape[1] - 1))
-    axes[-1].set_xlabel("step", fontsize=LETTERS)
+    axes[-1].set_xlabel("step", fontsize=Figures.LETTERS)
     figure.set_dpi(150)
     return figure
 
 
 def prior_and_posterior(name: str, draws: Array, prior: str) -> Figure:
     """Draw the histogram of a parameter's draws and the density of its prior."""
-    figure, (axis,) = panels(1, 2.1)
-    axis.hist(draws, 50, density=True, color=INK, alpha=0.45, label="posterior")
+    figure, (axis,) = Figures.panels(1, 2.1)
+    axis.hist(draws, 50, density=True, color=Figures.INK, alpha=0.45, label="posterior")
     low, high = draws.min(), draws.max()
     wide = 0.5 * (high - low) or max(abs(low), 1.0) * 0.01
     grid = np.linspace(low - wide, high + wide, _POINTS)
@@ -183,9 +183,9 @@ def prior_and_posterior(name: str, draws: Array, prior: str) -> Figure:
     if density is not None:
         axis.plot(grid, density, color=_PRIOR, lw=1.4, label="prior")
     axis.set_xlim(grid[0], grid[-1])
-    axis.set_xlabel(name, fontsize=LETTERS)
-    axis.set_ylabel("density", fontsize=LETTERS)
-    axis.legend(fontsize=LETTERS - 1, frameon=False)
+    axis.set_xlabel(name, fontsize=Figures.LETTERS)
+    axis.set_ylabel("density", fontsize=Figures.LETTERS)
+    axis.legend(fontsize=Figures.LETTERS - 1, frameon=False)
     return figure
 
 
@@ -194,21 +194,21 @@ def of_images(name: str, draws: Array) -> Figure:
     flat = draws.reshape(-1, draws.shape[2])
     low, middle, high = np.quantile(flat, QUANTILES, axis=0)
     count = flat.shape[1]
-    figure = new_figure(WIDTH_IN, max(2.2, min(0.25 * count + 0.9, 9.0)))
+    figure = Figures.new(Figures.WIDTH_IN, max(2.2, min(0.25 * count + 0.9, 9.0)))
     axis = figure.subplots()
-    plain(axis)
+    Figures.plain(axis)
     rows = np.arange(count)
-    axis.errorbar(middle, rows, xerr=(middle - low, high - middle), fmt="o", color=INK, ms=4, lw=1.2)
+    axis.errorbar(middle, rows, xerr=(middle - low, high - middle), fmt="o", color=Figures.INK, ms=4, lw=1.2)
     axis.set_yticks(rows if count <= 30 else rows[:: -(-count // 30)])
     axis.invert_yaxis()
-    axis.set_xlabel(name, fontsize=LETTERS)
-    axis.set_ylabel("image", fontsize=LETTERS)
+    axis.set_xlabel(name, fontsize=Figures.LETTERS)
+    axis.set_ylabel("image", fontsize=Figures.LETTERS)
     return figure
 
 
 def variogram(variogram: Variogram, image: int) -> Figure:
     """Draw the observed and the predicted variogram along each axis."""
-    figure, axes = panels(len(variogram.axes), 2.2)
+    figure, axes = Figures.panels(len(variogram.axes), 2.2)
     outer = (0, len(variogram.quantiles) - 1)
     for number, (axis, name) in enumerate(zip(axes, variogram.axes, strict=True)):
         known = np.isfinite(variogram.observed[image, :, number])
@@ -216,11 +216,21 @@ def variogram(variogram: Variogram, image: int) -> Figure:
         predicted = variogram.predicted[:, image, known, number]
         share = 100.0 * (variogram.quantiles[outer[1]] - variogram.quantiles[outer[0]])
         axis.fill_between(
-            lag, predicted[outer[0]], predicted[outer[1]], color=INK, alpha=0.2, lw=0, label=f"predicted, {share:.3g} %"
+            lag,
+            predicted[outer[0]],
+            predicted[outer[1]],
+            color=Figures.INK,
+            alpha=0.2,
+            lw=0,
+            label=f"predicted, {share:.3g} %",
         )
         middle = int(np.argmin(np.abs(variogram.quantiles - 0.5)))
         axis.plot(
-            lag, predicted[middle], color=INK, lw=1.3, label=f"predicted, quantile {variogram.quantiles[middle]:g}"
+            lag,
+            predicted[middle],
+            color=Figures.INK,
+            lw=1.3,
+            label=f"predicted, quantile {variogram.quantiles[middle]:g}",
         )
         axis.errorbar(
             lag,
@@ -235,8 +245,8 @@ def variogram(variogram: Variogram, image: int) -> Figure:
         if lag.size and lag.min() > 0 and predicted.min() > 0.0:  # power laws of the lag are straight lines
             axis.set_xscale("log")
             axis.set_yscale("log")
-        axis.set_title(f"along {name}", fontsize=LETTERS, loc="left")
-        axis.set_ylabel("semivariance", fontsize=LETTERS)
-    axes[0].legend(fontsize=LETTERS - 1, frameon=False)
-    axes[-1].set_xlabel("lag (pixels)", fontsize=LETTERS)
+        axis.set_title(f"along {name}", fontsize=Figures.LETTERS, loc="left")
+        axis.set_ylabel("semivariance", fontsize=Figures.LETTERS)
+    axes[0].legend(fontsize=Figures.LETTERS - 1, frameon=False)
+    axes[-1].set_xlabel("lag (pixels)", fontsize=Figures.LETTERS)
     return figure

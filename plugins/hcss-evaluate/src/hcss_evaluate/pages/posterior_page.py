@@ -14,11 +14,10 @@ from hcss_evaluate.matching.quantities import MAX_RATIO
 from hcss_evaluate.pages import posterior_figures as figures
 from hcss_evaluate.pages.posterior_figures import QUANTILES, Variogram
 from hcss_evaluate.posterior.posterior_file import SUSPICIOUS, VERSION_ATTRIBUTE, Posterior, read_posterior
-from hcss_twin.core.reading import open_netcdf
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array
-from hcss_twin.reports.figures import drawing
-from hcss_twin.reports.page import Block, Page, Section, badge, beside, element, folded, note, paragraph
-from hcss_twin.reports.provenance import json_attribute, names_in, provenance
+from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table
 
 CORNER_PARAMETERS = 8
@@ -75,7 +74,7 @@ def read_contents(path: Path) -> PosteriorContents:
         If it is not a posterior, has not converged or is damaged.
     """
     posterior = read_posterior(path)
-    with open_netcdf(path, PosteriorError) as file:
+    with Reading(path, PosteriorError).netcdf() as file:
         file.set_auto_mask(False)
         chains = {name: file[name] for name in posterior.chains}
         attributes = {
@@ -157,24 +156,26 @@ def _doubts(contents: PosteriorContents) -> Iterator[Block]:
     if last is not None:
         values, counts = np.unique(last, return_counts=True)
         parts = ", ".join(f"{value} in {count / last.size:.0%}" for value, count in zip(values, counts, strict=True))
-        yield paragraph(f"The last octave of the fractal sum is unknown; each draw has its own: {parts} of the draws.")
+        yield Markup.paragraph(
+            f"The last octave of the fractal sum is unknown; each draw has its own: {parts} of the draws."
+        )
 
 
 def _corner(contents: PosteriorContents) -> Iterator[Block]:
     scalars = contents.parameters(2)
     draws = {name: values.ravel() for name, values in list(scalars.items())[:CORNER_PARAMETERS]}
     if not draws:
-        yield note("There is no scalar parameter.")
+        yield Markup.note("There is no scalar parameter.")
         return
     caption = (
         "Lines enclose 50 % (solid) and 90 % (dashed) of the draws; in the histograms they are median and 5 % and "
         f"95 %.{_first_of(len(draws), len(scalars), 'parameters')}"
     )
-    yield drawing(figures.corner_plot(draws), f"corner plot of {', '.join(draws)}", caption, wide=True)
+    yield Markup.drawing(figures.corner_plot(draws), f"corner plot of {', '.join(draws)}", caption, wide=True)
     if len(draws) > 1:
         correlation = np.corrcoef(np.array(list(draws.values())))
         rows = [[name, *(f"{value:.2f}" for value in row)] for name, row in zip(draws, correlation, strict=True)]
-        yield folded("Correlations", Table(["", *draws], rows))
+        yield Markup.folded("Correlations", Table(["", *draws], rows))
 
 
 def _first_of(shown: int, count: int, name: str) -> str:
@@ -182,17 +183,17 @@ def _first_of(shown: int, count: int, name: str) -> str:
 
 
 def _images(contents: PosteriorContents) -> Iterator[Block]:
-    yield paragraph("Median and 90 % interval of each image's parameters.")
-    yield beside(
+    yield Markup.paragraph("Median and 90 % interval of each image's parameters.")
+    yield Markup.beside(
         *(
-            drawing(figures.of_images(name, draws), f"{name} of each image", contents.meaning(name))
+            Markup.drawing(figures.of_images(name, draws), f"{name} of each image", contents.meaning(name))
             for name, draws in contents.parameters(3).items()
         )
     )
 
 
 def _convergence(contents: PosteriorContents) -> Iterator[Block]:
-    yield element("p", badge("converged", "good"))  # without convergence there is no page
+    yield Markup.element("p", Markup.badge("converged", "good"))  # without convergence there is no page
     rows = [
         [name, *(f"{float(diagnostics[key]):{digits}}" for key, digits in _DIAGNOSTICS.items())]
         for name, diagnostics in contents.posterior.diagnostics.items()
@@ -212,13 +213,13 @@ def _convergence(contents: PosteriorContents) -> Iterator[Block]:
         chains = next(iter(shown.values())).shape[0]
         some = f" Some of {chains} chains." if chains > figures.DRAWN_WALKERS else ""
         caption = f"Traces: {steps}.{some}{_first_of(len(shown), len(traced), 'parameters')}"
-        yield drawing(figures.traces(shown), "traces of the chains", caption)
+        yield Markup.drawing(figures.traces(shown), "traces of the chains", caption)
 
 
 def _priors(contents: PosteriorContents) -> Block:
-    return beside(
+    return Markup.beside(
         *(
-            drawing(
+            Markup.drawing(
                 figures.prior_and_posterior(name, draws.ravel(), contents.prior(name)),
                 f"prior and posterior of {name}",
                 f"{name}: prior {contents.prior(name) or 'unknown'}.",
@@ -248,16 +249,16 @@ def _prediction(contents: PosteriorContents) -> Iterator[Block]:
             yield Table(["image", "unlikeness"], ratios, caption, text_columns=1)
     variogram = contents.variogram
     if variogram is None:
-        yield note("The file holds no variogram to compare with.")
+        yield Markup.note("The file holds no variogram to compare with.")
         return
     count = variogram.observed.shape[0]
     shown = min(count, figures.DRAWN_IMAGES)
     if count > shown:
-        yield paragraph(_first_of(shown, count, "images").strip())
+        yield Markup.paragraph(_first_of(shown, count, "images").strip())
     one = "Observed, and as predicted for images drawn from the posterior."
-    yield beside(
+    yield Markup.beside(
         *(
-            drawing(
+            Markup.drawing(
                 figures.variogram(variogram, image),
                 "observed and predicted variogram",
                 one if count == 1 else f"Image {image}.",
@@ -271,11 +272,11 @@ def _provenance(contents: PosteriorContents, path: Path) -> Iterator[Block]:
     attributes = contents.posterior.attributes
     keys = {"source": "source", "seed": "seed", "hcss_version": "hcss-twin"}
     inputs = [
-        (str(source.get("name")), str(source.get("sha256"))) for source in json_attribute(attributes, "inputs", [])
+        (str(source.get("name")), str(source.get("sha256"))) for source in Provenance.value(attributes, "inputs", [])
     ]
     file = f"{path.name}, {path.stat().st_size / 1e6:.2f} MB"
-    yield from provenance(attributes, file, keys, inputs, names_in(_SHOWN, "fixed_"))
-    priors = json_attribute(attributes, "priors", {})
+    yield from Provenance.blocks(attributes, file, keys, inputs, Provenance.names_in(_SHOWN, "fixed_"))
+    priors = Provenance.value(attributes, "priors", {})
     if priors:
         rows = [[str(name), str(text)] for name, text in priors.items()]
         yield Table(["parameter", "prior"], rows, "Priors as given.", text_columns=2)

@@ -28,7 +28,7 @@ from hcss_evaluate.posterior.population import PopulationModel
 from hcss_evaluate.posterior.posterior_file import Posterior, read_posterior
 from hcss_evaluate.posterior.result import write_result
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.files import require_not_read
+from hcss_twin.core.files import Writing
 from hcss_twin.core.images import SMALLEST_SIDE
 from hcss_twin.providers import Array
 
@@ -81,7 +81,7 @@ def fit(
     # Check options before reading the images, which is slow and may fail for other reasons.
     space_of(chosen, 0.5, [FRAME], several=len(paths) > 1)
     targets = [read_target(path, choice) for path in paths]
-    require_not_read(Path(output), paths, PosteriorError)
+    Writing(Path(output), PosteriorError, read=paths).check()
     digests = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
     inputs = [(target.source, digest) for target, digest in zip(targets, digests, strict=True)]
     return fit_targets(targets, Path(output), inputs, chosen, progress)

@@ -28,8 +28,8 @@ from hcss_evaluate.posterior.priors import KINDS, Prior
 from hcss_twin import __version__
 from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.files import atomic_write, require_file
-from hcss_twin.core.reading import reading
+from hcss_twin.core.files import Writing
+from hcss_twin.core.reading import Reading
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
 from hcss_twin.providers import Array, Catalog, HcssError
 
@@ -204,7 +204,7 @@ class Checkpoint:
         if not self._path.exists():
             return None
         remedy = f"delete {self._path} to begin anew"
-        with reading(self._path, PosteriorError, f"damaged state of a fit; {remedy}"):
+        with Reading(self._path, PosteriorError, f"damaged state of a fit; {remedy}"):
             file: dict[str, Any] = dict(read_arrays(self._path))
             if str(file["fingerprint"]) != self._fingerprint:
                 raise PosteriorError(
@@ -234,7 +234,7 @@ class Checkpoint:
         arrays |= {f"random_{i}": np.asarray(part) for i, part in enumerate(chains.random_state)}
         arrays |= {"positions": chains.positions, "log_probability": chains.log_probability}
         arrays |= {"noises": np.asarray(len(state.noises)), "fingerprint": np.asarray(self._fingerprint)}
-        with atomic_write(self._path, PosteriorError) as draft:
+        with Writing(self._path, PosteriorError) as draft:
             write_arrays(draft, arrays)
         self._written = time.monotonic()
 
@@ -259,7 +259,7 @@ class FitRun:
         data: str,
         progress: Progress | None,
     ) -> None:
-        require_file(output, PosteriorError, "NetCDF")
+        Writing(output, PosteriorError, "NetCDF").check()
         if not output.absolute().parent.is_dir():
             raise PosteriorError(f"cannot write {output}: there is no folder {output.absolute().parent}")
         self._options, self._space, self._spreads = options, space, spreads

@@ -26,7 +26,7 @@ from hcss_twin.core.images import SMALLEST_SIDE
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.coverage import highest_values
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, merge_noise, separate_octaves
+from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave, merge_noise
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Array, Grid, ImageError
 
@@ -68,7 +68,7 @@ def still_field(parameters: FractalParameters, grid: Grid, seed: int) -> NDArray
 
     Without its checks, and without its cache of nodes for the next frames, it takes a fifth of the time.
     """
-    octaves = merge_noise(separate_octaves(parameters, grid, STILL))
+    octaves = merge_noise(Octave.separate(parameters, grid, STILL))
     once = tuple(replace(octave, t=AxisScale(0.0, nearest=True)) for octave in octaves)
     y, x = (PixelWindow(0, count, 0.5 - count / 2) for count in (grid.rows, grid.columns))
     return FractalField(seed, once, threads=1).window(0.0, y, x)

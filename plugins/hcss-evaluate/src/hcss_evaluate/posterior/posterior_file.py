@@ -16,8 +16,8 @@ from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.posterior.mixing import Mixing, mixing
 from hcss_twin import __version__
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.files import atomic_write
-from hcss_twin.core.reading import open_netcdf, reads
+from hcss_twin.core.files import Writing
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array, NetcdfFile
 
 VERSION_ATTRIBUTE = "hcss_posterior_version"
@@ -154,7 +154,7 @@ def write_posterior(
     attributes : mapping, optional
         Additional global attributes.
     """
-    with atomic_write(path, PosteriorError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
+    with Writing(path, PosteriorError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
         file.setncatts({"Conventions": "CF-1.11", VERSION_ATTRIBUTE: np.int32(VERSION), "title": title})
         file.setncatts(
             {
@@ -180,7 +180,7 @@ def write_posterior(
 
 
 @checked
-@reads(PosteriorError)
+@Reading.argument(PosteriorError)
 def read_posterior(path: str | os.PathLike[str]) -> Posterior:
     """Read the draws of a posterior.
 
@@ -189,7 +189,7 @@ def read_posterior(path: str | os.PathLike[str]) -> Posterior:
     path = Path(path)
     if not path.is_file():
         raise PosteriorError(f"cannot read {path}: there is no such file")
-    with open_netcdf(path, PosteriorError, "not a NetCDF file, or damaged") as dataset:
+    with Reading(path, PosteriorError, "not a NetCDF file, or damaged").netcdf() as dataset:
         attributes = {name: dataset.getncattr(name) for name in dataset.ncattrs()}
         _check_header(path, attributes)
         chains = {

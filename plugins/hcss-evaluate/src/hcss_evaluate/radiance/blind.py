@@ -16,7 +16,7 @@ import numpy as np
 
 from hcss_evaluate.radiance.measured import Spot, read_spots
 from hcss_twin import CatalogError, ImageError, Scenario, ScenarioError, simulate
-from hcss_twin.core.reading import open_netcdf
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import choose_from
 
 CHANNELS_UM = {
@@ -137,7 +137,7 @@ def known_channels(path: Path) -> dict[str, None]:
     ImageError
         If there is none.
     """
-    with open_netcdf(path, CatalogError, "not a NetCDF file that can be read") as file:
+    with Reading(path, CatalogError, "not a NetCDF file that can be read").netcdf() as file:
         found = [name for name in file.variables if name in CHANNELS_UM]
     if not found:
         raise ImageError(f"{path}: no variable named {', '.join(CHANNELS_UM)}; give --channel NAME=LOW-HIGH, um")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from hcss_twin import CatalogError
-from hcss_twin.core.reading import open_netcdf
+from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array
 
 BOX = 64
@@ -77,7 +77,7 @@ def read_spots(path: Path, channels: Sequence[str], reference: str) -> list[Spot
     CatalogError
         If a variable is missing, or dimensions do not fit.
     """
-    with open_netcdf(path, CatalogError, "not a NetCDF file that can be read") as file:
+    with Reading(path, CatalogError, "not a NetCDF file that can be read").netcdf() as file:
         for name in (*channels, *NAMES, "time"):
             if name not in file.variables:
                 raise CatalogError(f"{path}: no variable '{name}'; needed: {', '.join((*channels, *NAMES, 'time'))}")

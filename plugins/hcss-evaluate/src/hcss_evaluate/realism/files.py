@@ -14,8 +14,8 @@ from hcss_evaluate.comparison.image_footage import is_cube, open_footage
 from hcss_evaluate.realism.patches import SIZE
 from hcss_evaluate.realism.score import Realism, compare
 from hcss_twin import CatalogError, ImageError
-from hcss_twin.core.netcdf import NETCDF, open_with_xarray
-from hcss_twin.core.reading import first_bytes, reading, require_size
+from hcss_twin.core.netcdf import open_with_xarray
+from hcss_twin.core.reading import Reading, require_size
 from hcss_twin.providers import Array
 
 SCENE_SIZE = 4 * SIZE
@@ -149,9 +149,9 @@ def _stack(path: Path, variable: str | None) -> tuple[Array, Sequence[float] | N
     """Return a NetCDF variable of several images as (scenes, times, rows, columns) with its times; None for others."""
     if variable is None:
         return None
-    if not first_bytes(path, CatalogError).startswith(NETCDF):
+    if not Reading(path, CatalogError).is_netcdf:
         return None
-    with reading(path, CatalogError), open_with_xarray(path) as dataset:
+    with Reading(path, CatalogError), open_with_xarray(path) as dataset:
         if variable not in dataset or dataset[variable].squeeze().ndim < 3:
             return None
         item = dataset[variable]

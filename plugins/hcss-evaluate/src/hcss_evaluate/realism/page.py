@@ -9,9 +9,9 @@ from hcss_evaluate.pages.evaluation_figures import REAL, SIMULATED
 from hcss_evaluate.realism.coherence import WAVELENGTHS
 from hcss_evaluate.realism.score import Curve, Realism
 from hcss_twin import __version__
-from hcss_twin.reports.figures import new_figure, picture
-from hcss_twin.reports.page import Block, Page, Section, beside, note, paragraph
-from hcss_twin.reports.tables import Table, number
+from hcss_twin.reports.figures import Figures
+from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,12 +41,12 @@ def _scores(realism: Realism) -> list[Block]:
         for score in realism.scores
     ]
     content: list[Block] = [
-        paragraph(
+        Markup.paragraph(
             "AUC is the probability that a simulated patch gets the higher score of the two: 0.5 cannot tell, 1 always "
             "tells. Classifiers are asked about scenes that they have not seen."
         ),
         Table(["classifier", "patches", "AUC", "95 % interval"], rows, "Area under the curve", text_columns=2),
-        paragraph(
+        Markup.paragraph(
             f"{realism.common_scenes} scenes are on both sides. {realism.left_out[0]} measured and "
             f"{realism.left_out[1]} simulated patches without cloud or with missing values are left out."
         ),
@@ -54,18 +54,18 @@ def _scores(realism: Realism) -> list[Block]:
     if realism.copies is not None:
         copies = realism.copies
         content.append(
-            paragraph(
+            Markup.paragraph(
                 f"Copies: of {copies.patches} simulated patches, searched in {copies.examples}, moved and mirrored, "
                 f"{100.0 * copies.above_90:.1f} % correlate above 0.9 and {100.0 * copies.above_95:.1f} % above 0.95; "
                 f"the largest correlation is {copies.largest:.3f}."
             )
         )
-    return [*content, *(note(text, "fair") for text in realism.notes)]
+    return [*content, *(Markup.note(text, "fair") for text in realism.notes)]
 
 
 def _features(realism: Realism) -> list[Block]:
     rows = [
-        [feature.name, feature.scale, f"{feature.auc:.3f}", number(feature.real), number(feature.simulated)]
+        [feature.name, feature.scale, f"{feature.auc:.3f}", Table.number(feature.real), Table.number(feature.simulated)]
         for feature in realism.features[:_FEATURES]
     ]
     caption = "Share of pairs in which the simulated patch has the larger value (0.5: no difference), and medians"
@@ -77,15 +77,15 @@ def _curves(realism: Realism) -> list[Block]:
     spectrum = _drawn(realism.spectrum, "wavenumber (cycles per pixel)", f"power spectral density ({unit})")
     structure = _drawn(realism.structure, "distance (pixels)", "mean squared difference (K²)")
     return [
-        beside(
-            picture(spectrum, "power spectra of both sides", "Mean over patches."),
-            picture(structure, "structure functions of both sides", "Mean over patches."),
+        Markup.beside(
+            Markup.picture(spectrum, "power spectra of both sides", "Mean over patches."),
+            Markup.picture(structure, "structure functions of both sides", "Mean over patches."),
         )
     ]
 
 
 def _drawn(curve: Curve, axis: str, value: str) -> Figure:
-    figure = new_figure(5.4, 3.8)
+    figure = Figures.new(5.4, 3.8)
     axes = figure.subplots()
     axes.loglog(curve.axis, curve.real, "o-", color=REAL, label="measured")
     axes.loglog(curve.axis, curve.simulated, "^--", color=SIMULATED, label="simulated")
@@ -101,7 +101,10 @@ def _coherence(realism: Realism) -> list[Block]:
     return [
         Table(
             ["time, s", "whole", *bands],
-            [[number(lag), *(f"{value:.3f}" for value in found)] for lag, found in realism.coherence[side].items()],
+            [
+                [Table.number(lag), *(f"{value:.3f}" for value in found)]
+                for lag, found in realism.coherence[side].items()
+            ],
             f"{title} frames: correlation after a time, moved onto each other, whole and by wavelength",
         )
         for side, title in (("real", "Measured"), ("simulated", "Simulated"))

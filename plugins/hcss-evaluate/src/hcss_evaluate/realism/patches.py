@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin import ImageError
-from hcss_twin.models.clouds.imagery.examination import assumed_kelvin, closest_reading
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.providers import Array
 
 SIZE = 64
@@ -92,7 +92,7 @@ def cut_patches(
         if not 100.0 < low <= high < 400.0:
             raise ImageError(
                 f"{side} image {index}: values from {low:g} to {high:g}, allowed: brightness temperature, 100 to 400 K"
-                f"{closest_reading(assumed_kelvin(field))}"
+                f"{SatelliteImage.of_kelvin(field).closest_reading()}"
             )
         if blur_pixels:
             field = gaussian_filter(field, blur_pixels, mode="nearest")

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from hcss_evaluate.realism.coherence import WAVELENGTHS
 from hcss_evaluate.realism.score import Curve, Realism
-from hcss_twin.reports.tables import aligned, number
+from hcss_twin.reports.tables import Table
 
 _FEATURES = 10
 _SIDES = ("real", "simulated")
@@ -33,12 +33,18 @@ def _lines(realism: Realism) -> Iterator[str]:
         [score.classifier, score.scale, f"{score.auc:.3f}", f"{score.low:.3f} to {score.high:.3f}"]
         for score in realism.scores
     ]
-    yield from aligned(rows, 2)
+    yield from Table.aligned(rows, 2)
     yield "Features that tell most (share of pairs in which the simulated patch has the larger value; medians)"
-    yield from aligned(
+    yield from Table.aligned(
         [["feature", "patches", "share", *_SIDES]]
         + [
-            [feature.name, feature.scale, f"{feature.auc:.3f}", number(feature.real), number(feature.simulated)]
+            [
+                feature.name,
+                feature.scale,
+                f"{feature.auc:.3f}",
+                Table.number(feature.real),
+                Table.number(feature.simulated),
+            ]
             for feature in realism.features[:_FEATURES]
         ],
         2,
@@ -47,7 +53,7 @@ def _lines(realism: Realism) -> Iterator[str]:
         copies = realism.copies
         yield f"Copies: {copies.patches} simulated patches searched in {copies.examples}, moved and mirrored"
         shares = (("above 0.9", copies.above_90), ("above 0.95", copies.above_95))
-        yield from aligned(
+        yield from Table.aligned(
             [*([name, f"{100.0 * share:.1f} %"] for name, share in shares), ["largest", f"{copies.largest:.3f}"]]
         )
     wavelengths = tuple(1.0 / frequency for frequency in realism.spectrum.axis)
@@ -59,10 +65,10 @@ def _lines(realism: Realism) -> Iterator[str]:
     for side in _SIDES:
         if realism.coherence[side]:
             yield f"Correlation of {side} frames after a time, moved onto each other, whole and by wavelength"
-            yield from aligned(
+            yield from Table.aligned(
                 [["s", "whole", *bands]]
                 + [
-                    [number(lag), *(f"{value:.3f}" for value in found)]
+                    [Table.number(lag), *(f"{value:.3f}" for value in found)]
                     for lag, found in realism.coherence[side].items()
                 ]
             )
@@ -72,7 +78,7 @@ def _lines(realism: Realism) -> Iterator[str]:
 def _curve(axis: str, curve: Curve) -> Iterator[str]:
     """Yield a table of both sides and their ratio in dB."""
     rows = [
-        [f"{at:.3g}", number(real, 3), number(simulated, 3), f"{10.0 * math.log10(simulated / real):+.1f}"]
+        [f"{at:.3g}", Table.number(real, 3), Table.number(simulated, 3), f"{10.0 * math.log10(simulated / real):+.1f}"]
         for at, real, simulated in zip(curve.axis, curve.real, curve.simulated, strict=True)
     ]
-    return aligned([[axis, *_SIDES, "ratio, dB"], *rows], 0)
+    return Table.aligned([[axis, *_SIDES, "ratio, dB"], *rows], 0)

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from hcss_payload.checks import PayloadError
-from hcss_twin.models.clouds.fractal.octaves import Octave, separate_octaves
+from hcss_twin.models.clouds.fractal.field import Lattice
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.models.clouds.fractal.rows import cubic_weights
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Grid, Motion
 
@@ -44,7 +44,7 @@ def cell_covariance() -> Array:
     An octave interpolates independent numbers with the weights of Keys' kernel, scaled to unit variance.
     """
     fraction = (np.arange(_STEPS) + 0.5) / _STEPS
-    weights = np.asarray(cubic_weights(fraction))  # of nodes -1, 0, 1, 2
+    weights = Lattice.weights(fraction)  # of nodes -1, 0, 1, 2
     covariance = np.zeros(4 * _STEPS + 1)
     for lag in range(covariance.size):
         position = np.arange(_STEPS) + lag
@@ -159,7 +159,7 @@ def seen_octaves(shape: FractalParameters, motion: Motion, point_m: float, footp
     PayloadError
         If even the coarsest octave is noise inside a pixel.
     """
-    every = separate_octaves(shape, Grid(1, 1, point_m), motion, noise=False)
+    every = Octave.separate(shape, Grid(1, 1, point_m), motion, noise=False)
     width_m = np.hypot(*footprint)
     within, share = separations(footprint, np.zeros(2))
     kept, left = [], 0.0

@@ -8,9 +8,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from hcss_payload.stages.random_numbers import pixel_key, row_key
 from hcss_twin.core.kernels import kernel
-from hcss_twin.models.sensor.noise import key_of, pixel_key, row_key, standard_normal
-from hcss_twin.models.sensor.parameters import of_band, within
+from hcss_twin.models.sensor.noise import key_of, standard_normal
+from hcss_twin.models.sensor.parameters import OfBands
 from hcss_twin.providers import Array, Measured, Problem, ScenarioError, SensorDeclaration, SensorInputs
 
 PER_OCTAVE = 4
@@ -22,7 +23,7 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    rms_radiance: Annotated[float | dict[str, float], within(0.0, 1e9)] = Field(
+    rms_radiance: Annotated[float | dict[str, float], OfBands.within(0.0, 1e9)] = Field(
         description="Rms of the 1/f noise, W m-2 sr-1; one number or a table by band."
     )
     lowest: float = Field(1e-3, gt=0, le=1e4, description="Lowest frequency of the noise, Hz.")
@@ -52,7 +53,9 @@ class DetectorDrift:
     declares = SensorDeclaration(reach_pixels=0)
 
     def __init__(self, inputs: SensorInputs, parameters: Parameters) -> None:
-        self._rms = {band.name: of_band(parameters.rms_radiance, band.name, "rms_radiance") for band in inputs.bands}
+        self._rms = {
+            band.name: OfBands.number(parameters.rms_radiance, band.name, "rms_radiance") for band in inputs.bands
+        }
         if parameters.highest < 1.1 * parameters.lowest:
             message = (
                 f"{parameters.highest:g} Hz with lowest = {parameters.lowest:g} Hz; allowed: "

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.models.sensor.parameters import of_band, within
+from hcss_twin.models.sensor.parameters import OfBands
 from hcss_twin.providers import Array, Measured, SensorDeclaration, SensorInputs
 
 
@@ -16,7 +16,7 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    full_radiance: Annotated[float | dict[str, float], within(1e-12, 1e9)] = Field(
+    full_radiance: Annotated[float | dict[str, float], OfBands.within(1e-12, 1e9)] = Field(
         description="Radiance at full scale, W m-2 sr-1; one number or a table by band."
     )
     quadratic: float = Field(
@@ -35,7 +35,7 @@ class NonLinearity:
     declares = SensorDeclaration(reach_pixels=0)
 
     def __init__(self, inputs: SensorInputs, parameters: Parameters) -> None:
-        full = [of_band(parameters.full_radiance, band.name, "full_radiance") for band in inputs.bands]
+        full = [OfBands.number(parameters.full_radiance, band.name, "full_radiance") for band in inputs.bands]
         self._full = np.array(full)[:, None, None]
         self._slope = 4.0 * parameters.quadratic
 

@@ -7,8 +7,27 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.kernels import kernel
-from hcss_twin.models.sensor.noise import pixel_key, row_key
 from hcss_twin.providers import Array
+
+
+@kernel()
+def _mixed(state: Any) -> Any:
+    """Finaliser of splitmix64 (Steele et al., OOPSLA 2014)."""
+    state = np.uint64((state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9))
+    state = np.uint64((state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB))
+    return np.uint64(state ^ (state >> np.uint64(31)))
+
+
+@kernel()
+def row_key(key: Any, row: Any) -> Any:
+    """Return the key of a row of the image, which may be negative."""
+    return _mixed(np.uint64(key + np.uint64(np.uint64(row) * np.uint64(0xD1B54A32D192ED03))))
+
+
+@kernel()
+def pixel_key(row_key: Any, column: Any) -> Any:
+    """Return the key of a pixel of a row."""
+    return _mixed(np.uint64(row_key + np.uint64(np.uint64(column) * np.uint64(0xDB4F0B9175AE2165))))
 
 
 @kernel()

@@ -17,12 +17,10 @@ from scipy.ndimage import map_coordinates
 from scipy.special import ndtri
 
 from hcss_skies.surrogate.parameters import SurrogateParameters
-from hcss_twin.models.clouds.imagery.cloudiness import described
-from hcss_twin.models.clouds.imagery.generator import ImageryClouds
-from hcss_twin.models.clouds.imagery.parameters import ImageReading, ImageryParameters
+from hcss_twin.models.clouds.imagery.parameters import ImageReading
 from hcss_twin.models.clouds.imagery.reader import read_image
-from hcss_twin.models.clouds.imagery.whole_scene import size_notes
-from hcss_twin.providers import Array, CloudInputs, Grid, Motion, Problem, ScenarioError
+from hcss_twin.providers import Array, CloudInputs, Grid, Kind, Motion, Problem, ScenarioError
+from hcss_twin.providers.registry.registry import Registry
 
 # The spectrum of a smaller crop would have too few wavenumbers.
 _SMALLEST_CROP = 64
@@ -85,7 +83,7 @@ class Template:
 
 
 def read_template(inputs: CloudInputs, parameters: SurrogateParameters) -> Template:
-    """Read the image and extract the template, as :class:`ImageryClouds` extracts a scene.
+    """Read the image and extract the template, as the generator ``imagery`` extracts a scene.
 
     Raises
     ------
@@ -119,10 +117,10 @@ def read_template(inputs: CloudInputs, parameters: SurrogateParameters) -> Templ
         motion=Motion(0.0, (0.0, 0.0), math.inf, 0.0),
     )
     cut = {name: getattr(parameters, name) for name in ImageReading.model_fields}
-    clouds = ImageryClouds(still, ImageryParameters(image=parameters.image, **cut))
+    registry = Registry.defaults_only()
+    clouds = registry.create(registry.resolve(Kind.CLOUDS, "imagery"), still, {"image": parameters.image, **cut})
     thickness = clouds.thickness_m(0.0, slice(None), slice(None))
-    size = size_notes(image.pixel_size_m, image.pixel_size_is_nominal, inputs)
-    return Template(thickness, (*described(image, parameters.cloud_is), *size))
+    return Template(thickness, (*image.described(parameters.cloud_is), *image.size_notes(inputs.grid)))
 
 
 def periodic_component(image: Array) -> Array:
