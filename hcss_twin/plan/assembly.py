@@ -171,7 +171,14 @@ class Assembly:
             If the profiles of the scene do not cover that place.
         """
         view = self.view if view is None else view
-        setting = self._unaltered(sun_toward(view, sun), view)
+        return self._altered(sun_toward(view, sun), view)
+
+    def like(self, setting: ColumnSetting) -> ColumnSetting:
+        """Return what columns share in this state of a scene, from a setting of another: its sun is the place's."""
+        return self._altered(setting.sun, setting.view)
+
+    def _altered(self, sun: Sun | None, view: View) -> ColumnSetting:
+        setting = self._unaltered(sun, view)
         for effect, value in self.alterations:
             setting = effect.apply(setting, value)
         return setting

@@ -53,7 +53,7 @@ def compile_texture(
     middle, known, most = len(settings) // 2, dict[State, Array](), len(VAPOUR_PLACES)
 
     def in_state(state: State, setting: ColumnSetting) -> ColumnSetting:
-        return columns_in[state].plan.assembly.setting(setting.sun, setting.view)
+        return columns_in[state].plan.assembly.like(setting)
 
     def clear_in(state: State) -> Array:
         state = texture.without_flat(state)
@@ -106,7 +106,7 @@ class OverWarmerSea(BandColumns):
 
     def cloudy(self, thickness_m: Array, settings: Sequence[ColumnSetting]) -> Array:
         """Terms of cloudy columns (S, N, K, B); those of the scene are not solved again."""
-        of_scene = [self._scene.plan.assembly.setting(setting.sun, setting.view) for setting in settings]
+        of_scene = [self._scene.plan.assembly.like(setting) for setting in settings]
         terms: Array = (self._scene.spectra(thickness_m, of_scene) * self._factors) @ self.nodes.weights_cm1.T
         return terms
 
