@@ -17,7 +17,6 @@ from hcss_twin.plan.assemble_air import (
     air_with_provider,
     build_air_over_field,
     build_atmosphere,
-    memory_of_air,
     require_bands_inside,
 )
 from hcss_twin.plan.assembly import Assembly
@@ -107,7 +106,8 @@ def assemble(
         raise AssertionError("a provider is missing, and no problem was collected")
     layers = tuple(cloud.layer for cloud in clouds)
     solar_irradiance = SolarSpectrum(catalog)
-    several = around.field is not None or climate is not None
+    with attribute_to_field("atmosphere.profile"):
+        over_field = build_air_over_field(builder, scenario, catalog, around, transmittance)
     setting = ColumnSetting(
         view=slant.view,
         sun=None,
@@ -116,14 +116,11 @@ def assemble(
         profile=around.profile,
         transmittance=transmittance,
         layers=layers,
-        air_memory=None if several else memory_of_air(builder, around, catalog),
+        air_memory=over_field.of(slant.view).memory,
     )
     inputs = RadianceInputs(
         setting, particles.optics, solar_irradiance, scenario.sea.wind_from, memory=catalog.shelf.arrays
     )
-    over_field, centre = None, Air(around.profile, transmittance)
-    with attribute_to_field("atmosphere.profile"):
-        over_field = build_air_over_field(builder, scenario, catalog, around, centre)
     if climate is not None:
         air_of_place = partial(air_with_provider, builder, scenario, catalog, around)
         over_field = climate(lambda profile: air_of_place(around.finished(profile)), sea_of)
@@ -131,10 +128,11 @@ def assemble(
     @lru_cache(maxsize=AIRS)
     def moister(air: Air, factor: float) -> Air:
         profile = with_factors(air.profile, {"h2o": factor})
-        return replace(air_with_provider(of_models, scenario, catalog, around, profile), sea=air.sea)
+        moist = air_with_provider(of_models, scenario, catalog, around, profile)
+        return replace(air, profile=profile, transmittance=moist.transmittance, memory=None)
 
     def air_of(view: View, vapour_factor: float) -> Air:
-        air = centre if over_field is None else over_field.of(view)
+        air = over_field.of(view)
         return air if vapour_factor == 1.0 else moister(air, vapour_factor)
 
     @lru_cache(maxsize=MODELS)
@@ -191,7 +189,6 @@ def assemble(
         derived=derived,
         surfaces=surfaces,
         air_over_field=over_field,
-        air_memory=setting.air_memory,
         family=family,
         built=built,
     )

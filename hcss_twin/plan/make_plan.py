@@ -305,7 +305,7 @@ def _notes(
         sunlight=sunlight,
     )
     centre: tuple[str, ...] = ()
-    if assembly.air_over_field is not None and (assembly.elements or "cloud_top_temperature" in names):
+    if assembly.air_over_field.varies and (assembly.elements or "cloud_top_temperature" in names):
         centre = ("cloud_top_temperature, and the air before elements, are those of the profile at the image centre",)
     unlike = air_unlike_sea(assembly.profile, assembly.sea_temperature_K) if radiance else ()
     return (*narrow, *centre, *unlike, *of_providers, *((WAVE_NOTE,) if waves else ()), *detector_notes(scenario))

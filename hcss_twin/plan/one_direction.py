@@ -71,7 +71,7 @@ def _one_view(
     corners = f"corners of the image seen from {altitude_km:.0f} km, {apart:.2g} deg off"
     return Omission(
         "view angles of single pixels",
-        f"rays are parallel, one direction{'' if air is None or own_air else ' and one air'} for the whole image; "
+        f"rays are parallel, one direction{' and one air' if air.varies and not own_air else ''} for the whole image; "
         + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
         bound,
         needs="platform.altitude" if lines is None else "an atmosphere that knows these angles: no key computes it",
@@ -92,7 +92,7 @@ def corner_views(assembly: Assembly, track: SunTrack, own_air: bool = False) -> 
         lines = LinesOfSight(
             track.latitude_deg, track.longitude_deg, view.zenith_deg, view.azimuth_deg, SENSOR_ALTITUDE_M
         )
-    centre = None if own_air or air is None else air.centre_deg
+    centre = air.centre_deg if air.varies and not own_air else None
     views = ImageViews(assembly.grid, lines, centre_deg=centre).at(_CORNERS)
     apart = max(_between_deg(view, assembly.view) for view in views)
     return tuple(sorted(views, key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))), apart

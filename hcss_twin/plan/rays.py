@@ -217,7 +217,7 @@ def excluded_beside_rays(rays: Rays, scenario: Scenario, assembly: Assembly) -> 
         )
         for number, (layer, from_image) in enumerate(zip(assembly.layers, assembly.from_images, strict=True))
     )
-    profiles = assembly.air_over_field is not None and rays.climate is None
+    profiles = assembly.air_over_field.varies and rays.climate is None
     of_sun = any(name.startswith("sun_") for provider in assembly.derived for name in provider.needs)
     return (
         *modes,

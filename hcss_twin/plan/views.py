@@ -153,9 +153,9 @@ def views_over_image(assembly: Assembly) -> Views | None:
 def views_over_grid(assembly: Assembly) -> ImageViews | None:
     """Return the views over a grid on the ground; None if all pixels share one view and one air."""
     air = assembly.air_over_field
-    if assembly.lines_of_sight is None and air is None:
+    if assembly.lines_of_sight is None and not air.varies:
         return None
-    if air is not None:
+    if air.varies:
         return ImageViews(assembly.grid, assembly.lines_of_sight, assembly.view, air.centre_deg)
     return ImageViews(assembly.grid, assembly.lines_of_sight, own_suns=has_own_suns(assembly))
 
@@ -169,7 +169,7 @@ def may_have_own_suns(assembly: Assembly) -> bool:
     """Whether each place of an image has its own sun if the sensor has an altitude: in narrow fields of one air."""
     grid = assembly.grid
     half_m = 0.5 * grid.pixel_size_m * math.hypot(grid.rows, grid.columns)
-    return assembly.directions is None and assembly.air_over_field is None and half_m <= SUNS_WITHIN_M
+    return assembly.directions is None and not assembly.air_over_field.varies and half_m <= SUNS_WITHIN_M
 
 
 EXTREMES = ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
@@ -260,7 +260,7 @@ def choose_views(
         return None
     if has_directions:  # directions over a whole pass, through glint
         tolerance *= AIR_SHARE
-    elif assembly.air_over_field is None:
+    elif not assembly.air_over_field.varies:
         tolerance += left
     more = (1, 1) if assembly.own_suns is None else MORE_PLACES
     most, largest = MAX_ORDER * more[0], MAX_NODES * more[1]
@@ -280,8 +280,8 @@ def choose_views(
     if x == y == 0 and not has_directions:
         return None
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
-    tolerance *= 1.0 if has_directions or assembly.air_over_field is None else AIR_SHARE
-    if assembly.own_suns is not None and assembly.air_over_field is not None and most in (x, y):
+    tolerance *= 1.0 if has_directions or not assembly.air_over_field.varies else AIR_SHARE
+    if assembly.own_suns is not None and assembly.air_over_field.varies and most in (x, y):
         tolerance *= KINKS_LEAVE
     if error > tolerance or nodes > largest:
         many = f"{x + 1} x {y + 1} views"
@@ -381,4 +381,4 @@ def _few(assembly: Assembly) -> FewColumns:
 
 
 def _what_varies(assembly: Assembly) -> str:
-    return "view" if assembly.air_over_field is None else "air or the view"
+    return "air or the view" if assembly.air_over_field.varies else "view"

@@ -195,7 +195,7 @@ def _points(
     views = [plan.view] * len(rows)
     if plan.views is not None:
         views = list(plan.rays.views_of_pixels(rows, columns, pixels.time_s))
-    time_s, in_other_air = pixels.time_s, plan.assembly.air_over_field is not None
+    time_s, in_other_air = pixels.time_s, plan.assembly.air_over_field.varies
     perturbations = _perturbations(plan, time_s, rows, columns)
     of_pixels = zip(rows, columns, views, _thickness(plan, pixels), perturbations, strict=True)
     for row, column, view, thickness_m, perturbation in of_pixels:
