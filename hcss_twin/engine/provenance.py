@@ -75,8 +75,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
     wave_height = getattr(plan.assembly.sea, "significant_wave_height_m", None)
     if wave_height is not None:
         attributes["hcss_significant_wave_height_m"] = float(wave_height)
-    if plan.light is not None:
-        attributes["hcss_light"] = json.dumps(plan.light.as_dict())
+    attributes |= {f"hcss_{name}": json.dumps(value) for name, value in plan.light.described().items()}
     if tables is not None:
         attributes["hcss_table_error_estimated"] = tables.estimated_error
         attributes["hcss_table_errors"] = json.dumps(vars(tables.errors))

@@ -56,17 +56,22 @@ class PlannedLight(Effect):
     transport: Any
     expected_rms: Mapping[str, float] = field(default_factory=dict)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Plain values for plan and cube."""
-        return {"name": self.name, "provider": self.provider, "expected_rms": dict(self.expected_rms)}
-
     def described(self) -> Mapping[str, Any]:
         """Return name, package and stated error."""
-        return {"light": self.as_dict()}
+        return {"light": {"name": self.name, "provider": self.provider, "expected_rms": dict(self.expected_rms)}}
 
     def check(self, *of_frame: Any) -> dict[str, Any]:
         """Return what the transport finds about a plan, its tables and a frame for the certificate, if it does."""
         return dict(self.transport.check(*of_frame)) if hasattr(self.transport, "check") else {}
+
+
+class IndependentColumns(PlannedLight):
+    """No light between columns: nothing to state or to apply."""
+
+    kind, described = "independent columns", Effect.described
+
+
+COLUMNS = IndependentColumns("columns", "", None)
 
 
 @dataclass(frozen=True)
@@ -130,8 +135,8 @@ class Plan:
         How the providers of other packages fared with the laws of their kinds.
     rays : Rays
         Where the pixels look, to which ``samples_per_pixel``, ``extent`` and ``variables`` belong.
-    light : PlannedLight or None
-        Light between columns of cloud; None for independent columns.
+    light : PlannedLight
+        Light between columns of cloud.
     point_effects : tuple of PlannedPointEffect
         Effects of other packages that differ from place to place.
     """
@@ -168,7 +173,7 @@ class Plan:
     texture: Texture | None = None
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
-    light: PlannedLight | None = None
+    light: PlannedLight = COLUMNS
     point_effects: tuple[PlannedPointEffect, ...] = ()
 
     def toward(self, view: View) -> Plan:

@@ -120,7 +120,7 @@ def certify(
         achieved_K=achieved_K,
         own_errors=plan.assembly.own_errors,
         reference=references.origin,
-        sides=plan.light.check(plan, tables, frames[0].frame) if plan.light is not None and frames else {},
+        sides=plan.light.check(plan, tables, frames[0].frame) if frames else {},
         interpolation=references.interpolation,
         dark=tuple(
             band.name

@@ -52,7 +52,7 @@ def compare(
     if not 0 <= frame < plan.frame_times_s.size:
         raise LightError(f"--frame: {frame}; allowed: 0 to {plan.frame_times_s.size - 1}")
     tables = tables_of(plan)
-    light = "columns" if plan.light is None else plan.light.name
+    light = plan.light.name
     makers = {"cube": PartMaker(plan, tables)}
     for name in tiers:
         makers[name] = PartMaker(
@@ -72,7 +72,7 @@ def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
 
     Empty if Monte Carlo cannot compute the scene.
     """
-    if plan.light is None or _not_comparable(plan):
+    if _not_comparable(plan):
         return {}
     draw, squares = np.random.default_rng([plan.scenario.seed, 23]), []
     for side in plan.extent:

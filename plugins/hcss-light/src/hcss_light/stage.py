@@ -198,7 +198,6 @@ class DriftingStage(LightStage):
         """Return the light of a square at an instant."""
         if self._tiles is None:
             return _Lit(*self._light(time_s), self._seen, self._over_sea, self._edges_m)
-        assert self._plan.light is not None
         toward = self._plan.toward(self._tiles.view_of(*square))
         sun, known = toward.sun_at(time_s), self._of_tiles.pop(square, None)
         if known is None or known.sun != sun:
