@@ -99,7 +99,7 @@ def _tables_of_views(plan: Plan) -> RadianceTables | None:
 
 def may_compile_together(plan: Plan) -> bool:
     """Whether the views of a plan can share wavenumbers and thicknesses: one air, one sun."""
-    return plan.views is not None and not plan.assembly.air_over_field.varies and plan.assembly.own_suns is None
+    return plan.views is not None and not plan.assembly.air_over_field.varies and not plan.assembly.own_suns
 
 
 def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: Sequence[View] = ()) -> RadianceTables:

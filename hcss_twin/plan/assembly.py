@@ -135,9 +135,14 @@ class Assembly:
     alterations: tuple[tuple[SectionEffect, float], ...] = ()
 
     @property
-    def own_suns(self) -> Callable[[View], list[Sun | None]] | None:
-        """The suns of the place of a view at some frames; None if all places have one sun."""
-        return None if self.directions is None else self.directions.suns
+    def own_suns(self) -> bool:
+        """Whether directions know the sun of each place."""
+        return self.directions is not None and self.directions.suns is not None
+
+    def suns_of(self, view: View, suns: Sequence[Sun | None]) -> Sequence[Sun | None]:
+        """Return the suns of the place of a view at some frames, or those given if all places have one sun."""
+        of_place = None if self.directions is None else self.directions.suns
+        return suns if of_place is None else of_place(view)
 
     @property
     def view(self) -> View:

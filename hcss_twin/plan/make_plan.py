@@ -116,7 +116,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         assembly = replace(assembly, directions=given.directions)
     texture = _texture(scenario, assembly)
     assembly = replace(assembly, has_texture=texture is not None)
-    beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns is not None)
+    beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns)
     assembly = replace(assembly, slant=assembly.slant.beside("shadows", beside_shadows))
     probe_last_frame(assembly, float(times[-1]))
     size = image.rows, image.columns

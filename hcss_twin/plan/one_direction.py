@@ -46,7 +46,7 @@ def one_direction(
     if assembly.directions is None and (not own_views or assembly.lines_of_sight is None):
         yield _one_view(assembly, columns, track, {sun: total for (_, sun), total in totals.items()}, own_views)
     lit = [(corner_suns(assembly, track, time_s), total) for (time_s, sun), total in totals.items() if sun is not None]
-    if lit and assembly.own_suns is None and not (own_views and has_own_suns(assembly)):
+    if lit and not assembly.own_suns and not (own_views and has_own_suns(assembly)):
         bound = _bound_of_suns(assembly, columns, lit)
         corners = "providers do not know it in the corners" if bound is None else "the bound is for the corners"
         needs, decision = "a smaller image: no key computes it", ""

@@ -225,7 +225,7 @@ def excluded_beside_rays(rays: Rays, scenario: Scenario, assembly: Assembly) -> 
         Excluded("atmosphere.profile", profiles, "a field of several profiles", "one profile"),
         Excluded(
             "output.derived",
-            of_sun and assembly.own_suns is not None,
+            of_sun and assembly.own_suns,
             "a variable of the sun's angles, which differ from place to place,",
             "others",
         ),

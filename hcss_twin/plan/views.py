@@ -262,7 +262,7 @@ def choose_views(
         tolerance *= AIR_SHARE
     elif not assembly.air_over_field.varies:
         tolerance += left
-    more = (1, 1) if assembly.own_suns is None else MORE_PLACES
+    more = MORE_PLACES if assembly.own_suns else (1, 1)
     most, largest = MAX_ORDER * more[0], MAX_NODES * more[1]
     # Safety factor, because few columns underestimate the error of all.
     axis_tolerance = 0.5 * tolerance / SAFETY_FACTOR
@@ -281,7 +281,7 @@ def choose_views(
         return None
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
     tolerance *= 1.0 if has_directions or not assembly.air_over_field.varies else AIR_SHARE
-    if assembly.own_suns is not None and assembly.air_over_field.varies and most in (x, y):
+    if assembly.own_suns and assembly.air_over_field.varies and most in (x, y):
         tolerance *= KINKS_LEAVE
     if error > tolerance or nodes > largest:
         many = f"{x + 1} x {y + 1} views"

@@ -167,7 +167,7 @@ def excluded_beside_waves(scenario: Scenario, assembly: Assembly) -> tuple[Exclu
         Excluded(
             "sea.model", not able, f"the sea model '{scenario.sea.model}', without waves as shapes,", "'rough-sea'"
         ),
-        Excluded("image", assembly.own_suns is not None, "a full disk, whose places have suns of their own,", "a part"),
+        Excluded("image", assembly.own_suns, "a full disk, whose places have suns of their own,", "a part"),
         Excluded("radiance.light", light.is_between_columns, "light between columns", "'columns'"),
     )
 
