@@ -53,7 +53,7 @@ def with_light(plan: Plan) -> Plan:
     errors: dict[str, float] = {}
     if name == AUTO:
         name = COLUMNS
-        parallel = plan.views is None
+        parallel = not plan.views.varies
         if section.light_accuracy is not None and offered and cloudy and parallel and not any(present(table)):
             name, errors = _cheapest(plan, offered, section.light_accuracy)
     if name == COLUMNS:
@@ -79,7 +79,7 @@ def with_light(plan: Plan) -> Plan:
         return plan
     light, transport = _loaded(plan, name, *offered[name])
     rms, notes = transport.expected_errors(), []
-    if plan.views is not None:
+    if plan.views.varies:
         rms, note = _over_views(plan, name, transport)
         notes.append(f"{_FIELD}: {note}")
     expected = _of_bands(plan, rms)

@@ -37,7 +37,6 @@ from hcss_twin.plan.sensor_margin import alone, with_margin
 from hcss_twin.plan.slant_paths import excluded_beside_shadows, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.plan.surroundings import air_unlike_sea
-from hcss_twin.plan.views import views_over_grid
 from hcss_twin.plan.waves import NOTE as WAVE_NOTE
 from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import Sun, View
@@ -157,14 +156,13 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         own_shifts = assembly.slant.differs(assembly.layers, image.pixel_size / image.samples_per_pixel)
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))
         sensor = (
-            with_margin(sensor, assembly, waves is not None, analysis.views is not None or own_shifts)
+            with_margin(sensor, assembly, waves is not None, analysis.views.varies or own_shifts)
             if given is None
             else alone(sensor)
         )
     rays = given
     if rays is None:
-        over_image = None if analysis.views is None else views_over_grid(assembly)
-        rays = GridRays(assembly, image.samples_per_pixel, over_image)
+        rays = GridRays(assembly, image.samples_per_pixel, analysis.views.over(assembly))
     variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
     variables = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
     computed = computed_variables(scenario, assembly, waves is not None, variables)

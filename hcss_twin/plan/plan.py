@@ -26,7 +26,7 @@ from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.plan.shadows import Shadows
 from hcss_twin.plan.surroundings import FilledIn
-from hcss_twin.plan.views import ViewAxis
+from hcss_twin.plan.views import ONE_VIEW, ViewAxis
 from hcss_twin.plan.waves import PlannedWaves
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import CloudLayer, Grid, Sun, View
@@ -121,8 +121,8 @@ class Plan:
         Largest share of sunlight in any band if it is omitted by day; else None.
     sensor : BuiltSensor or None
         Sensor of the sensor cube; the clean cube does not depend on it, but for its integration time with a camera.
-    views : ViewAxis or None
-        None if the view of the image centre is used for all pixels.
+    views : ViewAxis
+        Views with tables, between which those of pixels lie.
     surfaces : PlannedSurfaces or None
         States of the surfaces; None for sea everywhere.
     tops : tuple of CloudTops
@@ -167,7 +167,7 @@ class Plan:
     waves: PlannedWaves | None = None
     faint_sunlight: float | None = None
     sensor: BuiltSensor | None = None
-    views: ViewAxis | None = None
+    views: ViewAxis = ONE_VIEW
     surfaces: PlannedSurfaces | None = None
     tops: tuple[CloudTops, ...] = ()
     texture: Texture | None = None
@@ -178,7 +178,7 @@ class Plan:
 
     def toward(self, view: View) -> Plan:
         """Return the plan of the same scene in orthographic view from another direction."""
-        toward = replace(self, assembly=self.assembly.toward(view), view=view, views=None)
+        toward = replace(self, assembly=self.assembly.toward(view), view=view, views=ONE_VIEW)
         if not (isinstance(view, PlacedView) and view.own_sun):
             return toward
         track = replace(self.sun_track, latitude_deg=view.latitude_deg, longitude_deg=view.longitude_deg)

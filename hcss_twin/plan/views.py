@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -48,6 +48,7 @@ class ViewAxis(Effect):
     """
 
     kind = "views"
+    varies: ClassVar[bool] = True
 
     order_x: int
     order_y: int
@@ -76,6 +77,14 @@ class ViewAxis(Effect):
         """Return orders and error."""
         return {"views": vars(self)}
 
+    def over(self, assembly: Assembly) -> Views:
+        """Return the views from positions in the image of a scene."""
+        return views_over_image(assembly)
+
+    def together(self, assembly: Assembly) -> bool:
+        """Whether tables toward the views share wavenumbers and thicknesses: those in one air, under one sun."""
+        return not assembly.air_over_field.varies and not assembly.own_suns
+
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
         """Positions (x, y) of the nodes, -1 to 1 from edge to edge; x varies fastest."""
@@ -88,6 +97,24 @@ class ViewAxis(Effect):
             quadrature.weights(self.order_x, _centres(grid.columns)),
             quadrature.weights(self.order_y, _centres(grid.rows)),
         )
+
+
+class OneView(ViewAxis):
+    """The view of the image centre for all pixels."""
+
+    varies = False
+    key, described = Effect.key, Effect.described
+
+    def over(self, assembly: Assembly) -> Views:
+        """Return the one view from all positions."""
+        return ImageViews(assembly.grid, None, assembly.view)
+
+    def together(self, assembly: Assembly) -> bool:
+        """Return True: it is alone."""
+        return True
+
+
+ONE_VIEW = OneView(0, 0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -145,19 +172,16 @@ class ImageViews:
         ]
 
 
-def views_over_image(assembly: Assembly) -> Views | None:
-    """Return the views over the image; None if all pixels share one view and one air."""
+def views_over_image(assembly: Assembly) -> Views:
+    """Return the views over the image, which are all the same if pixels share one view and one air."""
     return views_over_grid(assembly) if assembly.directions is None else assembly.directions
 
 
-def views_over_grid(assembly: Assembly) -> ImageViews | None:
-    """Return the views over a grid on the ground; None if all pixels share one view and one air."""
+def views_over_grid(assembly: Assembly) -> ImageViews:
+    """Return the views over a grid on the ground."""
     air = assembly.air_over_field
-    if assembly.lines_of_sight is None and not air.varies:
-        return None
-    if air.varies:
-        return ImageViews(assembly.grid, assembly.lines_of_sight, assembly.view, air.centre_deg)
-    return ImageViews(assembly.grid, assembly.lines_of_sight, own_suns=has_own_suns(assembly))
+    centre_deg, own_suns = air.centre_deg if air.varies else None, has_own_suns(assembly)
+    return ImageViews(assembly.grid, assembly.lines_of_sight, assembly.view, centre_deg, own_suns)
 
 
 def has_own_suns(assembly: Assembly) -> bool:
@@ -225,11 +249,11 @@ def choose_views(
     tolerance: float,
     left: float,
     waves: bool = False,
-) -> ViewAxis | None:
-    """Choose the views with tables; None if the view of the image centre suffices.
+) -> ViewAxis:
+    """Choose the views with tables.
 
-    It suffices if the sensor altitude is unknown and there is one profile, if the change over the image is within the
-    tolerance, or if providers support no other views, which is listed under the omissions.
+    The view of the image centre suffices if the sensor altitude is unknown and there is one profile, if the change over
+    the image is within the tolerance, or if providers support no other views, which is listed under the omissions.
 
     Parameters
     ----------
@@ -247,17 +271,16 @@ def choose_views(
     ScenarioError
         If view angles must vary over the image but a selected option does not support that.
     """
-    views = views_over_image(assembly)
-    if views is None or not suns:
-        return None
+    views, has_directions = views_over_image(assembly), assembly.directions is not None
+    corners = views.at(EXTREMES[1:])
+    if not suns or (len(set(corners)) == 1 and not has_directions):
+        return ONE_VIEW
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
-    corners = views.at([(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
-    has_directions = assembly.directions is not None
     if not all(low <= view.zenith_deg <= high for view in corners):
         if has_directions:
             message = f"allows view zeniths of {low:g} to {high:g} deg, and pixels have others; allowed: another one"
             raise ScenarioError([Problem("atmosphere.provider", message)])
-        return None
+        return ONE_VIEW
     if has_directions:  # directions over a whole pass, through glint
         tolerance *= AIR_SHARE
     elif not assembly.air_over_field.varies:
@@ -276,9 +299,9 @@ def choose_views(
     except (ProviderError, ScenarioError):
         if has_directions:
             raise
-        return None
+        return ONE_VIEW
     if x == y == 0 and not has_directions:
-        return None
+        return ONE_VIEW
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
     tolerance *= 1.0 if has_directions or not assembly.air_over_field.varies else AIR_SHARE
     if assembly.own_suns and assembly.air_over_field.varies and most in (x, y):

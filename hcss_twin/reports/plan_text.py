@@ -96,7 +96,7 @@ def _view(plan: Plan) -> Rows:
         low, *_, high = nodes = tops.placed.nodes.tolist()
         count = len(nodes)
         yield "cloud tops", f"{low:.0f} to {high:.0f} m, interpolated between tables for {count} altitudes"
-    if plan.views is not None:
+    if plan.views.varies:
         x, y = plan.views.order_x + 1, plan.views.order_y + 1
         yield "views", f"one for each pixel, interpolated between tables for {x} x {y} views over the image"
     zenith, azimuth = plan.sun_zenith_deg, plan.sun_azimuth_deg
@@ -247,7 +247,7 @@ def _budget(plan: Plan) -> str:
         "layers": sum(cloudy) > 1,
         "faint_sunlight": plan.faint_sunlight is not None,
         "waves": plan.waves is not None,
-        "views": plan.views is not None,
+        "views": plan.views.varies,
         "shadows": plan.has_shadows,
         "time": over_time,
         "other_instants": over_time and any(cloudy),

@@ -48,13 +48,13 @@ class SceneTables:
         """Return the tables toward all views, the last axis, at the first nodes of the others; none without tables."""
         if tables is None:
             return ()
-        return (tables,) if self.plan.views is None else tables.leaves[: len(self.plan.views.places)]
+        return tables.leaves[: len(self.plan.views.places)] if self.plan.views.varies else (tables,)
 
     @property
     def with_waves(self) -> list[RadianceTables]:
         """Tables of the sea with resolved waves toward all views; none if there are none, or no tables."""
         leaves = [] if self.tables is None else [tables for tables in self.tables.leaves if tables.waves is not None]
-        return leaves[: 1 if self.plan.views is None else len(self.plan.views.places)]
+        return leaves[: len(self.plan.views.places)]
 
 
 class LookUpStage(Stage):

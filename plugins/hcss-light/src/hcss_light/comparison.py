@@ -128,7 +128,7 @@ def _compared(
     mean, error = np.empty((2, len(places), len(plan.bands)))
     values = {name: np.empty((len(places), len(plan.bands))) for name in (*makers, "columns")}
     for number, (row, column) in enumerate(places):
-        if plan.views is not None:
+        if plan.views.varies:
             toward = plan.toward(plan.rays.views_of_pixels([row], [column], time_s)[0])
             inputs, sun = light_inputs(toward, tables.spectrum.nodes), toward.sun_at(time_s)
             sampled = SampledClouds(plan, inputs)

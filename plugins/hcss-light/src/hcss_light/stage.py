@@ -95,7 +95,7 @@ class DriftingStage(LightStage):
         super().__init__(plan, tables)
         transport: Any = self._transport
         self._tiles: Tiles | None = None
-        if plan.views is not None:
+        if plan.views.varies:
             self._tiles, keeps = Tiles(plan), False
             self._pixels, self._nodes = self._tiles.side, tables.spectrum.nodes
             self._of_tiles: OrderedDict[tuple[int, int], _Lit] = OrderedDict()
