@@ -155,8 +155,8 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
                 shadows = compile_shadows(toward, columns.quantities, times, columns.clear(settings[at]))
             every.append((tables[at], shadows, texture))
     waves: Sequence[WaveTables | None] = [None] * len(views)
-    if plan.waves is not None:
-        waves = compile_waves(plan, plan.waves, columns.quantities, tuple(suns), views, extreme, allowed.waves)
+    if plan.waves.varies:
+        waves = compile_waves(plan, columns.quantities, tuple(suns), views, extreme, allowed.waves)
     alone_error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
     errors = Budget(
         numerics=plan.numerics.error,

@@ -52,7 +52,7 @@ def overlaps(plan: Plan) -> bool:
     their files at construction; for those of other packages this is unknown, so their frames are written in the main
     thread.
     """
-    waves = () if plan.waves is None else (Kind.SEA,)
+    waves = (Kind.SEA,) if plan.waves.varies else ()
     kinds = (Kind.CLOUDS, Kind.ELEMENTS, Kind.SURFACES, Kind.VARIABLES, *waves)
     entries = plan.assembly.entries.values()
     return all(entry.distribution == OWN_DISTRIBUTION for entry in entries if entry.kind in kinds)

@@ -222,6 +222,6 @@ def excluded_beside_light(plan: Plan) -> tuple[Excluded, ...]:
         Excluded("clouds.generator", assembly.tops_vary, "cloud with tops of its own", LAYER_TOPS),
         Excluded("clouds.generator", ends, "cloud that ends with the image", generator),
         Excluded("elements", bool(assembly.elements), "an element among broken cloud", "no elements"),
-        Excluded("sea.waves", plan.waves is not None, "a sea of resolved waves", "'off'"),
+        Excluded("sea.waves", plan.waves.varies, "a sea of resolved waves", "'off'"),
         Excluded("output.variables", terms, "a term of the radiance", "the total"),
     )

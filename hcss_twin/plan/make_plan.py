@@ -37,8 +37,8 @@ from hcss_twin.plan.sensor_margin import alone, with_margin
 from hcss_twin.plan.slant_paths import excluded_beside_shadows, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.plan.surroundings import air_unlike_sea
+from hcss_twin.plan.waves import MEAN_SEA, resolve_waves
 from hcss_twin.plan.waves import NOTE as WAVE_NOTE
-from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import Sun, View
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.scenario import Scenario
@@ -151,21 +151,21 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     assembly = assembly.with_finer_sunlight(analysis.numerics.sunlight_steps)
     if analysis.faint_shadows is not None:
         assembly = replace(assembly, slant=assembly.slant.without("shadows", analysis.faint_shadows))
-    waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
+    waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else MEAN_SEA
     if sensor is not None:
         own_shifts = assembly.slant.differs(assembly.layers, image.pixel_size / image.samples_per_pixel)
         require_instants(sensor, assembly, float(times[0]), float(times[-1]))
         sensor = (
-            with_margin(sensor, assembly, waves is not None, analysis.views.varies or own_shifts)
+            with_margin(sensor, assembly, waves.varies, analysis.views.varies or own_shifts)
             if given is None
             else alone(sensor)
         )
     rays = given
     if rays is None:
         rays = GridRays(assembly, image.samples_per_pixel, analysis.views.over(assembly))
-    variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
+    variables = quantized(cube_variables(scenario, assembly, waves.varies), scenario, analysis.accuracy)
     variables = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
-    computed = computed_variables(scenario, assembly, waves is not None, variables)
+    computed = computed_variables(scenario, assembly, waves.varies, variables)
     variables = rays.variables(variables)
     land = 0.0 if surfaces is not None else land_share(scenario, catalog, float(times[-1]))
     sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))
@@ -190,7 +190,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         omissions=analysis.omissions,
         filled_in=(*assembly.filled_in, *rays.filled_in),
         notes=(
-            *_notes(scenario, assembly, computed, waves is not None, sunlight),
+            *_notes(scenario, assembly, computed, waves.varies, sunlight),
             *analysis.notes,
             *viewing_notes(scenario),
             *doubts,

@@ -27,7 +27,7 @@ from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.plan.shadows import Shadows
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ONE_VIEW, ViewAxis
-from hcss_twin.plan.waves import PlannedWaves
+from hcss_twin.plan.waves import MEAN_SEA, PlannedWaves
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import CloudLayer, Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
@@ -68,7 +68,7 @@ class PlannedLight(Effect):
 class IndependentColumns(PlannedLight):
     """No light between columns: nothing to state or to apply."""
 
-    kind, described = "independent columns", Effect.described
+    varies, described = False, Effect.described
 
 
 COLUMNS = IndependentColumns("columns", "", None)
@@ -115,8 +115,8 @@ class Plan:
         Level of the radiance model.
     grid_refinement : GridRefinement
         Refinement of the spectral grid.
-    waves : PlannedWaves or None
-        None if the sea is averaged over its waves.
+    waves : PlannedWaves
+        Resolved waves, or the mean sea.
     faint_sunlight : float or None
         Largest share of sunlight in any band if it is omitted by day; else None.
     sensor : BuiltSensor or None
@@ -164,7 +164,7 @@ class Plan:
     numerics: NumericalLevel
     grid_refinement: GridRefinement
     rays: Rays
-    waves: PlannedWaves | None = None
+    waves: PlannedWaves = MEAN_SEA
     faint_sunlight: float | None = None
     sensor: BuiltSensor | None = None
     views: ViewAxis = ONE_VIEW
@@ -215,7 +215,7 @@ class Plan:
         """What lets pixels differ beyond their clouds, in the order in which it changes their radiance."""
         shadows = Shadows() if self.has_shadows else None
         of_columns = self.light, self.surfaces, *self.tops, *self.point_effects, self.views, self.texture
-        return tuple(effect for effect in (*of_columns, shadows, self.waves, self.sensor) if effect is not None)
+        return tuple(effect for effect in (*of_columns, shadows, self.waves, self.sensor) if effect and effect.varies)
 
     @property
     def has_shadows(self) -> bool:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -48,7 +48,6 @@ class ViewAxis(Effect):
     """
 
     kind = "views"
-    varies: ClassVar[bool] = True
 
     order_x: int
     order_y: int
@@ -103,7 +102,6 @@ class OneView(ViewAxis):
     """The view of the image centre for all pixels."""
 
     varies = False
-    key, described = Effect.key, Effect.described
 
     def over(self, assembly: Assembly) -> Views:
         """Return the one view from all positions."""

@@ -162,7 +162,7 @@ def _extent(layer: CloudLayer, plan: Plan) -> str:
 def _radiation(plan: Plan) -> Rows:
     assembly, entries = plan.assembly, plan.assembly.entries
     if plan.needs_radiance:
-        waves = "statistical waves" if plan.waves is None else "resolved waves"
+        waves = "resolved waves" if plan.waves.varies else "statistical waves"
         wind = f"wind {assembly.sea_wind_speed_m_s:.4g} m/s from {plan.scenario.sea.wind_from:g} deg"
         yield "sea", f"{assembly.sea_temperature_K:.5g} K, {wind}, {waves}; {_named(entries['sea'])}"
         yield from _surfaces(plan)
@@ -246,7 +246,7 @@ def _budget(plan: Plan) -> str:
         "thickness": any(cloudy),
         "layers": sum(cloudy) > 1,
         "faint_sunlight": plan.faint_sunlight is not None,
-        "waves": plan.waves is not None,
+        "waves": plan.waves.varies,
         "views": plan.views.varies,
         "shadows": plan.has_shadows,
         "time": over_time,

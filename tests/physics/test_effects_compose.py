@@ -186,7 +186,7 @@ def with_slant(plan, shapes, sun=SUN, **options):
     slant = replace(
         paths_of(**on, view=plan.view, **dict(zip(NAMES, angles, strict=True))), sight=plan.assembly.slant.sight
     )
-    return with_clouds(plan, shapes, slant, sun, shadows=slant.shadows, waves=plan.waves is not None)
+    return with_clouds(plan, shapes, slant, sun, shadows=slant.shadows, waves=plan.waves.varies)
 
 
 CORNERS = [(2, 2), (2, 77), (57, 2), (57, 77), (30, 40)]
@@ -459,7 +459,7 @@ def test_waves_left_to_the_plan_are_not_resolved_if_they_need_more_views_than_th
     monkeypatch.setattr(scene_analysis, "choose_views", choose_views)
     changes = {**SEA, "image.rows": 60, "image.columns": 80, "accuracy": 2e-2}
     plan = plan_of(THIN | {"coverage": 0.0}, **changes | {"sea.waves": "auto"})
-    assert plan.waves is None
+    assert not plan.waves.varies
     (omitted,) = (omission for omission in plan.omissions if omission.what == "waves as shapes")
     assert "more views" in omitted.why
     assert omitted.bound > 0.02

@@ -12,7 +12,7 @@ from typing import Any
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.stages.stage import Frame, FramePart, PartWindow, Stage
 from hcss_twin.engine.stages.truth import Truth
-from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
+from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables, TimedWaves
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 
@@ -51,10 +51,10 @@ class SceneTables:
         return tables.leaves[: len(self.plan.views.places)] if self.plan.views.varies else (tables,)
 
     @property
-    def with_waves(self) -> list[RadianceTables]:
-        """Tables of the sea with resolved waves toward all views; none if there are none, or no tables."""
-        leaves = [] if self.tables is None else [tables for tables in self.tables.leaves if tables.waves is not None]
-        return leaves[: len(self.plan.views.places)]
+    def of_waves(self) -> list[TimedWaves]:
+        """Tables of resolved waves toward all views and their time nodes; none if there are none, or no tables."""
+        leaves = () if self.tables is None else self.tables.leaves
+        return [(leaf.waves, leaf.time_s) for leaf in leaves if leaf.waves is not None][: len(self.plan.views.places)]
 
 
 class LookUpStage(Stage):
@@ -134,7 +134,7 @@ def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:
 
     # the scenario's own sea alone has waves
     sea = next((axis.ground.sea for axis in scene.named("surfaces")), 0)
-    yield WaveStage(scene.plan, waves, scene.with_waves, sea)
+    yield WaveStage(scene.plan, waves, scene.of_waves, sea)
 
 
 OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {
