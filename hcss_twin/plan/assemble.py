@@ -152,7 +152,7 @@ def assemble(
     spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
     elements = build_elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
     derived = build_derived(builder, scenario, catalog, sensor_bands(bands), image or grid, slant.view)
-    surfaces = None if scenario.surfaces is None else _surfaces(builder, scenario, catalog, bands, around, grid)
+    surfaces = _surfaces(builder, scenario, catalog, bands, around, grid)
     builder.raise_problems()
     with attribute_to_field("radiance.model", radiance.parameters):
         model_at(0, 0)
@@ -228,17 +228,19 @@ def _sea_model(
 
 def _surfaces(
     builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand], around: Surroundings, grid: Grid
-) -> SceneSurfaces | None:
+) -> tuple[SceneSurfaces, ...]:
+    section, found = scenario.surfaces, []
+    if section is None:
+        return ()
     from hcss_twin.plan.surface_classes import build_surfaces  # not for scenes of sea alone
 
-    assert scenario.surfaces is not None
-    surfaces: SceneSurfaces | None = None
-    with builder.collect_problems("surfaces.provider", scenario.surfaces.parameters):
-        surfaces = build_surfaces(builder, scenario, catalog, around, grid)
+    with builder.collect_problems("surfaces.provider", section.parameters):
+        surfaces = build_surfaces(builder, scenario, section, catalog, around, grid)
         for class_ in surfaces.classes:
             if class_.boundary is not None:
                 require_bands_inside(bands, class_.boundary.declares.valid, f"surface class '{class_.name}'")
-    return surfaces
+        found.append(surfaces)
+    return tuple(found)
 
 
 def _motion(scenario: Scenario) -> Motion:

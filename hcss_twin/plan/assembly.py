@@ -73,8 +73,8 @@ class Assembly:
         What names the code of each provider in keys of cached results.
     lines_of_sight : LinesOfSight or None
         Lines of sight to the sensor; None if its altitude is unknown.
-    surfaces : SceneSurfaces or None
-        Map of the ground; None for sea everywhere.
+    surfaces : tuple of SceneSurfaces
+        Map of the ground; none for sea everywhere.
     surface : SurfaceState or None
         Surface that takes the place of the scenario's sea; None for that sea.
     numerical_level, sunlight_steps : int
@@ -122,7 +122,7 @@ class Assembly:
     lines_of_sight: LinesOfSight | None = None
     elements: tuple[ElementProvider, ...] = ()
     derived: tuple[VariableProvider, ...] = ()
-    surfaces: SceneSurfaces | None = None
+    surfaces: tuple[SceneSurfaces, ...] = ()
     surface: SurfaceState | None = None
     numerical_level: int = 0
     sunlight_steps: int = 0
@@ -249,9 +249,9 @@ class Assembly:
     def _of_additions(self) -> list[Declaration]:
         """Declarations of elements, derived variables and surfaces."""
         providers: list[Any] = [*self.elements, *self.derived]
-        if self.surfaces is not None:
-            boundaries = (class_.boundary for class_ in self.surfaces.classes)
-            providers += [self.surfaces.provider, *(boundary for boundary in boundaries if boundary is not None)]
+        for surfaces in self.surfaces:
+            boundaries = (class_.boundary for class_ in surfaces.classes)
+            providers += [surfaces.provider, *(boundary for boundary in boundaries if boundary is not None)]
         return [provider.declares for provider in providers]
 
     def notes(

@@ -218,7 +218,7 @@ def excluded_beside_light(plan: Plan) -> tuple[Excluded, ...]:
     generator = "a generator that continues it, as 'fractal'"
     return (
         Excluded(_FIELD, not plan.is_grid, "an image that is no grid on the ground", "no camera"),
-        Excluded("surfaces", assembly.surfaces is not None, "a map of the ground", "sea everywhere"),
+        Excluded("surfaces", bool(assembly.surfaces), "a map of the ground", "sea everywhere"),
         Excluded("clouds.generator", assembly.tops_vary, "cloud with tops of its own", LAYER_TOPS),
         Excluded("clouds.generator", ends, "cloud that ends with the image", generator),
         Excluded("elements", bool(assembly.elements), "an element among broken cloud", "no elements"),

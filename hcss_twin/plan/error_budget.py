@@ -175,8 +175,8 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
         "sea": stated_errors(assembly.sea),
         "radiance model": stated_errors(assembly.model),
     }
-    if assembly.surfaces is not None:
-        stated["surfaces"] = stated_errors(assembly.surfaces.provider)
+    for surfaces in assembly.surfaces:
+        stated["surfaces"] = stated_errors(surfaces.provider)
     particles = {
         layer.name: stated_errors(optics_of_layer)
         for layer, optics_of_layer in zip(plan.layers, assembly.optics_of_layers, strict=True)

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from hcss_twin.plan.cloud_tops import CloudTops
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.scene_family import SceneFamily
+    from hcss_twin.plan.surfaces import PlannedSurfaces
     from hcss_twin.plan.texture import Texture
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
@@ -129,20 +130,21 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     probes = _probes(scenario, assembly, catalog, sensor)
     suns = SunFrames(track, times, zenith, azimuth)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
-        tops_at, surfaces = _at_extreme_tops(assembly), None
+        tops_at = _at_extreme_tops(assembly)
         effects = section_effects(scenario, catalog)
         scenes = [*tops_at, *extremes_of(assembly, effects)]
         analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
         analysis = analyses[0] if len(analyses) == 1 else strictest(analyses[0], analyses)
-    if assembly.surfaces is not None:
+    planned_surfaces: list[PlannedSurfaces] = []
+    for surfaces in assembly.surfaces:
         from hcss_twin.plan.surfaces import extreme_states, merged, plan_surfaces  # not for scenes of sea alone
 
-        states = [analyse_scene(scenario, assembly.over(state), catalog, suns) for state in extreme_states(assembly)]
-        analysis = merged(scenario, assembly, analysis, states)
+        states = [analyse_scene(scenario, assembly.over(state), catalog, suns) for state in extreme_states(surfaces)]
+        analysis = merged(scenario, assembly.sea_temperature_K, surfaces, analysis, states)
         resolved = analysis.resolves_waves
         wanted = computed_variables(scenario, assembly, resolved, cube_variables(scenario, assembly, resolved))
-        radiance = wants_radiance(wanted)
-        surfaces = plan_surfaces(scenario, assembly, analysis.accuracy if radiance else None)
+        accuracy = analysis.accuracy if wants_radiance(wanted) else None
+        planned_surfaces.append(plan_surfaces(scenario, assembly, surfaces, accuracy))
     highest = suns.track.at(float(suns.time_s[np.argmin(suns.zenith_deg)]))
     sun = highest if highest.is_up else None
     tops = _cloud_tops(scenario, assembly, analysis.accuracy, sun)
@@ -167,7 +169,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     variables = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
     computed = computed_variables(scenario, assembly, waves.varies, variables)
     variables = rays.variables(variables)
-    land = 0.0 if surfaces is not None else land_share(scenario, catalog, float(times[-1]))
+    land = 0.0 if assembly.surfaces else land_share(scenario, catalog, float(times[-1]))
     sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))
     plan = Plan(
         scenario=scenario,
@@ -204,7 +206,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         views=analysis.views,
         numerics=analysis.numerics,
         grid_refinement=analysis.spectral_grid,
-        surfaces=surfaces,
+        surfaces=tuple(planned_surfaces),
         tops=tops,
         texture=texture,
         land_share=land,

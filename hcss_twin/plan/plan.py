@@ -123,8 +123,8 @@ class Plan:
         Sensor of the sensor cube; the clean cube does not depend on it, but for its integration time with a camera.
     views : ViewAxis
         Views with tables, between which those of pixels lie.
-    surfaces : PlannedSurfaces or None
-        States of the surfaces; None for sea everywhere.
+    surfaces : tuple of PlannedSurfaces
+        States of the surfaces; none for sea everywhere.
     tops : tuple of CloudTops
         Altitudes of cloud tops of layers whose tops vary.
     texture : Texture or None
@@ -168,7 +168,7 @@ class Plan:
     faint_sunlight: float | None = None
     sensor: BuiltSensor | None = None
     views: ViewAxis = ONE_VIEW
-    surfaces: PlannedSurfaces | None = None
+    surfaces: tuple[PlannedSurfaces, ...] = ()
     tops: tuple[CloudTops, ...] = ()
     texture: Texture | None = None
     land_share: float = 0.0
@@ -214,7 +214,7 @@ class Plan:
     def effects(self) -> tuple[Effect, ...]:
         """What lets pixels differ beyond their clouds, in the order in which it changes their radiance."""
         shadows = Shadows() if self.has_shadows else None
-        of_columns = self.light, self.surfaces, *self.tops, *self.point_effects, self.views, self.texture
+        of_columns = self.light, *self.surfaces, *self.tops, *self.point_effects, self.views, self.texture
         return tuple(effect for effect in (*of_columns, shadows, self.waves, self.sensor) if effect and effect.varies)
 
     @property

@@ -179,12 +179,12 @@ def _radiation(plan: Plan) -> Rows:
 
 
 def _surfaces(plan: Plan) -> Rows:
-    if plan.surfaces is None:
+    if not plan.surfaces:
         where = f"sea everywhere; {100.0 * plan.land_share:.3g} % of the image is land" if plan.land_share else "sea"
         yield "surface", where
         return
-    classes = []
-    for class_, axis, share in zip(plan.surfaces.classes, plan.surfaces.axes, plan.surfaces.shares, strict=True):
+    (surfaces,), classes = plan.surfaces, []
+    for class_, axis, share in zip(surfaces.classes, surfaces.axes, surfaces.shares, strict=True):
         kelvin = f"{class_.low_K:.5g} K"
         if class_.low_K < class_.high_K:
             kelvin = f"{class_.low_K:.5g} to {class_.high_K:.5g} K, tables for {axis.nodes.size} temperatures"

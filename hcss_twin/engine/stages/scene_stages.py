@@ -40,9 +40,9 @@ class SceneTables:
     @property
     def of_surfaces(self) -> list[tuple[RadianceTables, ...]]:
         """Tables toward all views of each class of surface, at its lowest temperature."""
-        if self.plan.surfaces is None or self.tables is None:
-            return [self.of_views(self.tables)]
-        return [self.of_views(self.tables.over[nodes.start]) for nodes in self.axes[0].of_classes]
+        over = () if self.tables is None else self.tables.over
+        of_classes = [over[nodes.start] for axis in self.named("surfaces") if over for nodes in axis.of_classes]
+        return [self.of_views(tables) for tables in of_classes or [self.tables]]
 
     def of_views(self, tables: RadianceTables | None) -> tuple[RadianceTables, ...]:
         """Return the tables toward all views, the last axis, at the first nodes of the others; none without tables."""

@@ -45,7 +45,7 @@ class SurfaceStates(PointAxis[SurfaceState]):
         """Return the plan of the same scene with one surface everywhere; only the scenario's own sea has waves."""
         assembly = plan.assembly.over(state)
         waves = plan.waves if assembly.surface is None else MEAN_SEA
-        return replace(plan, assembly=assembly, waves=waves, surfaces=None)
+        return replace(plan, assembly=assembly, waves=waves, surfaces=())
 
     def of_pixel(self, time_s: float, row: int, column: int, thickness_m: Array) -> Sequence[SurfaceState]:
         """Return class and temperature of each point."""
