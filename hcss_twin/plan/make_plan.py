@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import timedelta
 from functools import partial
@@ -31,9 +31,10 @@ from hcss_twin.plan.point_effects import extremes_of, plan_point_effect
 from hcss_twin.plan.rays import GridRays, Rays, planned_rays
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.section_effect import section_effects
-from hcss_twin.plan.sensor import BuiltSensor, excluded_beside_instants, planned_sensor, require_instants
+from hcss_twin.plan.sensor import excluded_beside_instants, planned_sensor, require_instants
 from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_margin import alone, with_margin
+from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.plan.slant_paths import excluded_beside_shadows, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.plan.surroundings import air_unlike_sea
@@ -124,10 +125,9 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     if given is not None:
         extent = slice(0, given.image.rows), slice(0, given.image.columns)
     sensor = planned_sensor(scenario, assembly, catalog, extent)
-    if sensor is not None:
-        assembly = replace(assembly, slant=assembly.slant.beside("shadows", excluded_beside_instants(sensor)))
-    doubts = () if sensor is None else examine_geometry(json.loads(scenario.to_json()), sensor.stages)
-    probes = _probes(scenario, assembly, catalog, sensor)
+    assembly = replace(assembly, slant=assembly.slant.beside("shadows", excluded_beside_instants(sensor)))
+    doubts = examine_geometry(json.loads(scenario.to_json()), sensor.stages) if sensor.stages else ()
+    probes = _probes(scenario, assembly, catalog, sensor.stages)
     suns = SunFrames(track, times, zenith, azimuth)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
         tops_at = _at_extreme_tops(assembly)
@@ -154,14 +154,13 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     if analysis.faint_shadows is not None:
         assembly = replace(assembly, slant=assembly.slant.without("shadows", analysis.faint_shadows))
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else MEAN_SEA
-    if sensor is not None:
-        own_shifts = assembly.slant.differs(assembly.layers, image.pixel_size / image.samples_per_pixel)
-        require_instants(sensor, assembly, float(times[0]), float(times[-1]))
-        sensor = (
-            with_margin(sensor, assembly, waves.varies, analysis.views.varies or own_shifts)
-            if given is None
-            else alone(sensor)
-        )
+    own_shifts = assembly.slant.differs(assembly.layers, image.pixel_size / image.samples_per_pixel)
+    require_instants(sensor, assembly, float(times[0]), float(times[-1]))
+    sensor = (
+        with_margin(sensor, assembly, waves.varies, analysis.views.varies or own_shifts)
+        if given is None
+        else alone(sensor)
+    )
     rays = given
     if rays is None:
         rays = GridRays(assembly, image.samples_per_pixel, analysis.views.over(assembly))
@@ -266,8 +265,7 @@ def _first_clouds(assembly: Assembly) -> None:
             generator.thickness_m(0.0, *points)
 
 
-def _probes(scenario: Scenario, assembly: Assembly, catalog: Catalog, sensor: BuiltSensor | None) -> tuple[Probed, ...]:
-    stages = () if sensor is None else sensor.stages
+def _probes(scenario: Scenario, assembly: Assembly, catalog: Catalog, stages: Sequence[Stage]) -> tuple[Probed, ...]:
     if all(entry.is_own for entry in (*assembly.entries.values(), *(stage.entry for stage in stages))):
         return ()
     from hcss_twin.plan.probes import probe_providers  # the laws are needed for plugins only

@@ -119,7 +119,7 @@ class Plan:
         Resolved waves, or the mean sea.
     faint_sunlight : float or None
         Largest share of sunlight in any band if it is omitted by day; else None.
-    sensor : BuiltSensor or None
+    sensor : BuiltSensor
         Sensor of the sensor cube; the clean cube does not depend on it, but for its integration time with a camera.
     views : ViewAxis
         Views with tables, between which those of pixels lie.
@@ -164,9 +164,9 @@ class Plan:
     numerics: NumericalLevel
     grid_refinement: GridRefinement
     rays: Rays
+    sensor: BuiltSensor
     waves: PlannedWaves = MEAN_SEA
     faint_sunlight: float | None = None
-    sensor: BuiltSensor | None = None
     views: ViewAxis = ONE_VIEW
     surfaces: tuple[PlannedSurfaces, ...] = ()
     tops: tuple[CloudTops, ...] = ()

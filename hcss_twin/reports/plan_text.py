@@ -214,7 +214,7 @@ def _output(plan: Plan) -> Rows:
         yield "rounding", line
     for line in packing_lines(plan.variables, [band.name for band in plan.bands]):
         yield "packing", line
-    if plan.sensor is not None:
+    if plan.sensor.stages:
         measured = ", ".join(spec.name for spec in plan.sensor.variables)
         models = ", then ".join(_named(stage.entry) for stage in plan.sensor.stages)
         yield "sensor", f"{plan.sensor.title} ({models}); separate cube: {measured}"

@@ -151,7 +151,7 @@ def test_a_sensor_measures_a_platform_that_says_its_pixels_and_speed_by_optics_a
         make_plan(Scenario.from_dict(raw, changes, base))
     changes |= {"sensor.parameters": {"pixel_angle": 3e-3, "aperture_diameter": 2e-3}}  # the same electrons
     plan = make_plan(Scenario.from_dict(raw, changes, base))
-    assert plan.sensor is not None
+    assert plan.sensor.stages
     clean = run(plan, tmp_path / "clean.nc")
     measured = tmp_path / "clean.sensor.nc"
     with open_cube(clean) as one, open_cube(measured) as other:
