@@ -69,6 +69,9 @@ def _one_view(
     lines, air = assembly.lines_of_sight, assembly.air_over_field
     altitude_km = (SENSOR_ALTITUDE_M if lines is None else lines.altitude_m) / 1e3
     corners = f"corners of the image seen from {altitude_km:.0f} km, {apart:.2g} deg off"
+    elsewhere_m = max((_elsewhere_m(assembly, view) for view in views), default=0.0)
+    if elsewhere_m >= 0.5 * assembly.grid.pixel_size_m:
+        corners += f", where clouds stand up to {elsewhere_m:.0f} m from where these rays see them"
     return Omission(
         "view angles of single pixels",
         f"rays are parallel, one direction{' and one air' if air.varies and not own_air else ''} for the whole image; "
@@ -96,6 +99,15 @@ def corner_views(assembly: Assembly, track: SunTrack, own_air: bool = False) -> 
     views = ImageViews(assembly.grid, lines, centre_deg=centre).at(_CORNERS)
     apart = max(_between_deg(view, assembly.view) for view in views)
     return tuple(sorted(views, key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))), apart
+
+
+def _elsewhere_m(assembly: Assembly, view: View) -> float:
+    """Distance between the places at which the highest clouds appear along a line of sight and along the middle's."""
+    if not (assembly.slant.parallax and assembly.has_cloud):
+        return 0.0
+    along, of_middle = (_direction(one) for one in (view, assembly.view))
+    height_m = max(layer.reference_height_m for layer in assembly.layers)
+    return height_m * float(np.linalg.norm(along[:2] / along[2] - of_middle[:2] / of_middle[2]))
 
 
 def _between_deg(one: View, other: View) -> float:

@@ -290,7 +290,7 @@ def choose_views(
     try:
         tilts = tilted_seas(scenario, assembly) if waves else None
         values = _columns(assembly, views, suns, tilts)
-        spread = _spread(values)
+        spread = _spread(values) if not has_directions and not assembly.air_over_field.varies else math.inf
         (x, x_error), (y, y_error) = (_narrow(values, 2.0 * axis_tolerance) if spread <= NARROW else None) or _placed(
             values, axis_tolerance, most
         )

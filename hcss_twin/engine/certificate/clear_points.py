@@ -22,7 +22,7 @@ from hcss_twin.engine.stages.scene_stages import SceneTables
 from hcss_twin.engine.stages.shadows import ShadowStage
 from hcss_twin.engine.stages.waves import slopes_of
 from hcss_twin.engine.tables.radiance_tables import interval
-from hcss_twin.engine.tables.view_states import view_states
+from hcss_twin.engine.tables.view_states import point_states
 from hcss_twin.plan.numerics import reference_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms
@@ -59,7 +59,7 @@ class ClearPoints:
     """Finds waves and shadows at the points of pixels."""
 
     def __init__(self, scene: SceneTables) -> None:
-        self._plan, self._tables = scene.plan, scene.of_waves
+        self._plan, self._tables, self._effects = scene.plan, scene.with_waves, scene.effects
         self._shadows = [ShadowStage(scene.plan, [])] * scene.plan.has_shadows
 
     def of_pixel(self, time_s: float, row: int, column: int, view: View) -> list[ClearPoint] | None:
@@ -90,12 +90,13 @@ class ClearPoints:
     def _level(self, time_s: float, pixel: Window) -> Array:
         """Return the level (K, B) of a pixel."""
         of_views = []
-        for waves, times in self._tables:
-            (index, weight), levels = interval(times, time_s), waves.level
+        for tables in self._tables:
+            assert tables.waves is not None
+            (index, weight), levels = interval(tables.time_s, time_s), tables.waves.level
             of_views.append((1.0 - weight) * levels[index] + weight * levels[min(index + 1, len(levels) - 1)])
         if not of_views:
             return np.ones((len(self._plan.assembly.model.terms), len(self._plan.bands)))
-        states = view_states(self._plan, np.array(of_views), time_s)
+        states = point_states(self._plan, self._effects, np.array(of_views), time_s)
         level: Array = np.tensordot(states.weights(pixel)[0, 0], states.values, 1)
         return level
 

@@ -9,10 +9,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.stages.stage import Frame, FramePart, PartWindow, Stage
 from hcss_twin.engine.stages.truth import Truth
-from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables, TimedWaves
+from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 
@@ -38,23 +41,36 @@ class SceneTables:
         return [axis for axis in self.axes if axis.name == name]
 
     @property
-    def of_surfaces(self) -> list[tuple[RadianceTables, ...]]:
-        """Tables toward all views of each class of surface, at its lowest temperature."""
-        over = () if self.tables is None else self.tables.over
-        of_classes = [over[nodes.start] for axis in self.named("surfaces") if over for nodes in axis.of_classes]
-        return [self.of_views(tables) for tables in of_classes or [self.tables]]
-
-    def of_views(self, tables: RadianceTables | None) -> tuple[RadianceTables, ...]:
-        """Return the tables toward all views, the last axis, at the first nodes of the others; none without tables."""
-        if tables is None:
-            return ()
-        return tables.leaves[: len(self.plan.views.places)] if self.plan.views.varies else (tables,)
+    def effects(self) -> list[Any]:
+        """Return the axes of effects of points, which change clear sky, too."""
+        return [axis for axis in self.axes if axis.in_clear_sky]
 
     @property
-    def of_waves(self) -> list[TimedWaves]:
-        """Tables of resolved waves toward all views and their time nodes; none if there are none, or no tables."""
-        leaves = () if self.tables is None else self.tables.leaves
-        return [(leaf.waves, leaf.time_s) for leaf in leaves if leaf.waves is not None][: len(self.plan.views.places)]
+    def of_surfaces(self) -> list[list[RadianceTables]]:
+        """Tables of clear sky over each class of surface, at its lowest temperature.
+
+        At all values of effects of points, toward all views.
+        """
+        if self.tables is None:
+            return [[]]
+        leaves = self.tables.leaves
+        numbers: NDArray[np.intp] = np.arange(len(leaves)).reshape(*(len(axis.nodes) for axis in self.axes), -1)
+        for place, axis in reversed(list(enumerate(self.axes))):
+            if axis.name != "surfaces" and not axis.in_clear_sky:
+                numbers = np.take(numbers, 0, place)
+        surfaces = self.named("surfaces")
+        of_classes = [numbers[nodes.start] for nodes in surfaces[0].of_classes] if surfaces else [numbers]
+        return [[leaves[number] for number in of_class.ravel().tolist()] for of_class in of_classes]
+
+    @property
+    def sea(self) -> int:
+        """Class of surface that is the scenario's sea, which alone has waves."""
+        return next((axis.ground.sea for axis in self.named("surfaces")), 0)
+
+    @property
+    def with_waves(self) -> list[RadianceTables]:
+        """Tables of the scenario's sea, as :attr:`of_surfaces`; none if they have no waves."""
+        return [tables for tables in self.of_surfaces[self.sea] if tables.waves is not None]
 
 
 class LookUpStage(Stage):
@@ -125,16 +141,14 @@ def _surfaces(_: Any, scene: SceneTables) -> Iterator[Stage]:
 def _shadows(_: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.shadows import ShadowStage
 
-    of_surfaces = ([tables.shadows for tables in of_views if tables.shadows] for of_views in scene.of_surfaces)
-    yield ShadowStage(scene.plan, list(of_surfaces))
+    of_surfaces = ([tables.shadows for tables in of_class if tables.shadows] for of_class in scene.of_surfaces)
+    yield ShadowStage(scene.plan, list(of_surfaces), scene.effects)
 
 
 def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.waves import WaveStage
 
-    # the scenario's own sea alone has waves
-    sea = next((axis.ground.sea for axis in scene.named("surfaces")), 0)
-    yield WaveStage(scene.plan, waves, scene.of_waves, sea)
+    yield WaveStage(scene.plan, waves, scene.with_waves, scene.sea, scene.effects)
 
 
 OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {

@@ -11,7 +11,7 @@ import math
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,9 @@ from hcss_twin.core.kernels import kernel
 from hcss_twin.cube.variables import SHADOW_MASK
 from hcss_twin.engine.scene_points import at_rays, interpolated
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
+from hcss_twin.engine.tables.point_axis import PointAxis
 from hcss_twin.engine.tables.radiance_tables import ShadowTables
-from hcss_twin.engine.tables.view_states import OneView, ViewStates, view_states
+from hcss_twin.engine.tables.view_states import OneView, ViewStates, point_states
 from hcss_twin.physics.geometry import displacement_m
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.point_shifts import PointShifts
@@ -107,16 +108,20 @@ class ShadowStage(Stage):
     Parameters
     ----------
     of_surfaces : sequence of sequence of ShadowTables
-        Of each class of surface, toward each view; none if no requested variable requires radiance: the mask needs no
-        tables.
+        Of each class of surface, at each value of the effects and toward each view; none if no requested variable
+        requires radiance: the mask needs no tables.
+    effects : sequence of PointAxis
+        Effects of points.
     """
 
     title = "shadows of clouds"
     reads = ("truth", "columns", "texture", "ground")
     writes = ("sunlight",)
 
-    def __init__(self, plan: Plan, of_surfaces: Sequence[Sequence[ShadowTables]]) -> None:
-        self._plan, self._tables = plan, of_surfaces
+    def __init__(
+        self, plan: Plan, of_surfaces: Sequence[Sequence[ShadowTables]], effects: Sequence[PointAxis[Any]] = ()
+    ) -> None:
+        self._plan, self._tables, self._effects = plan, of_surfaces, effects
         self._point_m = plan.scene.point_m
         self._shifts: list[tuple[int, int] | PointShifts | None] = [None] * len(plan.layers)
         if plan.is_grid:
@@ -156,7 +161,7 @@ class ShadowStage(Stage):
             # If line of sight and sun path intersect the layer at the same point, it is clear or cloudy for both: clear
             # points meet no cloud there. If all points are such, nothing is computed.
             paths.append(None if isinstance(shift, tuple) and met.stay_at(shift) else met)
-        return InstantShadows(plan, self._tables, time_s, sun, paths) if any(paths) else None
+        return InstantShadows(plan, self._tables, self._effects, time_s, sun, paths) if any(paths) else None
 
 
 class OfSurface(NamedTuple):
@@ -195,12 +200,13 @@ class InstantShadows:
         self,
         plan: Plan,
         tables: Sequence[Sequence[ShadowTables]],
+        effects: Sequence[PointAxis[Any]],
         time_s: float,
         sun: Sun,
         paths: Sequence[SunPaths | None],
     ) -> None:
         self._plan, self._time_s, self._paths = plan, time_s, paths
-        self.of_surfaces = [_toward_views(plan, of_views, time_s, sun) for of_views in tables]
+        self.of_surfaces = [_of_surface(plan, of_class, effects, time_s, sun) for of_class in tables]
 
     def in_cloud(self, window: Window) -> Thickness:
         """Vertical path length in each layer's cloud of the sun's paths to the points of a window (L, y, x)."""
@@ -219,7 +225,9 @@ class InstantShadows:
         return paths.heights_m(generator, self._time_s, *(points_of(pixels, scene.samples) for pixels in window))
 
 
-def _toward_views(plan: Plan, tables: Sequence[ShadowTables], time_s: float, sun: Sun) -> OfSurface:
+def _of_surface(
+    plan: Plan, tables: Sequence[ShadowTables], effects: Sequence[PointAxis[Any]], time_s: float, sun: Sun
+) -> OfSurface:
     """Return what shadows take from one class of surface."""
     if not tables:
         layers = len(plan.layers)
@@ -230,7 +238,7 @@ def _toward_views(plan: Plan, tables: Sequence[ShadowTables], time_s: float, sun
         np.stack(of_views) for of_views in zip(*(each.at(time_s, intervals) for each in tables), strict=True)
     )
     both = np.concatenate([values.reshape(len(tables), -1) for values in (loss, depth)], axis=1)
-    states = view_states(plan, both, time_s)
+    states = point_states(plan, effects, both, time_s)
     losses, depths = np.split(states.values, [loss[0].size], axis=1)
     share = 1.0 / (math.cos(math.radians(sun.zenith_deg)) * tables[0].longest_m)
     return OfSurface((share, depths.reshape(-1, *depth.shape[1:]), losses.reshape(-1, *loss.shape[1:])), states)

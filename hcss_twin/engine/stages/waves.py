@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,9 @@ from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.engine.scene_points import at_rays, nearest
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
-from hcss_twin.engine.tables.radiance_tables import TimedWaves
-from hcss_twin.engine.tables.view_states import ViewStates, view_states
+from hcss_twin.engine.tables.point_axis import PointAxis
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.engine.tables.view_states import ViewStates, point_states
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.waves import PlannedWaves, to_wind
 from hcss_twin.plan.windows import Window, pixel_sums, points_of
@@ -27,20 +29,30 @@ class WaveStage(Stage):
 
     Parameters
     ----------
-    tables : sequence of (WaveTables, tuple of float)
-        Toward each view, with their time nodes; none if no radiance is needed.
+    tables : sequence of RadianceTables
+        At each value of the effects and toward each view, with ``waves``; none if no radiance is needed.
     sea : int
         Number of the class of surface that has the waves.
+    effects : sequence of PointAxis
+        Effects of points.
     """
 
     title = "waves as shapes"
     reads = ("truth", "columns", "texture", "ground", "sunlight")
     writes = ("waves",)
 
-    def __init__(self, plan: Plan, waves: PlannedWaves, tables: Sequence[TimedWaves], sea: int) -> None:
-        self._plan, self._shapes, self._sea, self._tables = plan, waves.shapes, sea, tables
+    def __init__(
+        self,
+        plan: Plan,
+        waves: PlannedWaves,
+        tables: Sequence[RadianceTables],
+        sea: int,
+        effects: Sequence[PointAxis[Any]] = (),
+    ) -> None:
+        self._plan, self._shapes, self._sea = plan, waves.shapes, sea
+        self._tables, self._effects = tables, effects
         self._samples = plan.samples_per_pixel
-        self._moves = not plan.is_grid or any(len(times) > 1 for _, times in tables)
+        self._moves = not plan.is_grid or bool(effects) or any(len(of_view.time_s) > 1 for of_view in tables)
         self._at = cached_method(self._changes, 1)
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
@@ -70,10 +82,10 @@ class WaveStage(Stage):
 
         The second (2, 2) turns slopes along x and y to places in the tables, counted from their middle.
         """
-        waves = self._tables
+        waves = [(tables.waves, tables.time_s) for tables in self._tables if tables.waves is not None]
         sizes = np.max([of_view.change[0].shape[:2] for of_view, _ in waves], axis=0)
         toward_all = np.stack([of_view.at(time_s, times, tuple(sizes.tolist())) for of_view, times in waves])
-        states = view_states(self._plan, toward_all, time_s)
+        states = point_states(self._plan, self._effects, toward_all, time_s)
         states = replace(states, values=np.ascontiguousarray(states.values, np.float32))
         to_nodes = to_wind(self._plan.scenario.sea.wind_from) * (0.5 * (sizes - 1) / waves[0][0].reach)[:, None]
         return states, to_nodes.astype(np.float32)

@@ -18,6 +18,8 @@ from hcss_twin.plan.windows import Window
 class PointEffectStates(PointAxis[float]):
     """Values of one effect."""
 
+    in_clear_sky = True
+
     def __init__(self, plan: Plan, planned: PlannedPointEffect) -> None:
         self.name, self._planned, self._rays = planned.effect.name, planned, plan.rays
         self.nodes, self.estimated_error = planned.placed.nodes.tolist(), planned.placed.error

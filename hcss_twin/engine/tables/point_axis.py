@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,8 +64,11 @@ class PointAxis(ABC, Generic[State]):
     nodes : sequence of State
     estimated_error : float
         Largest error of the interpolation between them, relative to the total.
+    in_clear_sky : bool
+        Whether its value changes what is seen of one class of surface without cloud.
     """
 
+    in_clear_sky: ClassVar[bool] = False
     name: str
     nodes: Sequence[State]
     estimated_error: float

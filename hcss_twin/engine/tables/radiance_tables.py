@@ -275,9 +275,6 @@ class WaveTables:
         return np.stack(both)
 
 
-TimedWaves = tuple[WaveTables, tuple[float, ...]]
-
-
 def _resampled(table: NDArray[np.float32], sizes: tuple[int, int]) -> NDArray[np.float32]:
     """Return a table (N, M, C) at more nodes, by the cubics between which frames look it up."""
     for axis, (size, before) in enumerate(zip(sizes, table.shape, strict=False)):

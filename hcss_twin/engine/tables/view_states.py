@@ -1,12 +1,15 @@
-"""Tables toward all views as combinations of few states, and the weights of pixels in them.
+"""Tables of clear sky as combinations of few states, and the weights of pixels in them.
 
-What shadows take and what waves change depends on the view as the radiance of columns does: it has tables at the same
-nodes, and the same polynomials through them give that of a pixel. One view is one state with weight 1.
+What shadows take and what waves change depends on the view and on effects of points as the radiance of columns does: it
+has tables at the same nodes, and the same polynomials through them give that of a pixel. One view is one state with
+weight 1.
 """
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +20,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 from hcss_twin.engine.tables.fewest_states import LOST, MANY_STATES, fewest_states
 from hcss_twin.engine.tables.over_views import nodes_of_frame
-from hcss_twin.engine.tables.point_axis import FrameAxis
+from hcss_twin.engine.tables.point_axis import FrameAxis, PointAxis
 from hcss_twin.physics.polynomial_rows import weigh_row
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length
@@ -106,6 +109,43 @@ class RayStates(ViewStates):
         return found
 
 
+@dataclass(frozen=True)
+class EffectStates(ViewStates):
+    """States toward all views at each value of effects of points.
+
+    Attributes
+    ----------
+    of_views : ViewStates
+    effects : sequence of PointAxis
+        Their values are in the pixels' weights, the last one after another.
+    time_s : float
+        Of the frame.
+    samples : int
+        Points along each side of a pixel, over which weights are averaged.
+    """
+
+    of_views: ViewStates
+    effects: Sequence[PointAxis[Any]]
+    time_s: float
+    samples: int
+
+    def weights(self, window: Window) -> Array:
+        """Return products of the weights of views and of values."""
+        found = self.of_views.weights(window)
+        rows, columns = found.shape[:2]
+        for effect in self.effects:
+            of_points = np.zeros((len(effect.nodes), rows * columns * self.samples**2))
+            for group in effect.groups(self.time_s, window):
+                at = slice(None) if group.points is None else group.points
+                of_points[np.array(group.nodes)[:, None], np.arange(of_points.shape[1])[at]] = group.weights.mean(
+                    axis=1
+                )
+            of_pixels = of_points.reshape(-1, rows, self.samples, columns, self.samples).mean(axis=(2, 4))
+            of_values = np.moveaxis(of_pixels, 0, -1)
+            found = (found[..., None] * of_values[:, :, None]).reshape(rows, columns, -1)
+        return found
+
+
 @kernel()
 def _weigh_rows(found, rows, columns, shares):  # type: ignore[no-untyped-def]
     """Set the weights (y, x, R) of states from those of the nodes of the view."""
@@ -130,3 +170,13 @@ def view_states(plan: Plan, tables: NDArray[Any], time_s: float) -> ViewStates:
         return RayStates(values, shares, axis)
     nodes = plan.views.order_y + 1, plan.views.order_x + 1
     return GridStates(values, shares.reshape(*nodes, -1), *plan.views.weights(plan.grid))
+
+
+def point_states(plan: Plan, effects: Sequence[PointAxis[Any]], tables: NDArray[Any], time_s: float) -> ViewStates:
+    """Return the states of tables (K, ...) of clear sky: at all values of effects of points, toward all views."""
+    if not effects:
+        return view_states(plan, tables, time_s)
+    values = math.prod(len(effect.nodes) for effect in effects)
+    of_views = view_states(plan, tables.reshape(values, -1, *tables.shape[1:]).swapaxes(0, 1), time_s)
+    every = of_views.values.reshape(-1, *tables.shape[1:])
+    return EffectStates(every, of_views, effects, time_s, plan.samples_per_pixel)

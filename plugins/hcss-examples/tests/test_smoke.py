@@ -48,6 +48,17 @@ def test_smoke_of_the_physical_model_is_certified():
     assert made.attrs["hcss_certificate"].startswith("PASSED")
 
 
+@pytest.mark.parametrize(
+    "more", [{}, {"platform.altitude": 8e5, "image.pixel_size": 2e3}], ids=["grid", "views of pixels"]
+)
+def test_waves_and_shadows_in_the_glint_lie_behind_the_smoke(more):
+    glint = {"view.zenith": 24.0, "bands": ["mwir-3.7"], "accuracy": 1e-2, "output.certificate": 60}
+    glint |= {"radiance.model": "as-printed", "sea.model": "rough-sea", "smoke": {"optical_depth": 1.5, "width": 8e3}}
+    made = simulate(of("cumulus", **(glint | {"image.pixel_size": 200.0} | more)))
+    assert "waves" not in made.attrs.get("hcss_left_out", "")
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+
+
 def test_values_outside_their_range_are_refused(monkeypatch):
     monkeypatch.setattr("hcss_examples.smoke.Smoke.values", lambda self, x_m, y_m, time_s: x_m)
     with pytest.raises(Exception, match=r"section 'smoke' of .*values .*allowed: .*from 0 to 0.8"):
