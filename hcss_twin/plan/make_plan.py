@@ -154,13 +154,10 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     if analysis.faint_shadows is not None:
         assembly = replace(assembly, slant=assembly.slant.without("shadows", analysis.faint_shadows))
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else MEAN_SEA
-    own_shifts = assembly.slant.differs(assembly.layers, image.pixel_size / image.samples_per_pixel)
+    point_m = image.pixel_size / image.samples_per_pixel
+    own_views = analysis.views.varies or assembly.slant.differs(assembly.layers, point_m)
     require_instants(sensor, assembly, float(times[0]), float(times[-1]))
-    sensor = (
-        with_margin(sensor, assembly, waves.varies, analysis.views.varies or own_shifts)
-        if given is None
-        else alone(sensor)
-    )
+    sensor = with_margin(sensor, assembly, waves.varies, own_views) if given is None else alone(sensor)
     rays = given
     if rays is None:
         rays = GridRays(assembly, image.samples_per_pixel, analysis.views.over(assembly))
