@@ -81,8 +81,8 @@ class ViewAxis(Effect):
         return views_over_image(assembly)
 
     def together(self, assembly: Assembly) -> bool:
-        """Whether tables toward the views share wavenumbers and thicknesses: those in one air, under one sun."""
-        return not assembly.air_over_field.varies and not assembly.own_suns
+        """Whether tables toward the views share wavenumbers and thicknesses: one, or all in one air under one sun."""
+        return not self.varies or not (assembly.air_over_field.varies or assembly.own_suns)
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
@@ -106,10 +106,6 @@ class OneView(ViewAxis):
     def over(self, assembly: Assembly) -> Views:
         """Return the one view from all positions."""
         return ImageViews(assembly.grid, None, assembly.view)
-
-    def together(self, assembly: Assembly) -> bool:
-        """Return True: it is alone."""
-        return True
 
 
 ONE_VIEW = OneView(0, 0, 0.0, 0.0)
