@@ -34,7 +34,6 @@ from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.numerics import MANY_STREAMS, for_spectra
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.views import views_over_image
 from hcss_twin.providers import Sun, View
 
 __all__ = ["tables_of"]
@@ -79,7 +78,6 @@ def _over_axes(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> Radia
 
 def _over_views(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> RadianceTables:
     """Return the tables toward all views, each computed alone."""
-    assert plan.views is not None
     over = tuple(tables_of(toward) for toward in plans_over_views(plan))
     largest = with_largest_errors(over)
     errors = dataclasses.replace(largest.errors, views=plan.views.estimated_error)
@@ -88,18 +86,11 @@ def _over_views(plan: Plan, tables_of: Callable[[Plan], RadianceTables]) -> Radi
 
 def _tables_of_views(plan: Plan) -> RadianceTables | None:
     """Return the tables toward all views, computed together; None if each needs its own air or sun."""
-    if plan.views is None:
-        return _tables(plan, [plan.view], [plan.view])
-    views = views_over_image(plan.assembly) if may_compile_together(plan) else None
-    if views is None:
-        return None
     axis = plan.views
+    if not axis.together(plan.assembly):
+        return None
+    views = axis.over(plan.assembly)
     return _tables(plan, views.at(axis.places), views.at(axis.extremes), views.at(axis.edges))
-
-
-def may_compile_together(plan: Plan) -> bool:
-    """Whether the views of a plan can share wavenumbers and thicknesses: one air, one sun."""
-    return plan.views is not None and plan.assembly.air_over_field is None and plan.assembly.own_suns is None
 
 
 def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: Sequence[View] = ()) -> RadianceTables:
@@ -109,7 +100,7 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
     middles of the edges and the middle of the image, fitted at few thicknesses: toward 63 views over 250 km, five
     thicknesses leave 1.3e-5 of the radiance in any band (2e-4 from corners and middle alone).
     """
-    allowed, several = plan.budget, plan.views is not None
+    allowed, several = plan.budget, plan.views.varies
     # The shape of spectra hardly depends on the numerical level; the certificate includes what remains.
     few_streams = dataclasses.replace(plan, assembly=for_spectra(plan.assembly))
     coarse = few_streams
@@ -164,8 +155,8 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
                 shadows = compile_shadows(toward, columns.quantities, times, columns.clear(settings[at]))
             every.append((tables[at], shadows, texture))
     waves: Sequence[WaveTables | None] = [None] * len(views)
-    if plan.waves is not None:
-        waves = compile_waves(plan, plan.waves, columns.quantities, tuple(suns), views, extreme, allowed.waves)
+    if plan.waves.varies:
+        waves = compile_waves(plan, columns.quantities, tuple(suns), views, extreme, allowed.waves)
     alone_error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
     errors = Budget(
         numerics=plan.numerics.error,
@@ -174,7 +165,7 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
         thickness=alone_error + whole - share if alone_error else 0.0,
         layers=sum(axis.estimated_error for axis in axes if axis is not None) + cross if clouds > 1 else 0.0,
         waves=max((of_view.estimated_error for of_view in waves if of_view is not None), default=0.0),
-        views=0.0 if plan.views is None else plan.views.estimated_error,
+        views=plan.views.estimated_error,
         shadows=allowed.shadows if plan.has_shadows else 0.0,
         time=time_error,
         other_instants=drift,
@@ -248,7 +239,7 @@ def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = No
     over = _over_axes(plan, again)
     if over is not None:
         return over
-    if plan.views is not None and not may_compile_together(plan):
+    if not plan.views.together(plan.assembly):
         return _over_views(plan, again)
     compute = partial(compiler or compile_tables, plan)
     return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)

@@ -26,8 +26,8 @@ class Ground:
     """
 
     def __init__(self, plan: Plan, surfaces: PlannedSurfaces) -> None:
-        assert plan.assembly.surfaces is not None
-        self._plan, self._provider = plan, plan.assembly.surfaces.provider
+        (of_scene,) = plan.assembly.surfaces
+        self._plan, self._provider = plan, of_scene.provider
         self._classes, self._samples = surfaces.classes, plan.samples_per_pixel
         self._last: tuple[Hashable, Window, SurfaceMap] | None = None
 

@@ -75,8 +75,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
     wave_height = getattr(plan.assembly.sea, "significant_wave_height_m", None)
     if wave_height is not None:
         attributes["hcss_significant_wave_height_m"] = float(wave_height)
-    if plan.light is not None:
-        attributes["hcss_light"] = json.dumps(plan.light.as_dict())
+    attributes |= {f"hcss_{name}": json.dumps(value) for name, value in plan.light.described().items()}
     if tables is not None:
         attributes["hcss_table_error_estimated"] = tables.estimated_error
         attributes["hcss_table_errors"] = json.dumps(vars(tables.errors))
@@ -106,7 +105,7 @@ def _summary(plan: Plan) -> str:
     bands = ", ".join(f"{band.lower_um:g}-{band.upper_um:g} um" for band in plan.bands)
     points = plan.samples_per_pixel
     averaged = f", each pixel the mean of {points} x {points} points" if points > 1 else ""
-    below = "sea" if plan.surfaces is None else " and ".join(class_.name for class_ in plan.surfaces.classes)
+    below = " and ".join(name for surfaces in plan.assembly.surfaces for name in surfaces.names) or "sea"
     return (
         f"Band-integrated radiance at the sensor of {clouds} over {below} in {bands}{averaged}, computed by hcss_twin "
         f"with the radiance model '{plan.scenario.radiance.model}'."

@@ -51,7 +51,7 @@ class SceneAround:
         self._maker = PartMaker(self._plan, tables)
         self.sensor = asking(sensor, self.at)
         self._other = self._maker
-        if sensor.instants is not None:
+        if sensor.asking:
             self._other = PartMaker(self._plan, tables_at(self._plan, tables, sensor.instants))
 
     def frame(

@@ -89,7 +89,7 @@ def sense_run(
         If a provider violates its contract.
     """
     clean_path, sensor = Path(clean_path), plan.sensor
-    if sensor is None:
+    if not sensor.stages:
         raise ValueError("the plan has no sensor")
     path = measured_path(clean_path)
     around, first = SceneAround(plan, tables, sensor), plan.scenario.frames.first
@@ -242,13 +242,14 @@ def sense(
 
 def section_of(sensor: Any) -> SensorSection:
     """Return the sensor section for a name, path, mapping, section or scenario; raises :class:`ScenarioError`."""
-    if isinstance(sensor, Scenario):
-        if sensor.sensor is None:
+    raw = sensor
+    match sensor:
+        case Scenario(sensor=None):
             raise ScenarioError([Problem("sensor", "is missing; a scenario with a sensor is needed")], sensor.origin)
-        return sensor.sensor
-    if isinstance(sensor, SensorSection):
-        return sensor
-    raw = {"name": os.fspath(sensor)} if isinstance(sensor, str | os.PathLike) else sensor
+        case Scenario(sensor=SensorSection() as section) | (SensorSection() as section):
+            return section
+        case str() | os.PathLike():
+            raw = {"name": os.fspath(sensor)}
     try:
         return SensorSection.model_validate(raw)
     except ValidationError as error:

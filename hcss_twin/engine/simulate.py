@@ -52,7 +52,7 @@ def overlaps(plan: Plan) -> bool:
     their files at construction; for those of other packages this is unknown, so their frames are written in the main
     thread.
     """
-    waves = () if plan.waves is None else (Kind.SEA,)
+    waves = (Kind.SEA,) if plan.waves.varies else ()
     kinds = (Kind.CLOUDS, Kind.ELEMENTS, Kind.SURFACES, Kind.VARIABLES, *waves)
     entries = plan.assembly.entries.values()
     return all(entry.distribution == OWN_DISTRIBUTION for entry in entries if entry.kind in kinds)
@@ -119,11 +119,11 @@ def run(
     CubeError
         If a cube cannot be written.
     """
-    if plan.scenario.sensor is not None:
+    if plan.sensor.stages:
         require_netcdf(output)
     _require_no_input(plan, output)
     certificate, tables = _write_clean(plan, output, progress, workers, scheduler, replace, from_curves)
-    if plan.sensor is not None:
+    if plan.sensor.stages:
         sense_run(plan, tables, output, progress)
     if certificate is not None:
         (report or _warn)(certificate)
@@ -186,7 +186,7 @@ def _batches(parts: Iterable[Part]) -> Iterator[tuple[int, Window | None, list[F
 def _require_no_input(plan: Plan, output: str | Path) -> None:
     """Refuse to overwrite the scenario or a file that it reads, naming its key; also for the sensor cube."""
     scenario, outputs = plan.scenario, [Path(output)]
-    if scenario.sensor is not None:
+    if plan.sensor.stages:
         outputs.append(measured_path(Path(output)))
     keys = {
         (scenario.base / text).resolve(): scenario.field_as_typed(key)

@@ -77,6 +77,7 @@ class PartMaker:
         axes = point_axes(plan)
         self._look_ups = None if tables is None else FrameLookUps(plan, tables, axes)
         self._stages = stages_of(SceneTables(plan, tables, axes))
+        self._lit = any("light between columns" in stage.writes for stage in self._stages)
         self._bits = {spec.name: spec.significant_bits for spec in plan.variables if spec.significant_bits is not None}
         self._packings = {spec.name: spec.packing for spec in plan.variables if spec.packing is not None}
         self._requested = {spec.name for spec in plan.variables}
@@ -166,5 +167,5 @@ class PartMaker:
         _, clouds, look_up = self._instant
         look_up = None if look_up is None else look_up.of_part(extent)
         radiance = np.empty((self._quantities * len(plan.bands), *map(length, extent)), dtype=np.float32)
-        shown = radiance if plan.light is None or not self._quantities else np.empty_like(radiance)
+        shown = np.empty_like(radiance) if self._lit else radiance
         return FramePart(index, time_s, extent, clouds, look_up, radiance, shown)

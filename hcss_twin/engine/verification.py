@@ -223,7 +223,7 @@ def _compare(
     tables = compile_tables(plan) if plan.needs_radiance else None
     header = cube_header(plan, tables)
     measured = SENSOR_ATTRIBUTE in recorded.attributes
-    if measured and plan.sensor is not None:
+    if measured and plan.sensor.stages:
         header = _measured_header(plan, plan.sensor, header)
     with stored_arrays(outcome.cube) as file:
         comparison = CubeComparison(outcome.cube, file, axes, header)
@@ -251,7 +251,7 @@ def _compare(
 def _sensor_then(plan: Plan, attributes: Mapping[str, Any]) -> BuiltSensor:
     """Return the sensor of a sensor cube's plan, with the surrounding scene if the original measurement had it."""
     from_scene = _from_scene(attributes)
-    if plan.sensor is None:
+    if not plan.sensor.stages:
         raise CubeError("it was measured by a sensor, but its scenario has none")
     return plan.sensor if from_scene else alone(plan.sensor)
 
@@ -289,7 +289,6 @@ def _measured_header(plan: Plan, sensor: BuiltSensor, clean: CubeHeader) -> Cube
 def _measured_parts(plan: Plan, tables: RadianceTables | None, numbers: Sequence[int]) -> Iterator[Part]:
     """Compute frames of a sensor cube, including all earlier ones if the sensor remembers them."""
     sensor = plan.sensor
-    assert sensor is not None
     computed = range(max(numbers, default=-1) + 1) if sensor.remembers else numbers
     around, first, wanted = SceneAround(plan, tables, sensor), plan.scenario.frames.first, set(numbers)
     for number, clean in zip(computed, stream(plan, tables, frames=computed), strict=True):

@@ -181,21 +181,18 @@ def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
 def extreme_radiances(assembly: Assembly, suns: Sequence[Sun | None]) -> tuple[Array, Array]:
     """Return the darkest and brightest radiance (B,) of a few columns under some suns, toward centre and corners."""
     columns = few_columns(assembly, WAVENUMBERS)
-    settings = [assembly.setting(), *_settings_toward_corners(assembly)]
+    settings = dict.fromkeys([assembly.setting(), *_settings_toward_corners(assembly)])
     lit = [setting.under(sun) for sun in dict.fromkeys(suns) for setting in settings]
     totals = np.concatenate(columns.totals_in(assembly.model, lit))
     return np.min(totals, axis=0), np.max(totals, axis=0)
 
 
 def _settings_toward_corners(assembly: Assembly) -> list[ColumnSetting]:
-    """Settings of the corners of the image, if view or air varies over the image."""
-    views = views_over_image(assembly)
-    if views is None:
-        return []
+    """Settings of the corners of the image."""
     corners = [(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
     settings = []
-    for view in views.at(corners):
+    for view in views_over_image(assembly).at(corners):
         # A view that the providers do not support is skipped and listed under the omissions.
         with suppress(ProviderError, ScenarioError):
             if low <= view.zenith_deg <= high:

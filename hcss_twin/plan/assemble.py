@@ -17,7 +17,6 @@ from hcss_twin.plan.assemble_air import (
     air_with_provider,
     build_air_over_field,
     build_atmosphere,
-    memory_of_air,
     require_bands_inside,
 )
 from hcss_twin.plan.assembly import Assembly
@@ -107,7 +106,8 @@ def assemble(
         raise AssertionError("a provider is missing, and no problem was collected")
     layers = tuple(cloud.layer for cloud in clouds)
     solar_irradiance = SolarSpectrum(catalog)
-    several = around.field is not None or climate is not None
+    with attribute_to_field("atmosphere.profile"):
+        over_field = build_air_over_field(builder, scenario, catalog, around, transmittance)
     setting = ColumnSetting(
         view=slant.view,
         sun=None,
@@ -116,14 +116,11 @@ def assemble(
         profile=around.profile,
         transmittance=transmittance,
         layers=layers,
-        air_memory=None if several else memory_of_air(builder, around, catalog),
+        air_memory=over_field.of(slant.view).memory,
     )
     inputs = RadianceInputs(
         setting, particles.optics, solar_irradiance, scenario.sea.wind_from, memory=catalog.shelf.arrays
     )
-    over_field, centre = None, Air(around.profile, transmittance)
-    with attribute_to_field("atmosphere.profile"):
-        over_field = build_air_over_field(builder, scenario, catalog, around, centre)
     if climate is not None:
         air_of_place = partial(air_with_provider, builder, scenario, catalog, around)
         over_field = climate(lambda profile: air_of_place(around.finished(profile)), sea_of)
@@ -131,10 +128,11 @@ def assemble(
     @lru_cache(maxsize=AIRS)
     def moister(air: Air, factor: float) -> Air:
         profile = with_factors(air.profile, {"h2o": factor})
-        return replace(air_with_provider(of_models, scenario, catalog, around, profile), sea=air.sea)
+        moist = air_with_provider(of_models, scenario, catalog, around, profile)
+        return replace(air, profile=profile, transmittance=moist.transmittance, memory=None)
 
     def air_of(view: View, vapour_factor: float) -> Air:
-        air = centre if over_field is None else over_field.of(view)
+        air = over_field.of(view)
         return air if vapour_factor == 1.0 else moister(air, vapour_factor)
 
     @lru_cache(maxsize=MODELS)
@@ -154,7 +152,7 @@ def assemble(
     spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
     elements = build_elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
     derived = build_derived(builder, scenario, catalog, sensor_bands(bands), image or grid, slant.view)
-    surfaces = None if scenario.surfaces is None else _surfaces(builder, scenario, catalog, bands, around, grid)
+    surfaces = _surfaces(builder, scenario, catalog, bands, around, grid)
     builder.raise_problems()
     with attribute_to_field("radiance.model", radiance.parameters):
         model_at(0, 0)
@@ -192,7 +190,6 @@ def assemble(
         derived=derived,
         surfaces=surfaces,
         air_over_field=over_field,
-        air_memory=setting.air_memory,
         family=family,
         built=built,
     )
@@ -232,17 +229,19 @@ def _sea_model(
 
 def _surfaces(
     builder: Builder, scenario: Scenario, catalog: Catalog, bands: list[SpectralBand], around: Surroundings, grid: Grid
-) -> SceneSurfaces | None:
+) -> tuple[SceneSurfaces, ...]:
+    section, found = scenario.surfaces, []
+    if section is None:
+        return ()
     from hcss_twin.plan.surface_classes import build_surfaces  # not for scenes of sea alone
 
-    assert scenario.surfaces is not None
-    surfaces: SceneSurfaces | None = None
-    with builder.collect_problems("surfaces.provider", scenario.surfaces.parameters):
-        surfaces = build_surfaces(builder, scenario, catalog, around, grid)
+    with builder.collect_problems("surfaces.provider", section.parameters):
+        surfaces = build_surfaces(builder, scenario, section, catalog, around, grid)
         for class_ in surfaces.classes:
             if class_.boundary is not None:
                 require_bands_inside(bands, class_.boundary.declares.valid, f"surface class '{class_.name}'")
-    return surfaces
+        found.append(surfaces)
+    return tuple(found)
 
 
 def _motion(scenario: Scenario) -> Motion:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, cast
 
@@ -80,9 +81,9 @@ def air_with_provider(
 
 
 def build_air_over_field(
-    builder: Builder, scenario: Scenario, catalog: Catalog, around: Surroundings, centre: Air
-) -> AirOverField | None:
-    """Return the air over the image; None if the scenario has one profile.
+    builder: Builder, scenario: Scenario, catalog: Catalog, around: Surroundings, transmittance: TransmittanceProvider
+) -> AirOverField:
+    """Return the air over the image.
 
     Raises
     ------
@@ -90,8 +91,10 @@ def build_air_over_field(
         If the profiles do not cover the image, or one of those needed is invalid.
     """
     field, place, grid = around.field, scenario.place, scenario.image
+    centre_deg, centre = (place.latitude, place.longitude), Air(around.profile, transmittance)
     if field is None:
-        return None
+        everywhere = replace(centre, memory=memory_of_air(builder, around, catalog))
+        return AirOverField(centre_deg, lambda *_: everywhere, lambda: iter(()), varies=False)
 
     def with_provider(profile: Profile) -> Air:
         return air_with_provider(builder, scenario, catalog, around, around.finished(profile))
@@ -106,7 +109,6 @@ def build_air_over_field(
         for factor, exact, guess in field.left_out(*centre_deg):
             yield factor, with_provider(exact), with_provider(guess)
 
-    centre_deg = place.latitude, place.longitude
     x, y = (0.5 * grid.pixel_size * count * np.array([-1.0, 0.0, 1.0]) for count in (grid.columns, grid.rows))
     east, north = (coordinates.ravel() for coordinates in np.meshgrid(x, y))
     for latitude, longitude in zip(

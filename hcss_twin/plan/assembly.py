@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.result_cache import OwnMemory
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid, dense_grid
 from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
@@ -50,9 +49,6 @@ if TYPE_CHECKING:
 __all__ = ["Assembly"]
 
 
-ViewT = TypeVar("ViewT", bound=View)
-
-
 @dataclass(frozen=True)
 class Assembly:
     """The guarded providers of one scene, and their common inputs.
@@ -79,16 +75,14 @@ class Assembly:
         What names the code of each provider in keys of cached results.
     lines_of_sight : LinesOfSight or None
         Lines of sight to the sensor; None if its altitude is unknown.
-    surfaces : SceneSurfaces or None
-        Map of the ground; None for sea everywhere.
+    surfaces : tuple of SceneSurfaces
+        Map of the ground; none for sea everywhere.
     surface : SurfaceState or None
         Surface that takes the place of the scenario's sea; None for that sea.
     numerical_level, sunlight_steps : int
         That of the radiance model, and how many levels finer sunlight toward the sensor is.
-    air_over_field : AirOverField or None
-        Air over the image; None if the scenario has one profile.
-    air_memory : OwnMemory or None
-        Where scenes with the same air keep it.
+    air_over_field : AirOverField
+        Air over the image.
     vapour_factor : float
         Of the water vapour at all levels.
     family : SceneFamily or None
@@ -129,15 +123,14 @@ class Assembly:
     filled_in: tuple[FilledIn, ...]
     slant: SlantPaths
     code: Mapping[str, tuple[str, ...]]
+    air_over_field: AirOverField
     lines_of_sight: LinesOfSight | None = None
     elements: tuple[ElementProvider, ...] = ()
     derived: tuple[VariableProvider, ...] = ()
-    surfaces: SceneSurfaces | None = None
+    surfaces: tuple[SceneSurfaces, ...] = ()
     surface: SurfaceState | None = None
     numerical_level: int = 0
     sunlight_steps: int = 0
-    air_over_field: AirOverField | None = None
-    air_memory: OwnMemory | None = None
     vapour_factor: float = 1.0
     family: SceneFamily | None = None
     cloud_notes: tuple[str, ...] = ()
@@ -148,9 +141,14 @@ class Assembly:
     alterations: tuple[tuple[SectionEffect, float], ...] = ()
 
     @property
-    def own_suns(self) -> Callable[[View], list[Sun | None]] | None:
-        """The suns of the place of a view at some frames; None if all places have one sun."""
-        return None if self.directions is None else self.directions.suns
+    def own_suns(self) -> bool:
+        """Whether directions know the sun of each place."""
+        return self.directions is not None and self.directions.suns is not None
+
+    def suns_of(self, view: View, suns: Sequence[Sun | None]) -> Sequence[Sun | None]:
+        """Return the suns of the place of a view at some frames, or those given if all places have one sun."""
+        of_place = None if self.directions is None else self.directions.suns
+        return suns if of_place is None else of_place(view)
 
     @property
     def view(self) -> View:
@@ -184,25 +182,13 @@ class Assembly:
         return setting
 
     def _unaltered(self, sun: Sun | None, view: View) -> ColumnSetting:
-        scene = ColumnSetting(
-            view, sun, self.sea, self.sea_temperature_K, self.profile, self.transmittance, self.layers, self.air_memory
-        )
-        if self.air_over_field is None and self.vapour_factor == 1.0:
-            return scene
         air = self.air_of(view, self.vapour_factor)
-        scene = replace(scene, profile=air.profile, transmittance=air.transmittance, air_memory=None)
-        return scene if air.sea is None else replace(scene, sea=air.sea, sea_temperature_K=air.sea_temperature_K)
+        sea, kelvin = air.sea_or(self.sea, self.sea_temperature_K)
+        return ColumnSetting(view, sun, sea, kelvin, air.profile, air.transmittance, self.layers, air.memory)
 
     def altered(self, effect: SectionEffect, value: float) -> Assembly:
         """Return the same scene with one value of an effect everywhere."""
         return replace(self, alterations=(*self.alterations, (effect, value)))
-
-    def together(self, views: Sequence[ViewT]) -> Iterator[Sequence[ViewT]]:
-        """Yield views that are computed together: all, or one by one with air of its own, which can need 60 MB."""
-        if self.air_over_field is None:
-            yield views
-        else:
-            yield from ([view] for view in views)
 
     def spanning(self, sun: Sun | None, view: View) -> list[ColumnSetting]:
         """Return the setting of the scene, or those that span its family."""
@@ -223,12 +209,10 @@ class Assembly:
 
     def toward(self, view: View) -> Assembly:
         """Return the same scene in orthographic view from another direction, with the air of its place."""
-        toward = replace(self, slant=self.slant.toward(view))
-        if self.air_over_field is None:
-            return toward
         air = self.air_over_field.of(view)
-        toward = replace(toward, profile=air.profile, transmittance=air.transmittance)
-        return toward if air.sea is None else replace(toward, sea=air.sea, sea_temperature_K=air.sea_temperature_K)
+        sea, kelvin = air.sea_or(self.sea, self.sea_temperature_K)
+        toward = replace(self, slant=self.slant.toward(view), sea=sea, sea_temperature_K=kelvin)
+        return replace(toward, profile=air.profile, transmittance=air.transmittance)
 
     def at_level(self, level: int) -> Assembly:
         """Return the same scene with the radiance model at another numerical level."""
@@ -278,9 +262,9 @@ class Assembly:
     def _of_additions(self) -> list[Declaration]:
         """Declarations of elements, derived variables and surfaces."""
         providers: list[Any] = [*self.elements, *self.derived]
-        if self.surfaces is not None:
-            boundaries = (class_.boundary for class_ in self.surfaces.classes)
-            providers += [self.surfaces.provider, *(boundary for boundary in boundaries if boundary is not None)]
+        for surfaces in self.surfaces:
+            boundaries = (class_.boundary for class_ in surfaces.classes)
+            providers += [surfaces.provider, *(boundary for boundary in boundaries if boundary is not None)]
         return [provider.declares for provider in providers]
 
     def notes(

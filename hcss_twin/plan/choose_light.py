@@ -53,7 +53,7 @@ def with_light(plan: Plan) -> Plan:
     errors: dict[str, float] = {}
     if name == AUTO:
         name = COLUMNS
-        parallel = plan.views is None
+        parallel = not plan.views.varies
         if section.light_accuracy is not None and offered and cloudy and parallel and not any(present(table)):
             name, errors = _cheapest(plan, offered, section.light_accuracy)
     if name == COLUMNS:
@@ -79,7 +79,7 @@ def with_light(plan: Plan) -> Plan:
         return plan
     light, transport = _loaded(plan, name, *offered[name])
     rms, notes = transport.expected_errors(), []
-    if plan.views is not None:
+    if plan.views.varies:
         rms, note = _over_views(plan, name, transport)
         notes.append(f"{_FIELD}: {note}")
     expected = _of_bands(plan, rms)
@@ -218,10 +218,10 @@ def excluded_beside_light(plan: Plan) -> tuple[Excluded, ...]:
     generator = "a generator that continues it, as 'fractal'"
     return (
         Excluded(_FIELD, not plan.is_grid, "an image that is no grid on the ground", "no camera"),
-        Excluded("surfaces", assembly.surfaces is not None, "a map of the ground", "sea everywhere"),
+        Excluded("surfaces", bool(assembly.surfaces), "a map of the ground", "sea everywhere"),
         Excluded("clouds.generator", assembly.tops_vary, "cloud with tops of its own", LAYER_TOPS),
         Excluded("clouds.generator", ends, "cloud that ends with the image", generator),
         Excluded("elements", bool(assembly.elements), "an element among broken cloud", "no elements"),
-        Excluded("sea.waves", plan.waves is not None, "a sea of resolved waves", "'off'"),
+        Excluded("sea.waves", plan.waves.varies, "a sea of resolved waves", "'off'"),
         Excluded("output.variables", terms, "a term of the radiance", "the total"),
     )

@@ -20,9 +20,12 @@ class Effect:
     ----------
     kind : str
         By which the engine finds the stage that applies it to frames.
+    varies : bool
+        Whether pixels differ by it; one that stands for a scene without the effect is not among ``plan.effects``.
     """
 
     kind: ClassVar[str]
+    varies: ClassVar[bool] = True
 
     def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
         """Return what tables depend on, beyond sea, air and layers of a scenario (plain values); by default nothing."""

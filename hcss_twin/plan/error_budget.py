@@ -175,8 +175,8 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
         "sea": stated_errors(assembly.sea),
         "radiance model": stated_errors(assembly.model),
     }
-    if assembly.surfaces is not None:
-        stated["surfaces"] = stated_errors(assembly.surfaces.provider)
+    for surfaces in assembly.surfaces:
+        stated["surfaces"] = stated_errors(surfaces.provider)
     particles = {
         layer.name: stated_errors(optics_of_layer)
         for layer, optics_of_layer in zip(plan.layers, assembly.optics_of_layers, strict=True)
@@ -195,10 +195,10 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
                     contribution
                     for name, errors in errors_of.items()
                     for contribution in contributions_of(plan, name, errors, of, kind, scale)
-                    if plan.light is None or contribution.name != COLUMNS
+                    if band.name not in plan.light.expected_rms or contribution.name != COLUMNS
                 ),
             )
-            if plan.light is not None and kind == CLOUDY:
+            if band.name in plan.light.expected_rms and kind == CLOUDY:
                 sides = plan.light.expected_rms[band.name]
                 cells[of, band.name] += (Contribution(SIDES, sides, scale.kelvin(sides), 1.0, "rms"),)
     return ErrorBudget(cells)

@@ -128,8 +128,8 @@ class FewColumns:
 
         Views are computed together, unless each has air of its own.
         """
-        for some in scene.together(views):
-            under = [list(dict.fromkeys(suns if scene.own_suns is None else scene.own_suns(view))) for view in some]
+        for some in scene.air_over_field.together(views):
+            under = [list(dict.fromkeys(scene.suns_of(view, suns))) for view in some]
             settings = [scene.setting(sun, view) for view, lit in zip(some, under, strict=True) for sun in lit]
             found = iter(self.terms_in(scene.model, settings))
             for lit in under:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import timedelta
 from functools import partial
@@ -31,15 +31,15 @@ from hcss_twin.plan.point_effects import extremes_of, plan_point_effect
 from hcss_twin.plan.rays import GridRays, Rays, planned_rays
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.section_effect import section_effects
-from hcss_twin.plan.sensor import BuiltSensor, excluded_beside_instants, planned_sensor, require_instants
+from hcss_twin.plan.sensor import excluded_beside_instants, planned_sensor, require_instants
 from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_margin import alone, with_margin
+from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.plan.slant_paths import excluded_beside_shadows, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.plan.surroundings import air_unlike_sea
-from hcss_twin.plan.views import views_over_grid
+from hcss_twin.plan.waves import MEAN_SEA, resolve_waves
 from hcss_twin.plan.waves import NOTE as WAVE_NOTE
-from hcss_twin.plan.waves import resolve_waves
 from hcss_twin.providers import Sun, View
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.scenario import Scenario
@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from hcss_twin.plan.cloud_tops import CloudTops
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.scene_family import SceneFamily
+    from hcss_twin.plan.surfaces import PlannedSurfaces
     from hcss_twin.plan.texture import Texture
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
@@ -121,7 +122,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         )
     texture = _texture(scenario, assembly)
     assembly = replace(assembly, has_texture=texture is not None)
-    beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns is not None)
+    beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns)
     assembly = replace(assembly, slant=assembly.slant.beside("shadows", beside_shadows))
     probe_last_frame(assembly, float(times[-1]))
     size = image.rows, image.columns
@@ -129,26 +130,26 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     if given is not None:
         extent = slice(0, given.image.rows), slice(0, given.image.columns)
     sensor = planned_sensor(scenario, assembly, catalog, extent)
-    if sensor is not None:
-        assembly = replace(assembly, slant=assembly.slant.beside("shadows", excluded_beside_instants(sensor)))
-    doubts = () if sensor is None else examine_geometry(json.loads(scenario.to_json()), sensor.stages)
-    probes = _probes(scenario, assembly, catalog, sensor)
+    assembly = replace(assembly, slant=assembly.slant.beside("shadows", excluded_beside_instants(sensor)))
+    doubts = examine_geometry(json.loads(scenario.to_json()), sensor.stages) if sensor.stages else ()
+    probes = _probes(scenario, assembly, catalog, sensor.stages)
     suns = SunFrames(track, times, zenith, azimuth)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
-        tops_at, surfaces = _at_extreme_tops(assembly), None
+        tops_at = _at_extreme_tops(assembly)
         effects = section_effects(scenario, catalog)
         scenes = [*tops_at, *extremes_of(assembly, effects)]
         analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
         analysis = analyses[0] if len(analyses) == 1 else strictest(analyses[0], analyses)
-    if assembly.surfaces is not None:
+    planned_surfaces: list[PlannedSurfaces] = []
+    for surfaces in assembly.surfaces:
         from hcss_twin.plan.surfaces import extreme_states, merged, plan_surfaces  # not for scenes of sea alone
 
-        states = [analyse_scene(scenario, assembly.over(state), catalog, suns) for state in extreme_states(assembly)]
-        analysis = merged(scenario, assembly, analysis, states)
+        states = [analyse_scene(scenario, assembly.over(state), catalog, suns) for state in extreme_states(surfaces)]
+        analysis = merged(scenario, assembly.sea_temperature_K, surfaces, analysis, states)
         resolved = analysis.resolves_waves
         wanted = computed_variables(scenario, assembly, resolved, cube_variables(scenario, assembly, resolved))
-        radiance = wants_radiance(wanted)
-        surfaces = plan_surfaces(scenario, assembly, analysis.accuracy if radiance else None)
+        accuracy = analysis.accuracy if wants_radiance(wanted) else None
+        planned_surfaces.append(plan_surfaces(scenario, assembly, surfaces, accuracy))
     highest = suns.track.at(float(suns.time_s[np.argmin(suns.zenith_deg)]))
     sun = highest if highest.is_up else None
     tops = _cloud_tops(scenario, assembly, analysis.accuracy, sun)
@@ -157,24 +158,19 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     assembly = assembly.with_finer_sunlight(analysis.numerics.sunlight_steps)
     if analysis.faint_shadows is not None:
         assembly = replace(assembly, slant=assembly.slant.without("shadows", analysis.faint_shadows))
-    waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else None
-    if sensor is not None:
-        own_shifts = assembly.slant.differs(assembly.layers, image.pixel_size / image.samples_per_pixel)
-        require_instants(sensor, assembly, float(times[0]), float(times[-1]))
-        sensor = (
-            with_margin(sensor, assembly, waves is not None, analysis.views is not None or own_shifts)
-            if given is None
-            else alone(sensor)
-        )
+    waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else MEAN_SEA
+    point_m = image.pixel_size / image.samples_per_pixel
+    own_views = analysis.views.varies or assembly.slant.differs(assembly.layers, point_m)
+    require_instants(sensor, assembly, float(times[0]), float(times[-1]))
+    sensor = with_margin(sensor, assembly, waves.varies, own_views) if given is None else alone(sensor)
     rays = given
     if rays is None:
-        over_image = None if analysis.views is None else views_over_grid(assembly)
-        rays = GridRays(assembly, image.samples_per_pixel, over_image)
-    variables = quantized(cube_variables(scenario, assembly, waves is not None), scenario, analysis.accuracy)
+        rays = GridRays(assembly, image.samples_per_pixel, analysis.views.over(assembly))
+    variables = quantized(cube_variables(scenario, assembly, waves.varies), scenario, analysis.accuracy)
     variables = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
-    computed = computed_variables(scenario, assembly, waves is not None, variables)
+    computed = computed_variables(scenario, assembly, waves.varies, variables)
     variables = rays.variables(variables)
-    land = 0.0 if surfaces is not None else land_share(scenario, catalog, float(times[-1]))
+    land = 0.0 if assembly.surfaces else land_share(scenario, catalog, float(times[-1]))
     sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))
     plan = Plan(
         scenario=scenario,
@@ -197,7 +193,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         omissions=analysis.omissions,
         filled_in=(*assembly.filled_in, *rays.filled_in),
         notes=(
-            *_notes(scenario, assembly, computed, waves is not None, sunlight),
+            *_notes(scenario, assembly, computed, waves.varies, sunlight),
             *analysis.notes,
             *viewing_notes(scenario),
             *doubts,
@@ -211,7 +207,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         views=analysis.views,
         numerics=analysis.numerics,
         grid_refinement=analysis.spectral_grid,
-        surfaces=surfaces,
+        surfaces=tuple(planned_surfaces),
         tops=tops,
         texture=texture,
         land_share=land,
@@ -271,8 +267,7 @@ def _first_clouds(assembly: Assembly) -> None:
             generator.thickness_m(0.0, *points)
 
 
-def _probes(scenario: Scenario, assembly: Assembly, catalog: Catalog, sensor: BuiltSensor | None) -> tuple[Probed, ...]:
-    stages = () if sensor is None else sensor.stages
+def _probes(scenario: Scenario, assembly: Assembly, catalog: Catalog, stages: Sequence[Stage]) -> tuple[Probed, ...]:
     if all(entry.is_own for entry in (*assembly.entries.values(), *(stage.entry for stage in stages))):
         return ()
     from hcss_twin.plan.probes import probe_providers  # the laws are needed for plugins only
@@ -310,7 +305,7 @@ def _notes(
         sunlight=sunlight,
     )
     centre: tuple[str, ...] = ()
-    if assembly.air_over_field is not None and (assembly.elements or "cloud_top_temperature" in names):
+    if assembly.air_over_field.varies and (assembly.elements or "cloud_top_temperature" in names):
         centre = ("cloud_top_temperature, and the air before elements, are those of the profile at the image centre",)
     unlike = air_unlike_sea(assembly.profile, assembly.sea_temperature_K) if radiance else ()
     return (*narrow, *centre, *unlike, *of_providers, *((WAVE_NOTE,) if waves else ()), *detector_notes(scenario))

@@ -273,7 +273,7 @@ def _changes_of_air(
     what, air = "changes of air and sea over image and frames", assembly.air_over_field
     yield from _one_sea_temperature(scenario, assembly)
     texture = ", around which they have texture" if assembly.has_texture else ""
-    if air is None:
+    if not air.varies:
         yield Omission(what, f"the scenario has one profile, one temperature of the sea and one wind{texture}", 0.0)
         return
     sea = "wind" if air.of(assembly.view).sea is not None else "temperature of the sea and one wind"

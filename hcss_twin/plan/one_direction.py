@@ -46,7 +46,7 @@ def one_direction(
     if assembly.directions is None and (not own_views or assembly.lines_of_sight is None):
         yield _one_view(assembly, columns, track, {sun: total for (_, sun), total in totals.items()}, own_views)
     lit = [(corner_suns(assembly, track, time_s), total) for (time_s, sun), total in totals.items() if sun is not None]
-    if lit and assembly.own_suns is None and not (own_views and has_own_suns(assembly)):
+    if lit and not assembly.own_suns and not (own_views and has_own_suns(assembly)):
         bound = _bound_of_suns(assembly, columns, lit)
         corners = "providers do not know it in the corners" if bound is None else "the bound is for the corners"
         needs, decision = "a smaller image: no key computes it", ""
@@ -74,7 +74,7 @@ def _one_view(
         corners += f", where clouds stand up to {elsewhere_m:.0f} m from where these rays see them"
     return Omission(
         "view angles of single pixels",
-        f"rays are parallel, one direction{'' if air is None or own_air else ' and one air'} for the whole image; "
+        f"rays are parallel, one direction{' and one air' if air.varies and not own_air else ''} for the whole image; "
         + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
         bound,
         needs="platform.altitude" if lines is None else "an atmosphere that knows these angles: no key computes it",
@@ -95,7 +95,7 @@ def corner_views(assembly: Assembly, track: SunTrack, own_air: bool = False) -> 
         lines = LinesOfSight(
             track.latitude_deg, track.longitude_deg, view.zenith_deg, view.azimuth_deg, SENSOR_ALTITUDE_M
         )
-    centre = None if own_air or air is None else air.centre_deg
+    centre = air.centre_deg if air.varies and not own_air else None
     views = ImageViews(assembly.grid, lines, centre_deg=centre).at(_CORNERS)
     apart = max(_between_deg(view, assembly.view) for view in views)
     return tuple(sorted(views, key=lambda view: -abs(view.zenith_deg - assembly.view.zenith_deg))), apart

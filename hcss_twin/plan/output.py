@@ -93,7 +93,7 @@ def _expanded(names: Iterable[str], scenario: Scenario, assembly: Assembly, wave
     moves = assembly.motion.platform_speed_m_s != 0.0
     elements = [element.variables for element in assembly.elements]
     derived = [provider.variables for provider in assembly.derived]
-    surfaces = () if assembly.surfaces is None else assembly.surfaces.names
+    surfaces = [name for surfaces in assembly.surfaces for name in surfaces.names]
     terms, texture = assembly.model.terms, assembly.has_texture
     return expand(names, terms, layers, shadows, waves, altitude, moves, elements, derived, surfaces, texture)
 

@@ -77,7 +77,8 @@ def derived_path_radiance(assembly: Assembly, wavenumber_cm1: Array, ground_m: f
     gas = assembly.transmittance
     if gas.declares.legs == "to_space":
         gas = PowerLawGas(gas, assembly.profile)
-    air = Air(gas, assembly.profile, wavenumber_cm1, memory=assembly.air_memory)
+    memory = assembly.air_over_field.of(assembly.view).memory
+    air = Air(gas, assembly.profile, wavenumber_cm1, memory=memory)
     front, transparent = air.crossed([[Path()]]), np.ones((1, wavenumber_cm1.size))
     leg = air.leg(front, transparent, (assembly.view.zenith_deg,), (ground_m,), (SPACE,), downward=True)
     emission: Array = leg.emission[0]

@@ -26,8 +26,8 @@ from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.plan.shadows import Shadows
 from hcss_twin.plan.surroundings import FilledIn
-from hcss_twin.plan.views import ViewAxis
-from hcss_twin.plan.waves import PlannedWaves
+from hcss_twin.plan.views import ONE_VIEW, ViewAxis
+from hcss_twin.plan.waves import MEAN_SEA, PlannedWaves
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import CloudLayer, Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
@@ -56,17 +56,22 @@ class PlannedLight(Effect):
     transport: Any
     expected_rms: Mapping[str, float] = field(default_factory=dict)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Plain values for plan and cube."""
-        return {"name": self.name, "provider": self.provider, "expected_rms": dict(self.expected_rms)}
-
     def described(self) -> Mapping[str, Any]:
         """Return name, package and stated error."""
-        return {"light": self.as_dict()}
+        return {"light": {"name": self.name, "provider": self.provider, "expected_rms": dict(self.expected_rms)}}
 
     def check(self, *of_frame: Any) -> dict[str, Any]:
         """Return what the transport finds about a plan, its tables and a frame for the certificate, if it does."""
         return dict(self.transport.check(*of_frame)) if hasattr(self.transport, "check") else {}
+
+
+class IndependentColumns(PlannedLight):
+    """No light between columns: nothing to state or to apply."""
+
+    varies, described = False, Effect.described
+
+
+COLUMNS = IndependentColumns("columns", "", None)
 
 
 @dataclass(frozen=True)
@@ -110,16 +115,16 @@ class Plan:
         Level of the radiance model.
     grid_refinement : GridRefinement
         Refinement of the spectral grid.
-    waves : PlannedWaves or None
-        None if the sea is averaged over its waves.
+    waves : PlannedWaves
+        Resolved waves, or the mean sea.
     faint_sunlight : float or None
         Largest share of sunlight in any band if it is omitted by day; else None.
-    sensor : BuiltSensor or None
+    sensor : BuiltSensor
         Sensor of the sensor cube; the clean cube does not depend on it, but for its integration time with a camera.
-    views : ViewAxis or None
-        None if the view of the image centre is used for all pixels.
-    surfaces : PlannedSurfaces or None
-        States of the surfaces; None for sea everywhere.
+    views : ViewAxis
+        Views with tables, between which those of pixels lie.
+    surfaces : tuple of PlannedSurfaces
+        States of the surfaces; none for sea everywhere.
     tops : tuple of CloudTops
         Altitudes of cloud tops of layers whose tops vary.
     texture : Texture or None
@@ -130,8 +135,8 @@ class Plan:
         How the providers of other packages fared with the laws of their kinds.
     rays : Rays
         Where the pixels look, to which ``samples_per_pixel``, ``extent`` and ``variables`` belong.
-    light : PlannedLight or None
-        Light between columns of cloud; None for independent columns.
+    light : PlannedLight
+        Light between columns of cloud.
     point_effects : tuple of PlannedPointEffect
         Effects of other packages that differ from place to place.
     """
@@ -159,21 +164,21 @@ class Plan:
     numerics: NumericalLevel
     grid_refinement: GridRefinement
     rays: Rays
-    waves: PlannedWaves | None = None
+    sensor: BuiltSensor
+    waves: PlannedWaves = MEAN_SEA
     faint_sunlight: float | None = None
-    sensor: BuiltSensor | None = None
-    views: ViewAxis | None = None
-    surfaces: PlannedSurfaces | None = None
+    views: ViewAxis = ONE_VIEW
+    surfaces: tuple[PlannedSurfaces, ...] = ()
     tops: tuple[CloudTops, ...] = ()
     texture: Texture | None = None
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
-    light: PlannedLight | None = None
+    light: PlannedLight = COLUMNS
     point_effects: tuple[PlannedPointEffect, ...] = ()
 
     def toward(self, view: View) -> Plan:
         """Return the plan of the same scene in orthographic view from another direction."""
-        toward = replace(self, assembly=self.assembly.toward(view), view=view, views=None)
+        toward = replace(self, assembly=self.assembly.toward(view), view=view, views=ONE_VIEW)
         if not (isinstance(view, PlacedView) and view.own_sun):
             return toward
         track = replace(self.sun_track, latitude_deg=view.latitude_deg, longitude_deg=view.longitude_deg)
@@ -209,8 +214,8 @@ class Plan:
     def effects(self) -> tuple[Effect, ...]:
         """What lets pixels differ beyond their clouds, in the order in which it changes their radiance."""
         shadows = Shadows() if self.has_shadows else None
-        of_columns = self.light, self.surfaces, *self.tops, *self.point_effects, self.views, self.texture
-        return tuple(effect for effect in (*of_columns, shadows, self.waves, self.sensor) if effect is not None)
+        of_columns = self.light, *self.surfaces, *self.tops, *self.point_effects, self.views, self.texture
+        return tuple(effect for effect in (*of_columns, shadows, self.waves, self.sensor) if effect and effect.varies)
 
     @property
     def has_shadows(self) -> bool:

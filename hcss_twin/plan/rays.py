@@ -26,9 +26,8 @@ from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.plan.air_over_field import Climate
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, require_none
-from hcss_twin.plan.directions import Directions
+from hcss_twin.plan.directions import Directions, Views
 from hcss_twin.plan.surroundings import FilledIn
-from hcss_twin.plan.views import ImageViews
 from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 from hcss_twin.providers import Grid, View
 from hcss_twin.scenario.scenario import Scenario
@@ -225,7 +224,7 @@ def excluded_beside_rays(rays: Rays, scenario: Scenario, assembly: Assembly) -> 
         )
         for number, (layer, from_image) in enumerate(zip(assembly.layers, assembly.from_images, strict=True))
     )
-    profiles = assembly.air_over_field is not None and rays.climate is None
+    profiles = assembly.air_over_field.varies and rays.climate is None
     of_sun = any(name.startswith("sun_") for provider in assembly.derived for name in provider.needs)
     return (
         *modes,
@@ -233,7 +232,7 @@ def excluded_beside_rays(rays: Rays, scenario: Scenario, assembly: Assembly) -> 
         Excluded("atmosphere.profile", profiles, "a field of several profiles", "one profile"),
         Excluded(
             "output.derived",
-            of_sun and assembly.own_suns is not None,
+            of_sun and assembly.own_suns,
             "a variable of the sun's angles, which differ from place to place,",
             "others",
         ),
@@ -248,13 +247,13 @@ class GridRays(Rays):
     ----------
     assembly : Assembly
         Plane of the scene, view and motion.
-    views : ImageViews or None
-        Views over the image if they vary; None for one view.
+    views : Views
+        Those over the image.
     """
 
     assembly: Assembly
     samples_per_pixel: int
-    views: ImageViews | None
+    views: Views
     directions: None = None
 
     @property
@@ -290,8 +289,6 @@ class GridRays(Rays):
 
     def views_of_pixels(self, rows: Sequence[int], columns: Sequence[int], time_s: float) -> list[View]:
         """Return the view from the centres of pixels, which may lie outside the image."""
-        if self.views is None:
-            return [self.view] * len(rows)
         image = self.image
         return self.views.at(
             ((2.0 * column + 1.0 - image.columns) / image.columns, (2.0 * row + 1.0 - image.rows) / image.rows)

@@ -31,7 +31,7 @@ from hcss_twin.plan.output import computed_variables, cube_variables, quantized,
 from hcss_twin.plan.packing import RadianceRange, radiance_range, widest
 from hcss_twin.plan.path_radiance import unused_path_radiance
 from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
-from hcss_twin.plan.views import EDGES, EXTREMES, ViewAxis, choose_views, views_over_image
+from hcss_twin.plan.views import EDGES, EXTREMES, ONE_VIEW, OneView, ViewAxis, choose_views
 from hcss_twin.plan.waves import WAVES, choose_waves, wants_waves
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
@@ -62,8 +62,8 @@ class SceneAnalysis:
         Level of the radiance model.
     spectral_grid : GridRefinement
         Refinement of the spectral grid.
-    views : ViewAxis or None
-        Views with tables; None if the view of the image centre is used for all pixels.
+    views : ViewAxis
+        Views with tables.
     faint_shadows : NotComputed or None
         Why the plan skips shadows that the scene can have.
     notes : tuple of str
@@ -78,7 +78,7 @@ class SceneAnalysis:
     omissions: tuple[Omission, ...]
     numerics: NumericalLevel
     spectral_grid: GridRefinement
-    views: ViewAxis | None = None
+    views: ViewAxis = ONE_VIEW
     faint_shadows: NotComputed | None = None
     notes: tuple[str, ...] = ()
     expected: RadianceRange | None = None
@@ -93,16 +93,13 @@ def strictest(first: SceneAnalysis, analyses: Sequence[SceneAnalysis]) -> SceneA
         Its omissions are kept, and its notes come first.
     """
     faint = [analysis.faint_sunlight for analysis in analyses]
-    axes = [analysis.views for analysis in (first, *analyses) if analysis.views is not None]
-    views = None
-    if axes:
-        orders = max(axis.order_x for axis in axes), max(axis.order_y for axis in axes)
-        views = ViewAxis(*orders, max(axis.estimated_error for axis in axes), max(axis.spread for axis in axes))
+    axes = [analysis.views for analysis in (first, *analyses)]
+    most = {field.name: max(getattr(axis, field.name) for axis in axes) for field in dataclasses.fields(ViewAxis)}
     return replace(
         first,
         accuracy=min((analysis.accuracy for analysis in analyses), key=lambda accuracy: accuracy.relative),
         faint_sunlight=None if None in faint else max(share or 0.0 for share in faint),
-        views=views,
+        views=replace(max(axes, key=lambda axis: axis.varies), **most),
         faint_shadows=None if any(analysis.faint_shadows is None for analysis in analyses) else first.faint_shadows,
         notes=tuple(dict.fromkeys(note for analysis in (first, *analyses) for note in analysis.notes)),
         numerics=finest([analysis.numerics for analysis in analyses]),
@@ -148,6 +145,7 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
         RequestedAccuracy,
         Omission,
         ViewAxis,
+        OneView,
         NumericalLevel,
         GridRefinement,
         RadianceRange,
@@ -189,22 +187,20 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
         views = views_for(False)
         omitted_waves = choose_waves(scenario, assembly, suns, accuracy.relative, TOO_MANY_VIEWS)
         waves = False
-    over_image = views_over_image(assembly)
-    if views is not None and over_image is not None:
-        numerics = refine_toward(
-            assembly, numerics, over_image.at(views.extremes + views.edges), extreme_suns, shares.numerics
-        )
+    if views.varies:
+        near = views.over(assembly).at(views.extremes + views.edges)
+        numerics = refine_toward(assembly, numerics, near, extreme_suns, shares.numerics)
         assembly = assembly.at_level(numerics.level).with_finer_sunlight(numerics.sunlight_steps)
     drawn = waves or assembly.surface is not None  # beside such a surface there may be sea with waves
     variables = quantized(cube_variables(scenario, assembly, drawn), scenario, accuracy)
     variables = computed_variables(scenario, assembly, drawn, variables)
     faint = None
     # The share of sunlight is evaluated for one view.
-    if radiance and not waves and views is None and _can_omit_sunlight(assembly, variables):
+    if radiance and not waves and not views.varies and _can_omit_sunlight(assembly, variables):
         faint = negligible_sunlight(assembly, sun, shares.faint_sunlight)
     possible = cube_variables(scenario, assembly, drawn, ("all",))
     omissions = tuple(
-        list_omissions(scenario, assembly, variables, possible, sun, faint, waves, accuracy.relative, views is not None)
+        list_omissions(scenario, assembly, variables, possible, sun, faint, waves, accuracy.relative, views.varies)
     )
     # Without radiance there are no waves to omit.
     of_waves = (omitted_waves,) if omitted_waves is not None and radiance else ()

@@ -86,11 +86,16 @@ class BuiltSensor(Effect):
         return any(stage.provider.declares.remembers for stage in self.stages)
 
     @property
-    def instants(self) -> tuple[float, float] | None:
-        """Earliest and latest time of the scene that all stages together need, s after a frame; None: at no other."""
+    def asking(self) -> list[Stage]:
+        """Stages that may ask for the scene at other times than those of frames."""
+        return [stage for stage in self.stages if stage.instants is not None]
+
+    @property
+    def instants(self) -> tuple[float, float]:
+        """Earliest and latest time of the scene that all stages together need, s after a frame."""
         known = [stage.instants for stage in self.stages if stage.instants is not None]
         # a stage measures both at the time of the frame and at the instants of later stages
-        return (sum(min(low, 0.0) for low, _ in known), sum(max(high, 0.0) for _, high in known)) if known else None
+        return sum(min(low, 0.0) for low, _ in known), sum(max(high, 0.0) for _, high in known)
 
     @property
     def reach(self) -> int:
@@ -151,6 +156,12 @@ class BuiltSensor(Effect):
         return {"title": self.title, "measured_from": origin, "stages": stages, "notes": notes}
 
 
+class NoSensor(BuiltSensor):
+    """No sensor, which measures nothing."""
+
+    varies = False
+
+
 def make_sensor(
     section: SensorSection, inputs: SensorInputs, source: Source | None = None, scene: SceneInfo | None = None
 ) -> BuiltSensor:
@@ -199,8 +210,8 @@ def _stored(array: NDArray[Any], spec: VariableSpec, entry: Entry) -> NDArray[An
     return np.ascontiguousarray(array, dtype=spec.dtype)
 
 
-def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, extent: Window) -> BuiltSensor | None:
-    """Build the sensor of a scenario, if any, for the frames of the cube alone.
+def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, extent: Window) -> BuiltSensor:
+    """Build the sensor of a scenario for the frames of the cube alone.
 
     Parameters
     ----------
@@ -212,12 +223,6 @@ def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, ext
     ScenarioError
         If a key of the section is invalid, or radiance is not requested.
     """
-    if scenario.sensor is None:
-        return None
-    variables = cube_variables(scenario, assembly, waves=True)
-    if "radiance" not in {spec.name for spec in variables}:
-        message = '[sensor] needs radiance, which is not requested; allowed: a list with "radiance"'
-        raise ScenarioError([Problem("output.variables", message)])
     inputs = SensorInputs(
         bands=sensor_bands(assembly.bands),
         grid=Grid(length(extent[0]), length(extent[1]), assembly.grid.pixel_size_m),
@@ -227,14 +232,18 @@ def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, ext
         catalog=catalog,
         corner=(extent[0].start, extent[1].start),
     )
+    if scenario.sensor is None:
+        return NoSensor(SensorSection.model_validate({}), (), (), inputs, extent)
+    if "radiance" not in {spec.name for spec in cube_variables(scenario, assembly, waves=True)}:
+        message = '[sensor] needs radiance, which is not requested; allowed: a list with "radiance"'
+        raise ScenarioError([Problem("output.variables", message)])
     return make_sensor(scenario.sensor, inputs, scene=scene_info(scenario))
 
 
 def excluded_beside_instants(sensor: BuiltSensor) -> tuple[Excluded, ...]:
     """Return what shadows, which are known at the frames, cannot be computed with."""
-    asks = [stage for stage in sensor.stages if stage.instants is not None]
-    between = sensor.instants is not None and sensor.instants != (0.0, 0.0)
-    what = f"instants between frames, as '{asks[0].entry.name}' needs" if between else ""
+    between = sensor.instants != (0.0, 0.0)
+    what = f"instants between frames, as '{sensor.asking[0].entry.name}' needs" if between else ""
     return (Excluded("sensor", between, f"{what},", "a sensor that sees the frames"),)
 
 
@@ -251,19 +260,18 @@ def require_instants(sensor: BuiltSensor, assembly: Assembly, first_s: float, la
     ScenarioError
         If a generator has no clouds at such an instant.
     """
-    asks = [stage for stage in sensor.stages if stage.instants is not None]
-    if sensor.instants is None or sensor.instants == (0.0, 0.0):
+    if sensor.instants == (0.0, 0.0):
         return
     pixel = slice(0, 1), slice(0, 1)
     for generator in (candidate for candidate in assembly.generators if candidate.declares.tileable):
         for time_s in (first_s + sensor.instants[0], last_s + sensor.instants[1]):
-            with attribute_to_field(f"{asks[0].field}.model"):
+            with attribute_to_field(f"{sensor.asking[0].field}.model"):
                 generator.thickness_m(time_s, *pixel)
 
 
 def asking(sensor: BuiltSensor, source: Source) -> BuiltSensor:
     """Return a sensor whose stages can ask for the scene at other instants; itself if none does."""
-    if sensor.instants is None:
+    if not sensor.asking:
         return sensor
     built = make_sensor(sensor.section, sensor.inputs, source, sensor.scene)
     return replace(sensor, stages=built.stages)

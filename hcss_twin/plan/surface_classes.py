@@ -16,6 +16,7 @@ from hcss_twin.plan.builder import Builder
 from hcss_twin.plan.surroundings import Surroundings
 from hcss_twin.providers import Grid, SeaModel, SurfaceInputs, SurfaceProvider
 from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.models import SurfaceSection
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.section_types import selected
 
@@ -80,7 +81,7 @@ def ground_of(scenario: Scenario, grid: Grid) -> Callable[[float, slice, slice],
 
 
 def build_surfaces(
-    builder: Builder, scenario: Scenario, catalog: Catalog, around: Surroundings, grid: Grid
+    builder: Builder, scenario: Scenario, section: SurfaceSection, catalog: Catalog, around: Surroundings, grid: Grid
 ) -> SceneSurfaces:
     """Build the surface provider of a scenario, and the boundaries of its classes.
 
@@ -94,8 +95,7 @@ def build_surfaces(
     CatalogError, ProviderError
         If the provider or a boundary cannot be built.
     """
-    section, samples = scenario.surfaces, scenario.image.samples_per_pixel
-    assert section is not None
+    samples = scenario.image.samples_per_pixel
     points = Grid(grid.rows * samples, grid.columns * samples, grid.pixel_size_m / samples)
     air_K = float(around.profile.temperature_at(0.0))
     inputs = SurfaceInputs(points, ground_of(scenario, points), around.sea_temperature_K, air_K, catalog)

@@ -24,8 +24,9 @@ from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns
 from hcss_twin.plan.scene_analysis import SceneAnalysis, strictest
-from hcss_twin.plan.surface_classes import SEA, SceneClass, SurfaceState
+from hcss_twin.plan.surface_classes import SEA, SceneClass, SceneSurfaces, SurfaceState
 from hcss_twin.plan.waves import WAVES
+from hcss_twin.providers import Grid
 from hcss_twin.scenario.scenario import Scenario
 
 SHARE = SHARES["faint_sunlight"]
@@ -112,7 +113,9 @@ class PlannedSurfaces(Effect):
         )
 
 
-def plan_surfaces(scenario: Scenario, assembly: Assembly, accuracy: RequestedAccuracy | None) -> PlannedSurfaces:
+def plan_surfaces(
+    scenario: Scenario, assembly: Assembly, surfaces: SceneSurfaces, accuracy: RequestedAccuracy | None
+) -> PlannedSurfaces:
     """Choose the states of a scene.
 
     Parameters
@@ -125,8 +128,6 @@ def plan_surfaces(scenario: Scenario, assembly: Assembly, accuracy: RequestedAcc
     ScenarioError
         If a field of temperature needs too many states at this accuracy.
     """
-    surfaces = assembly.surfaces
-    assert surfaces is not None
     axes, worst = list[PlacedAxis](), 0.0
     for class_ in surfaces.classes:
         if class_.low_K == class_.high_K or accuracy is None:
@@ -143,7 +144,7 @@ def plan_surfaces(scenario: Scenario, assembly: Assembly, accuracy: RequestedAcc
             raise ScenarioError([Problem("accuracy", message)])
         axes.append(placed)
         worst = max(worst, error)
-    return PlannedSurfaces(surfaces.classes, tuple(axes), _shares(scenario, assembly), worst)
+    return PlannedSurfaces(surfaces.classes, tuple(axes), _shares(scenario, assembly.grid, surfaces), worst)
 
 
 def _placed(assembly: Assembly, class_: SceneClass, tolerance: float) -> PlacedAxis:
@@ -159,10 +160,9 @@ def _placed(assembly: Assembly, class_: SceneClass, tolerance: float) -> PlacedA
     return place(axis, at, tolerance / SAFETY_FACTOR, orders=_ORDERS, cut="never", fewest=True)
 
 
-def _shares(scenario: Scenario, assembly: Assembly) -> tuple[float, ...]:
+def _shares(scenario: Scenario, grid: Grid, surfaces: SceneSurfaces) -> tuple[float, ...]:
     """Share of each class in the image at the start, from all points or evenly spaced rows of them."""
-    surfaces, grid, samples = assembly.surfaces, assembly.grid, scenario.image.samples_per_pixel
-    assert surfaces is not None
+    samples = scenario.image.samples_per_pixel
     rows, columns = grid.rows * samples, grid.columns * samples
     some = np.unique(np.linspace(0, rows - 1, min(rows, max(1, _POINTS // columns))).round().astype(int)).tolist()
     time_s = scenario.frames.first * float(scenario.frames.interval)
@@ -174,15 +174,13 @@ def _shares(scenario: Scenario, assembly: Assembly) -> tuple[float, ...]:
     return tuple((count / count.sum()).tolist())
 
 
-def extreme_states(assembly: Assembly) -> list[SurfaceState]:
+def extreme_states(surfaces: SceneSurfaces) -> list[SurfaceState]:
     """Return each class of a scene at its lowest and highest temperature."""
-    surfaces = assembly.surfaces
-    assert surfaces is not None
     return [class_.at(kelvin) for class_ in surfaces.classes for kelvin in dict.fromkeys((class_.low_K, class_.high_K))]
 
 
 def merged(
-    scenario: Scenario, assembly: Assembly, of_sea: SceneAnalysis, of_states: Sequence[SceneAnalysis]
+    scenario: Scenario, sea_K: float, surfaces: SceneSurfaces, of_sea: SceneAnalysis, of_states: Sequence[SceneAnalysis]
 ) -> SceneAnalysis:
     """Return the analysis of a scene from those of its sea and of each extreme state alone.
 
@@ -193,8 +191,6 @@ def merged(
     ScenarioError
         If waves are to be resolved on a sea with a temperature of its own.
     """
-    surfaces = assembly.surfaces
-    assert surfaces is not None
     field = any(class_.low_K < class_.high_K for class_ in surfaces.classes)
     omissions: dict[str, Omission] = {}
     for item in (item for analysis in (of_sea, *of_states) for item in analysis.omissions):
@@ -211,10 +207,7 @@ def merged(
             "surfaces within the footprint of a pixel", why, None
         )
     waves = of_sea.resolves_waves
-    if waves and not any(
-        class_.name == SEA and class_.low_K == class_.high_K == assembly.sea_temperature_K
-        for class_ in surfaces.classes
-    ):
+    if waves and not any(class_.name == SEA and class_.low_K == class_.high_K == sea_K for class_ in surfaces.classes):
         why = "the surface has no class 'sea' at sea.temperature, for which waves are drawn"
         if scenario.sea.waves == "on":
             sealess = Excluded("surfaces", True, f"a map of the ground ({why})", "one with sea")

@@ -176,8 +176,8 @@ def excluded_beside_texture(assembly: Assembly) -> tuple[Excluded, ...]:
     """Return what cannot be computed with texture of the sea or of vapour."""
     of_map = "a map of the ground, which has temperatures of its own,"
     return (
-        Excluded("surfaces", assembly.surfaces is not None, of_map, "sea everywhere"),
-        Excluded("image", assembly.own_suns is not None, "a full disk, whose places have suns of their own,", "a part"),
+        Excluded("surfaces", bool(assembly.surfaces), of_map, "sea everywhere"),
+        Excluded("image", assembly.own_suns, "a full disk, whose places have suns of their own,", "a part"),
     )
 
 

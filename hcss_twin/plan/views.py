@@ -76,6 +76,14 @@ class ViewAxis(Effect):
         """Return orders and error."""
         return {"views": vars(self)}
 
+    def over(self, assembly: Assembly) -> Views:
+        """Return the views from positions in the image of a scene."""
+        return views_over_image(assembly)
+
+    def together(self, assembly: Assembly) -> bool:
+        """Whether tables toward the views share wavenumbers and thicknesses: one, or all in one air under one sun."""
+        return not self.varies or not (assembly.air_over_field.varies or assembly.own_suns)
+
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
         """Positions (x, y) of the nodes, -1 to 1 from edge to edge; x varies fastest."""
@@ -88,6 +96,19 @@ class ViewAxis(Effect):
             quadrature.weights(self.order_x, _centres(grid.columns)),
             quadrature.weights(self.order_y, _centres(grid.rows)),
         )
+
+
+class OneView(ViewAxis):
+    """The view of the image centre for all pixels."""
+
+    varies = False
+
+    def over(self, assembly: Assembly) -> Views:
+        """Return the one view from all positions."""
+        return ImageViews(assembly.grid, None, assembly.view)
+
+
+ONE_VIEW = OneView(0, 0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -145,19 +166,16 @@ class ImageViews:
         ]
 
 
-def views_over_image(assembly: Assembly) -> Views | None:
-    """Return the views over the image; None if all pixels share one view and one air."""
+def views_over_image(assembly: Assembly) -> Views:
+    """Return the views over the image, which are all the same if pixels share one view and one air."""
     return views_over_grid(assembly) if assembly.directions is None else assembly.directions
 
 
-def views_over_grid(assembly: Assembly) -> ImageViews | None:
-    """Return the views over a grid on the ground; None if all pixels share one view and one air."""
+def views_over_grid(assembly: Assembly) -> ImageViews:
+    """Return the views over a grid on the ground."""
     air = assembly.air_over_field
-    if assembly.lines_of_sight is None and air is None:
-        return None
-    if air is not None:
-        return ImageViews(assembly.grid, assembly.lines_of_sight, assembly.view, air.centre_deg)
-    return ImageViews(assembly.grid, assembly.lines_of_sight, own_suns=has_own_suns(assembly))
+    centre_deg, own_suns = air.centre_deg if air.varies else None, has_own_suns(assembly)
+    return ImageViews(assembly.grid, assembly.lines_of_sight, assembly.view, centre_deg, own_suns)
 
 
 def has_own_suns(assembly: Assembly) -> bool:
@@ -169,7 +187,7 @@ def may_have_own_suns(assembly: Assembly) -> bool:
     """Whether each place of an image has its own sun if the sensor has an altitude: in narrow fields of one air."""
     grid = assembly.grid
     half_m = 0.5 * grid.pixel_size_m * math.hypot(grid.rows, grid.columns)
-    return assembly.directions is None and assembly.air_over_field is None and half_m <= SUNS_WITHIN_M
+    return assembly.directions is None and not assembly.air_over_field.varies and half_m <= SUNS_WITHIN_M
 
 
 EXTREMES = ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
@@ -228,11 +246,11 @@ def choose_views(
     tolerance: float,
     left: float,
     waves: bool = False,
-) -> ViewAxis | None:
-    """Choose the views with tables; None if the view of the image centre suffices.
+) -> ViewAxis:
+    """Choose the views with tables.
 
-    It suffices if the sensor altitude is unknown and there is one profile, if the change over the image is within the
-    tolerance, or if providers support no other views, which is listed under the omissions.
+    The view of the image centre suffices if the sensor altitude is unknown and there is one profile, if the change over
+    the image is within the tolerance, or if providers support no other views, which is listed under the omissions.
 
     Parameters
     ----------
@@ -250,29 +268,28 @@ def choose_views(
     ScenarioError
         If view angles must vary over the image but a selected option does not support that.
     """
-    views = views_over_image(assembly)
-    if views is None or not suns:
-        return None
+    views, has_directions = views_over_image(assembly), assembly.directions is not None
+    corners = views.at(EXTREMES[1:])
+    if not suns or (len(set(corners)) == 1 and not has_directions):
+        return ONE_VIEW
     low, high = assembly.transmittance.declares.valid.get("view_zenith", (0.0, 90.0))
-    corners = views.at([(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
-    has_directions = assembly.directions is not None
     if not all(low <= view.zenith_deg <= high for view in corners):
         if has_directions:
             message = f"allows view zeniths of {low:g} to {high:g} deg, and pixels have others; allowed: another one"
             raise ScenarioError([Problem("atmosphere.provider", message)])
-        return None
+        return ONE_VIEW
     if has_directions:  # directions over a whole pass, through glint
         tolerance *= AIR_SHARE
-    elif assembly.air_over_field is None:
+    elif not assembly.air_over_field.varies:
         tolerance += left
-    more = (1, 1) if assembly.own_suns is None else MORE_PLACES
+    more = MORE_PLACES if assembly.own_suns else (1, 1)
     most, largest = MAX_ORDER * more[0], MAX_NODES * more[1]
     # Safety factor, because few columns underestimate the error of all.
     axis_tolerance = 0.5 * tolerance / SAFETY_FACTOR
     try:
         tilts = tilted_seas(scenario, assembly) if waves else None
         values = _columns(assembly, views, suns, tilts)
-        may_be_narrow = not has_directions and assembly.air_over_field is None
+        may_be_narrow = not has_directions and not assembly.air_over_field.varies
         spread = max(_spread(values), _spread_of_paths(views)) if may_be_narrow else math.inf
         (x, x_error), (y, y_error) = (_narrow(values, 2.0 * axis_tolerance) if spread <= NARROW else None) or _placed(
             values, axis_tolerance, most
@@ -280,12 +297,12 @@ def choose_views(
     except (ProviderError, ScenarioError):
         if has_directions:
             raise
-        return None
+        return ONE_VIEW
     if x == y == 0 and not has_directions:
-        return None
+        return ONE_VIEW
     error, nodes = SAFETY_FACTOR * (x_error + y_error), (x + 1) * (y + 1)
-    tolerance *= 1.0 if has_directions or assembly.air_over_field is None else AIR_SHARE
-    if assembly.own_suns is not None and assembly.air_over_field is not None and most in (x, y):
+    tolerance *= 1.0 if has_directions or not assembly.air_over_field.varies else AIR_SHARE
+    if assembly.own_suns and assembly.air_over_field.varies and most in (x, y):
         tolerance *= KINKS_LEAVE
     if error > tolerance or nodes > largest:
         many = f"{x + 1} x {y + 1} views"
@@ -391,4 +408,4 @@ def _few(assembly: Assembly) -> FewColumns:
 
 
 def _what_varies(assembly: Assembly) -> str:
-    return "view" if assembly.air_over_field is None else "air or the view"
+    return "air or the view" if assembly.air_over_field.varies else "view"

@@ -23,7 +23,7 @@ from hcss_twin.plan.directions import sun_toward
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SKIP_SHARE, Omission, omitted
 from hcss_twin.plan.sunlight import toward_glint
-from hcss_twin.plan.windows import whole_image
+from hcss_twin.plan.windows import length, whole_image
 from hcss_twin.providers import Grid, Sun, View, WaveShapes
 from hcss_twin.scenario.scenario import Scenario
 
@@ -159,6 +159,23 @@ class PlannedWaves(Effect):
         return {"image": whole_image(scenario)}
 
 
+class Calm:
+    """Waves without slopes."""
+
+    def slopes(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return slopes (2, y, x) of 0."""
+        return np.zeros((2, length(rows), length(columns)), np.float32)
+
+
+class MeanSea(PlannedWaves):
+    """The sea averaged over its waves."""
+
+    varies = False
+
+
+MEAN_SEA = MeanSea(Calm(), (0.0, 0.0), 0.0)
+
+
 def excluded_beside_waves(scenario: Scenario, assembly: Assembly) -> tuple[Excluded, ...]:
     """Return what cannot be computed with resolved waves, beside maps of the ground without sea."""
     sea, light = assembly.sea, scenario.radiance
@@ -167,7 +184,7 @@ def excluded_beside_waves(scenario: Scenario, assembly: Assembly) -> tuple[Exclu
         Excluded(
             "sea.model", not able, f"the sea model '{scenario.sea.model}', without waves as shapes,", "'rough-sea'"
         ),
-        Excluded("image", assembly.own_suns is not None, "a full disk, whose places have suns of their own,", "a part"),
+        Excluded("image", assembly.own_suns, "a full disk, whose places have suns of their own,", "a part"),
         Excluded("radiance.light", light.is_between_columns, "light between columns", "'columns'"),
     )
 

@@ -96,7 +96,7 @@ def _view(plan: Plan) -> Rows:
         low, *_, high = nodes = tops.placed.nodes.tolist()
         count = len(nodes)
         yield "cloud tops", f"{low:.0f} to {high:.0f} m, interpolated between tables for {count} altitudes"
-    if plan.views is not None:
+    if plan.views.varies:
         x, y = plan.views.order_x + 1, plan.views.order_y + 1
         yield "views", f"one for each pixel, interpolated between tables for {x} x {y} views over the image"
     zenith, azimuth = plan.sun_zenith_deg, plan.sun_azimuth_deg
@@ -162,7 +162,7 @@ def _extent(layer: CloudLayer, plan: Plan) -> str:
 def _radiation(plan: Plan) -> Rows:
     assembly, entries = plan.assembly, plan.assembly.entries
     if plan.needs_radiance:
-        waves = "statistical waves" if plan.waves is None else "resolved waves"
+        waves = "resolved waves" if plan.waves.varies else "statistical waves"
         wind = f"wind {assembly.sea_wind_speed_m_s:.4g} m/s from {plan.scenario.sea.wind_from:g} deg"
         yield "sea", f"{assembly.sea_temperature_K:.5g} K, {wind}, {waves}; {_named(entries['sea'])}"
         yield from _surfaces(plan)
@@ -179,12 +179,12 @@ def _radiation(plan: Plan) -> Rows:
 
 
 def _surfaces(plan: Plan) -> Rows:
-    if plan.surfaces is None:
+    if not plan.surfaces:
         where = f"sea everywhere; {100.0 * plan.land_share:.3g} % of the image is land" if plan.land_share else "sea"
         yield "surface", where
         return
-    classes = []
-    for class_, axis, share in zip(plan.surfaces.classes, plan.surfaces.axes, plan.surfaces.shares, strict=True):
+    (surfaces,), classes = plan.surfaces, []
+    for class_, axis, share in zip(surfaces.classes, surfaces.axes, surfaces.shares, strict=True):
         kelvin = f"{class_.low_K:.5g} K"
         if class_.low_K < class_.high_K:
             kelvin = f"{class_.low_K:.5g} to {class_.high_K:.5g} K, tables for {axis.nodes.size} temperatures"
@@ -214,7 +214,7 @@ def _output(plan: Plan) -> Rows:
         yield "rounding", line
     for line in packing_lines(plan.variables, [band.name for band in plan.bands]):
         yield "packing", line
-    if plan.sensor is not None:
+    if plan.sensor.stages:
         measured = ", ".join(spec.name for spec in plan.sensor.variables)
         models = ", then ".join(_named(stage.entry) for stage in plan.sensor.stages)
         yield "sensor", f"{plan.sensor.title} ({models}); separate cube: {measured}"
@@ -246,8 +246,8 @@ def _budget(plan: Plan) -> str:
         "thickness": any(cloudy),
         "layers": sum(cloudy) > 1,
         "faint_sunlight": plan.faint_sunlight is not None,
-        "waves": plan.waves is not None,
-        "views": plan.views is not None,
+        "waves": plan.waves.varies,
+        "views": plan.views.varies,
         "shadows": plan.has_shadows,
         "time": over_time,
         "other_instants": over_time and any(cloudy),

@@ -59,7 +59,7 @@ def header_of(cube):
 def write(folder, header):
     if isinstance(header, Plan):
         simulate(header.scenario, folder / "cube.nc").close()
-        if header.sensor is not None:
+        if header.sensor.stages:
             (folder / "cube.sensor.nc").replace(folder / "cube.nc")
     else:
         with CubeWriter(folder / "cube.nc", header) as writer:
@@ -109,7 +109,7 @@ def findings(checked, cube):
 
 def written(header):
     """Variables of the cube that was checked."""
-    if not isinstance(header, Plan) or header.sensor is None:
+    if not isinstance(header, Plan) or not header.sensor.stages:
         return header.variables
     return (*(spec for spec in header.variables if not is_replaced(spec.name)), *header.sensor.variables)
 

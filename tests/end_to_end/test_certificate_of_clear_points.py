@@ -19,6 +19,7 @@ from hcss_twin.engine.simulate import simulate
 from hcss_twin.engine.stages.scene_stages import SceneTables
 from hcss_twin.engine.stream import stream
 from hcss_twin.plan.numerics import reference_level
+from hcss_twin.plan.waves import MEAN_SEA
 
 LIT = CHEAP | {
     "sea.model": "rough-sea",
@@ -58,16 +59,16 @@ def strata_of(found):
 def test_waves_in_and_out_of_shadow_pass_and_nothing_is_left_out(changes):
     plan = make_plan(Scenario.load("cumulus", LIT | changes))
     tables, frames = checked(plan)
-    assert plan.waves is not None
+    assert plan.waves.varies
     assert plan.has_shadows
-    assert (plan.views is not None) == (changes is OF_VIEWS)
+    assert plan.views.varies == (changes is OF_VIEWS)
     found = certify(plan, tables, frames)
     strata = strata_of(found)
     assert set(strata) >= CLEAR | {"edge", "thick"}
     assert all(stratum.checked >= 1 and not stratum.left_out for stratum in strata.values())
     assert found.passed
     # the waves matter: a mean sea would fail
-    calm = certify(replace(plan, waves=None), tables, frames)
+    calm = certify(replace(plan, waves=MEAN_SEA), tables, frames)
     assert "clear" in {stratum.name for stratum in calm.strata if stratum.exceeding}
 
 
@@ -236,7 +237,7 @@ def test_the_level_of_a_pixel_is_that_of_tables_toward_its_own_view():
 
 
 def test_what_an_opaque_cloud_keeps_back_is_the_glint_on_the_finer_grid():
-    plan = replace(plan_of(), waves=None)
+    plan = replace(plan_of(), waves=MEAN_SEA)
     found = changes(plan, [point_of(plan, path_m=1e6)], References())[0]
     assembly = plan.assembly.at_level(reference_level(plan.assembly))
     glint = []

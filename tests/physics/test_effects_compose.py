@@ -186,7 +186,7 @@ def with_slant(plan, shapes, sun=SUN, **options):
     slant = replace(
         paths_of(**on, view=plan.view, **dict(zip(NAMES, angles, strict=True))), sight=plan.assembly.slant.sight
     )
-    return with_clouds(plan, shapes, slant, sun, shadows=slant.shadows, waves=plan.waves is not None)
+    return with_clouds(plan, shapes, slant, sun, shadows=slant.shadows, waves=plan.waves.varies)
 
 
 CORNERS = [(2, 2), (2, 77), (57, 2), (57, 77), (30, 40)]
@@ -196,7 +196,7 @@ CORNERS = [(2, 2), (2, 77), (57, 2), (57, 77), (30, 40)]
 def test_a_small_cloud_appears_where_trigonometry_by_hand_puts_it(row, column):
     image = LOW_ORBIT["image"]
     plan = plan_of(HIGH, **LOW_ORBIT)
-    assert plan.views is not None
+    assert plan.views.varies
     away = displaced_m(*middle_of(row, column, image), 10_000.0)
     right, down = np.rint(away / image["pixel_size"]).astype(int)
     block = lambda y, x: np.where((abs(y - row - down) <= 1) & (abs(x - column - right) <= 1), 500.0, 0.0)  # noqa: E731
@@ -229,8 +229,8 @@ def test_the_displacement_of_every_point_is_that_of_its_line_of_sight():
 def test_clouds_are_displaced_the_same_whether_or_not_radiance_needs_several_views():
     mask = LOW_ORBIT | {"slant.parallax": "on", "output.variables": ["cloud_mask"]}
     alone, beside = plan_of(HIGH, **mask), plan_of(HIGH, **mask | {"output.variables": ["cloud_mask", "radiance"]})
-    assert alone.views is None
-    assert beside.views is not None
+    assert not alone.views.varies
+    assert beside.views.varies
     made = next(stream(alone, None))["cloud_mask"], next(stream(*compiled(beside)))["cloud_mask"]
     np.testing.assert_array_equal(*made)
     assert 0.1 < made[0].mean() < 0.9
@@ -423,8 +423,8 @@ def test_the_sea_beside_land_has_the_waves_and_shadows_of_a_sea_without(tmp_path
     alone, beside = (
         make_plan(Scenario.from_dict(SCENE | clouds | more, changes)) for more in ({}, {"surfaces": surfaces})
     )
-    assert alone.views is not None
-    assert beside.views is not None
+    assert alone.views.varies
+    assert beside.views.varies
     (sea, half) = (next(stream(*compiled(plan))) for plan in (alone, beside))
     west = half["surface_class"] == 0
     assert 0.3 < west.mean() < 0.7
@@ -459,7 +459,7 @@ def test_waves_left_to_the_plan_are_not_resolved_if_they_need_more_views_than_th
     monkeypatch.setattr(scene_analysis, "choose_views", choose_views)
     changes = {**SEA, "image.rows": 60, "image.columns": 80, "accuracy": 2e-2}
     plan = plan_of(THIN | {"coverage": 0.0}, **changes | {"sea.waves": "auto"})
-    assert plan.waves is None
+    assert not plan.waves.varies
     (omitted,) = (omission for omission in plan.omissions if omission.what == "waves as shapes")
     assert "more views" in omitted.why
     assert omitted.bound > 0.02

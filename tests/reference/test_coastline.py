@@ -84,16 +84,16 @@ def planned(latitude, longitude, surfaces=True, **changes):
 @pytest.mark.parametrize("speed", [0.0, 300.0])
 def test_a_scene_has_the_land_below_its_pixels_also_while_the_platform_moves(coastline, speed):
     plan = planned(35.65, 139.85, **{"motion.platform_speed": speed})
-    provider = plan.assembly.surfaces.provider
+    provider = plan.assembly.surfaces[0].provider
     x, y = (np.arange(50) - 24.5) * 2000.0 + 60.0 * speed, (np.arange(40) - 19.5) * 2000.0
     expected = coastline.is_land(*to_geographic(*np.meshgrid(x, y), 35.65, 139.85))
     np.testing.assert_array_equal(provider.surface(60.0, slice(0, 40), slice(0, 50)).number == 1, expected)
     start = coastline.is_land(*to_geographic(*np.meshgrid(x - 60.0 * speed, y), 35.65, 139.85))
-    assert plan.surfaces.shares[1] == np.mean(start)
+    assert plan.surfaces[0].shares[1] == np.mean(start)
 
 
 def test_a_scene_without_surfaces_says_what_share_of_it_is_land():
-    share = planned(35.65, 139.85).surfaces.shares[1]
+    share = planned(35.65, 139.85).surfaces[0].shares[1]
     plan = planned(35.65, 139.85, surfaces=False)
     assert plan.land_share == pytest.approx(share, abs=0.02)
     (note,) = (note for note in plan.notes if "Natural Earth" in note)

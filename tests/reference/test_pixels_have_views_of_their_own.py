@@ -15,6 +15,7 @@ from hcss_twin.engine.stream import stream
 from hcss_twin.engine.verification import verify_cube
 from hcss_twin.models.radiance.reference import reference_radiance
 from hcss_twin.physics.viewing import LinesOfSight
+from hcss_twin.plan.views import ONE_VIEW
 
 WIDE = {
     "image.rows": 30,
@@ -71,7 +72,7 @@ def radiance_of(scene, plan, thickness):
 def test_a_pixel_has_the_radiance_of_a_narrow_scene_at_its_view(changes, models, name):
     flat = {"sea.temperature": 290.0, "sea.temperature_texture": 0, "sea.wind_speed": 8.0}
     plan = plan_of({**flat, **changes}, models, name)
-    assert plan.views is not None
+    assert plan.views.varies
     accuracy = plan.accuracy.relative
     frame = next(stream(plan, compile_tables(plan)))
     random, one_view = np.random.default_rng(2), []
@@ -92,7 +93,7 @@ def test_the_certificate_follows_the_view_of_each_pixel():
     tables, sample = compile_tables(plan), PixelSample(plan)
     list(stream(plan, tables, sample))
     assert certify(plan, tables, sample.frames).passed
-    blind = dataclasses.replace(plan, views=None)
+    blind = dataclasses.replace(plan, views=ONE_VIEW)
     tables, sample = compile_tables(blind), PixelSample(blind)
     list(stream(blind, tables, sample))
     assert certify(blind, tables, sample.frames).passed
@@ -127,8 +128,8 @@ def test_a_wide_cube_says_what_its_views_err_and_can_be_verified(tmp_path):
 
 def test_waves_that_no_pixel_of_a_wide_field_resolves_are_left_out():
     plan = plan_of({"sea.waves": "auto", "frames.count": 1}, {**CHEAP, "sea.model": "rough-sea"})
-    assert plan.views is not None
-    assert plan.waves is None
+    assert plan.views.varies
+    assert not plan.waves.varies
 
 
 def test_kelvin_are_kept_where_the_hottest_pixel_is_in_a_corner():

@@ -8,7 +8,7 @@ import pytest
 from hcss_twin.engine.tables.fewest_states import LOST
 from hcss_twin.engine.tables.radiance_tables import ShadowTables, WaveTables
 from hcss_twin.engine.tables.view_states import view_states
-from hcss_twin.plan.views import ViewAxis
+from hcss_twin.plan.views import ONE_VIEW, ViewAxis
 from hcss_twin.providers import Grid
 
 PLAN = SimpleNamespace(views=ViewAxis(3, 2, 0.0), grid=Grid(30, 41, 5000.0), is_grid=True)
@@ -68,7 +68,7 @@ def test_states_of_pixels_of_a_camera_are_the_polynomials_at_their_directions():
 
 
 def test_one_view_is_one_state_with_weight_one_anywhere():
-    states = view_states(SimpleNamespace(views=None), np.ones((1, 3)), 0.0)
+    states = view_states(SimpleNamespace(views=ONE_VIEW), np.ones((1, 3)), 0.0)
     assert states.values.shape == (1, 3)
     assert np.all(states.weights((slice(-4, 2), slice(39, 45))) == np.ones((6, 6, 1)))
 

@@ -75,7 +75,7 @@ class PixelSample:
         asked, frames = plan.scenario.output.certificate, plan.frame_times_s.size
         count = asked
         # Pixels of other rays have views of their own, which cost more than their points unless each has its own wave.
-        if plan.is_grid or plan.waves is not None:
+        if plan.is_grid or plan.waves.varies:
             count = min(asked, max(1, POINTS_PER_PIXEL * asked // plan.samples_per_pixel**2))
         if plan.tops or plan.point_effects:  # each point has a model of its own
             count = min(count, PIXELS_WITH_TOPS)

@@ -59,7 +59,7 @@ def certify(
     nothing = np.empty((0, len(quantities.names), bands))
     written = np.concatenate([nothing, *(pixels.radiance.astype(np.float64) for pixels in frames)])
     axes = point_axes(plan)
-    one_model = plan.views is None and not axes
+    one_model = not plan.views.varies and not axes
     references = References(from_curves and one_model, columns_afresh(plan.scenario) if from_curves else 0)
     exact = _exact(SceneTables(plan, tables, axes), frames, references) if frames else nothing
     away, total = np.abs(written - exact), np.abs(exact[:, :1])
@@ -120,7 +120,7 @@ def certify(
         achieved_K=achieved_K,
         own_errors=plan.assembly.own_errors,
         reference=references.origin,
-        sides=plan.light.check(plan, tables, frames[0].frame) if plan.light is not None and frames else {},
+        sides=plan.light.check(plan, tables, frames[0].frame) if frames else {},
         interpolation=references.interpolation,
         dark=tuple(
             band.name
@@ -192,14 +192,12 @@ def _points(
 ) -> Iterator[SampledPoint]:
     """Yield the points of each pixel of a frame."""
     rows, columns = ((at + of.start).tolist() for at, of in zip((pixels.row, pixels.column), plan.extent, strict=True))
-    views = [plan.view] * len(rows)
-    if plan.views is not None:
-        views = list(plan.rays.views_of_pixels(rows, columns, pixels.time_s))
-    time_s, in_other_air = pixels.time_s, plan.assembly.air_over_field is not None
+    views = plan.rays.views_of_pixels(rows, columns, pixels.time_s)
+    time_s, in_other_air = pixels.time_s, plan.assembly.air_over_field.varies
     perturbations = _perturbations(plan, time_s, rows, columns)
     of_pixels = zip(rows, columns, views, _thickness(plan, pixels), perturbations, strict=True)
     for row, column, view, thickness_m, perturbation in of_pixels:
-        own_view = view if plan.views is not None and (in_other_air or not plan.is_grid) else None
+        own_view = view if plan.views.varies and (in_other_air or not plan.is_grid) else None
         # A pixel of other rays is the mean of many points, whose columns follow from few under one sun.
         alone = own_view, None if plan.is_grid else time_s
         on_axes = [axis.of_pixel(time_s, row, column, thickness_m) for axis in axes]
@@ -247,7 +245,7 @@ def _columns(plan: Plan, quantities: Quantities, points: Sequence[SampledPoint],
     both, which = np.unique(rows, axis=0, return_inverse=True)
     columns = np.asarray(both[:, 1:], dtype=np.float64)
     suns = [different[index][0] for index in both[:, 0].astype(int)]
-    views = [different[index][1] for index in both[:, 0].astype(int)] if plan.views is not None else ()
+    views = [different[index][1] for index in both[:, 0].astype(int)] if plan.views.varies else ()
 
     def solved(terms_of: Callable[..., Array]) -> Array:
         """Quantities (S, N, Q, B) of the columns in S states; of rays without a grid from few, under one sun."""

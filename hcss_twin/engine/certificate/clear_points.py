@@ -60,12 +60,12 @@ class ClearPoints:
 
     def __init__(self, scene: SceneTables) -> None:
         self._plan, self._tables, self._effects = scene.plan, scene.with_waves, scene.effects
-        self._shadows = ShadowStage(scene.plan, []) if scene.plan.has_shadows else None
+        self._shadows = [ShadowStage(scene.plan, [])] * scene.plan.has_shadows
 
     def of_pixel(self, time_s: float, row: int, column: int, view: View) -> list[ClearPoint] | None:
         """Return the points of a pixel of the image as if all were clear; None if that changes nothing."""
         plan, pixel = self._plan, (slice(row, row + 1), slice(column, column + 1))
-        if plan.waves is None and self._shadows is None:
+        if not plan.waves.varies and not plan.has_shadows:
             return None
         slopes, paths_m = self._slopes(time_s, pixel), self._paths_m(time_s, pixel)
         level, sun = self._level(time_s, pixel), plan.sun_up_at(time_s)
@@ -75,8 +75,6 @@ class ClearPoints:
     def _slopes(self, time_s: float, pixel: Window) -> Array:
         """Return the slopes (2, P), upwind and crosswind."""
         plan = self._plan
-        if plan.waves is None:
-            return np.zeros((2, plan.samples_per_pixel**2))
         slopes = slopes_of(plan, plan.waves.shapes, time_s, pixel).reshape(2, -1).astype(np.float64)
         reach = np.array(plan.waves.reach)[:, None]
         clipped: Array = np.clip(to_wind(plan.scenario.sea.wind_from) @ slopes, -reach, reach)
@@ -84,13 +82,10 @@ class ClearPoints:
 
     def _paths_m(self, time_s: float, pixel: Window) -> Array:
         """Return the lengths (L, P) of the sun's path in the cloud of each layer."""
-        plan = self._plan
-        shadows = None if self._shadows is None else self._shadows.at(time_s)
-        if shadows is None:
-            return np.zeros((len(plan.layers), plan.samples_per_pixel**2))
+        plan, shape = self._plan, (len(self._plan.layers), self._plan.samples_per_pixel**2)
         mu0 = math.cos(math.radians(plan.sun_track.at(time_s).zenith_deg))
-        paths: Array = shadows.in_cloud(pixel).reshape(len(plan.layers), -1).astype(np.float64) / mu0
-        return paths
+        cast = filter(None, [shadows.at(time_s) for shadows in self._shadows])
+        return next((of.in_cloud(pixel).reshape(shape).astype(np.float64) / mu0 for of in cast), np.zeros(shape))
 
     def _level(self, time_s: float, pixel: Window) -> Array:
         """Return the level (K, B) of a pixel."""
@@ -124,7 +119,7 @@ def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
     grid = plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
     mean = [fine.setting(point.sun, point.view) for point in points]
     seen, level = mean, np.ones((len(points), len(fine.model.terms), len(plan.bands)))
-    if plan.waves is not None:
+    if plan.waves.varies:
         senses = [(1.0, crosswind_sense(point.view, point.sun)) for point in points]
         slopes = [tuple(np.multiply(point.slope, sense)) for point, sense in zip(points, senses, strict=True)]
         tilted = [plan.waves.tilted(fine, slope) for slope in slopes]

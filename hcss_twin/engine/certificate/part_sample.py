@@ -53,7 +53,7 @@ def stratum_names(layers: int, surfaces: Sequence[str] = (), shadows: bool = Fal
 
 def strata_of(plan: Plan) -> tuple[str, ...]:
     """Return the names (S,) of the strata of a scene, by number."""
-    surfaces = () if plan.surfaces is None else [class_.name for class_ in plan.surfaces.classes]
+    surfaces = [name for surfaces in plan.assembly.surfaces for name in surfaces.names]
     return stratum_names(len(plan.layers), surfaces, plan.has_shadows)
 
 

@@ -48,7 +48,6 @@ class LightStage(Stage):
     writes = ("light between columns",)
 
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
-        assert plan.light is not None
         self._plan, self._name = plan, plan.light.name
         inputs, samples = light_inputs(plan, tables.spectrum.nodes), plan.samples_per_pixel
         self._transport: LightTransport = plan.light.transport(inputs)

@@ -138,7 +138,7 @@ class ShadowStage(Stage):
             mask = np.zeros(part.radiance.shape[1:], dtype=np.uint8)
         (rows, columns), samples, in_cloud = window.inside, window.samples, shadows.in_cloud(window.window)
         kept_back = np.zeros((0, 0, 0), dtype=np.float32)
-        if self._plan.waves is not None and part.radiance.size:
+        if self._plan.waves.varies and part.radiance.size:
             window.kept_back = kept_back = np.zeros((len(self._plan.bands), *in_cloud.shape[1:]), dtype=np.float32)
         corner, shaded = (rows.start, columns.start), bool(np.any(in_cloud))
         for surface, of_surface in enumerate(shadows.of_surfaces if shaded else ()):

@@ -66,7 +66,7 @@ class BandColumns:
         self.plan = plan
         self.nodes = nodes
         # The changes by waves are computed at all wavenumbers, so the clear column they are added to is, too.
-        self._clear_grid = nodes if plan.waves is None else all_nodes(plan.spectral_grid)
+        self._clear_grid = all_nodes(plan.spectral_grid) if plan.waves.varies else nodes
         terms = tuple(plan.assembly.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.computed}
         self.known = KnownColumns() if known is None else known
@@ -140,8 +140,8 @@ class BandColumns:
     def probe(self, settings: Sequence[ColumnSetting]) -> Array:
         """Total radiance (S, N, B) of a few columns that bound the scene, in each setting."""
         radiance: Array = np.sum(self.clear(settings), axis=1)[:, None]
-        if self.plan.waves is not None:
-            waves = [probe_waves(self.plan, self.plan.waves, setting.sun) for setting in settings]
+        if self.plan.waves.varies:
+            waves = [probe_waves(self.plan, setting.sun) for setting in settings]
             radiance = np.concatenate((radiance, np.stack(waves)), axis=1)
         extremes = self.plan.assembly.extreme_thicknesses_m
         if extremes.shape[0] == 0:

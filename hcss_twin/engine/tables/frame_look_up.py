@@ -39,7 +39,7 @@ class FrameLookUps:
         """Return the look-up at an instant."""
         tables, axes = [reader.at(time_s) for reader in self._readers], [axis.in_frame(time_s) for axis in self._axes]
         sizes = [len(axis.nodes) for axis in self._axes]
-        if self._plan.views is not None:
+        if self._plan.views.varies:
             views = len(self._plan.views.places)
             together = [stacked_tables(tables[first : first + views]) for first in range(0, len(tables), views)]
             of_frame, weights = views_of_frame(self._plan, time_s, together[0])

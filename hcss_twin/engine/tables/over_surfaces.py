@@ -17,6 +17,7 @@ from hcss_twin.engine.tables.point_axis import Group, PointAxis, groups_on
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.surface_classes import SurfaceState
 from hcss_twin.plan.surfaces import PlannedSurfaces
+from hcss_twin.plan.waves import MEAN_SEA
 from hcss_twin.plan.windows import Window
 
 
@@ -43,8 +44,8 @@ class SurfaceStates(PointAxis[SurfaceState]):
     def plan_in(self, plan: Plan, state: SurfaceState) -> Plan:
         """Return the plan of the same scene with one surface everywhere; only the scenario's own sea has waves."""
         assembly = plan.assembly.over(state)
-        waves = plan.waves if assembly.surface is None else None
-        return replace(plan, assembly=assembly, waves=waves, surfaces=None)
+        waves = plan.waves if assembly.surface is None else MEAN_SEA
+        return replace(plan, assembly=assembly, waves=waves, surfaces=())
 
     def of_pixel(self, time_s: float, row: int, column: int, thickness_m: Array) -> Sequence[SurfaceState]:
         """Return class and temperature of each point."""

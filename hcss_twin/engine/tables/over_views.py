@@ -18,7 +18,7 @@ from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.physics import quadrature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
-from hcss_twin.plan.views import ViewAxis, views_over_image
+from hcss_twin.plan.views import ViewAxis
 from hcss_twin.plan.windows import Window
 from hcss_twin.providers import Grid
 
@@ -30,16 +30,11 @@ LEAST = 1e-6
 
 
 def plans_over_views(plan: Plan) -> Iterator[Plan]:
-    """Yield a plan for each view with tables, or the plan itself if one view is used for all pixels.
+    """Yield a plan for each view with tables.
 
     Plans are built one at a time, because the providers of each view's own air can need 60 MB.
     """
-    if plan.views is None:
-        yield plan
-        return
-    views = views_over_image(plan.assembly)
-    assert views is not None
-    for view in views.at(plan.views.places):
+    for view in plan.views.over(plan.assembly).at(plan.views.places):
         yield plan.toward(view)
 
 
@@ -115,7 +110,6 @@ def views_of_frame(plan: Plan, time_s: float, tables: DenseTable) -> tuple[Frame
     ndarray or None
         None if the nodes of the frame are those of the plan.
     """
-    assert plan.views is not None
     if plan.is_grid:
         return GridViews(plan.views, plan.grid), None
     ends = np.array([*product(*((0, 1, core.shape[2] - 1) for core in tables.columns.cores))], dtype=np.intp)
@@ -133,7 +127,6 @@ def nodes_of_frame(plan: Plan, time_s: float, sample: Array, least: float = LEAS
     least : float
         Smallest value, relative to the largest of a column in the frame, to which errors are relative.
     """
-    assert plan.views is not None
     orders = plan.views.order_x, plan.views.order_y
     whole = FrameViews(plan.rays, time_s, (0.0, 0.0), (1.0, 1.0), orders)
     bounds = None if max(orders) == 0 else plan.rays.bounds(time_s)

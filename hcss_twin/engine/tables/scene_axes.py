@@ -11,10 +11,10 @@ from hcss_twin.plan.plan import Plan
 def point_axes(plan: Plan) -> list[PointAxis[Any]]:
     """Return the axes of a scene but for views, in the order of ``plan.effects``; none if all points are alike."""
     axes = list[PointAxis[Any]]()
-    if plan.surfaces is not None:
+    for surfaces in plan.surfaces:
         from hcss_twin.engine.tables.over_surfaces import SurfaceStates  # not for scenes of sea alone
 
-        axes.append(SurfaceStates(plan, plan.surfaces))
+        axes.append(SurfaceStates(plan, surfaces))
     for tops in plan.tops:
         from hcss_twin.engine.tables.over_tops import TopStates  # not for layers with tops of their own
 

@@ -132,8 +132,7 @@ def _spectra(plan: Plan, *parts: _Part) -> list[Array]:
         if len(rows)
     ]
     spectra: list[list[Array]] = [[] for _ in parts]
-    # Views with air of their own are computed one by one.
-    for some in [wanted] if scene.air_over_field is None else [[one] for one in wanted]:
+    for some in scene.air_over_field.together(wanted):
         settings = [setting for _, setting, rows in some for _ in rows]
         states = ColumnStates.of(settings, np.concatenate([rows for *_, rows in some]))
         terms = scene.model.columns(states, plan.spectral_grid.wavenumber_cm1)

@@ -155,7 +155,7 @@ def _weigh_rows(found, rows, columns, shares):  # type: ignore[no-untyped-def]
 
 def view_states(plan: Plan, tables: NDArray[Any], time_s: float) -> ViewStates:
     """Return the states of tables (K, ...) toward the nodes of the view, or toward the one view, at an instant."""
-    if plan.views is None:
+    if not plan.views.varies:
         return OneView(tables)
     every, axis = tables.reshape(len(tables), -1).astype(np.float64), None
     if not plan.is_grid:

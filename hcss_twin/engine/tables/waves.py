@@ -16,7 +16,7 @@ from hcss_twin.models.sea.wave_field import MOST_SIGMAS
 from hcss_twin.physics import quadrature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms
-from hcss_twin.plan.waves import PlannedWaves, crosswind_sense
+from hcss_twin.plan.waves import crosswind_sense
 from hcss_twin.providers import ColumnSetting, Sun, View
 from hcss_twin.providers.column_states import spectra_of
 
@@ -35,7 +35,6 @@ _DENSEST = 513
 
 def compile_waves(
     plan: Plan,
-    waves: PlannedWaves,
     quantities: Quantities,
     suns: tuple[Sun | None, ...],
     views: Sequence[View],
@@ -65,7 +64,7 @@ def compile_waves(
     ProviderError
         If the radiance does not converge with the number of nodes.
     """
-    columns, allowed = _Columns(plan, waves), 0.25 * tolerance
+    columns, allowed = _Columns(plan), 0.25 * tolerance
     middle = suns[len(suns) // 2 :][:1]
 
     def of_view(view: View) -> Callable[[Array, Array], Array]:
@@ -82,7 +81,7 @@ def compile_waves(
         error += allowed if derived is not None else 0.0
         every = columns.toward(others, suns, *nodes) if derived is None else derived
         exact |= zip(others, every, strict=True)
-    return [_tables(plan, waves, quantities, exact[view], columns.level(view, suns), error, allowed) for view in views]
+    return [_tables(plan, quantities, exact[view], columns.level(view, suns), error, allowed) for view in views]
 
 
 def _derived(
@@ -119,7 +118,7 @@ def _derived(
 
 
 def _tables(
-    plan: Plan, waves: PlannedWaves, quantities: Quantities, values: Array, level: Array, error: float, tolerance: float
+    plan: Plan, quantities: Quantities, values: Array, level: Array, error: float, tolerance: float
 ) -> WaveTables:
     """Return the tables toward one view from columns (S, N, M, K, B) at nodes, and (S, K, B) over the mean sea."""
     sizes, rest = _dense(values[len(values) // 2], tolerance)
@@ -132,12 +131,12 @@ def _tables(
 
     every, of_sun = np.ones((len(quantities.terms), 1)), sea_sun_terms(plan.assembly.model)
     direct = np.array([[float(name in of_sun)] for name in quantities.terms])
-    return WaveTables(waves.reach, tables(every), levels, error + rest, tables(direct) if plan.has_shadows else ())
+    return WaveTables(plan.waves.reach, tables(every), levels, error + rest, tables(direct) if plan.has_shadows else ())
 
 
-def probe_waves(plan: Plan, waves: PlannedWaves, sun: Sun | None) -> Array:
+def probe_waves(plan: Plan, sun: Sun | None) -> Array:
     """Totals (4, B) of clear columns at two standard deviations of either slope; they change with the sun."""
-    columns, far, still = _Columns(plan, waves), np.array([-2.0, 2.0]) / MOST_SIGMAS, np.zeros(1)
+    columns, far, still = _Columns(plan), np.array([-2.0, 2.0]) / MOST_SIGMAS, np.zeros(1)
     upwind, crosswind = (columns.toward([plan.view], [sun], *slopes)[0, 0] for slopes in ((far, still), (still, far)))
     total: Array = np.sum(np.concatenate((upwind[:, 0], crosswind[0])), axis=1)
     return total
@@ -149,10 +148,10 @@ class _Columns:
     Those of one call are computed together: all views and suns share a sea.
     """
 
-    def __init__(self, plan: Plan, waves: PlannedWaves) -> None:
+    def __init__(self, plan: Plan) -> None:
         self._plan = plan
-        self._tilted = cache(partial(waves.tilted, plan.assembly))
-        self._reach = waves.reach
+        self._tilted = cache(partial(plan.waves.tilted, plan.assembly))
+        self._reach = plan.waves.reach
         self._known: dict[tuple[View, Sun | None, float, float], Array] = {}
 
     def toward(self, views: Sequence[View], suns: Sequence[Sun | None], upwind: Array, crosswind: Array) -> Array:

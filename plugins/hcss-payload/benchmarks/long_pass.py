@@ -144,7 +144,7 @@ def main(options: argparse.Namespace) -> None:
     began, scenario = time.process_time(), scene(options)
     plan = hcss_twin.make_plan(scenario)
     planned = time.process_time() - began
-    views = "one direction" if plan.views is None else f"{plan.views.order_x + 1} x {plan.views.order_y + 1} directions"
+    views = f"{plan.views.order_x + 1} x {plan.views.order_y + 1} directions"
     print(f"plan {planned:.0f} s processor time, {views}, {plan.samples_per_pixel} points along a pixel")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "pass.nc"

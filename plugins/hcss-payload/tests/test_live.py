@@ -1,6 +1,7 @@
 """Live frames against cubes, frames from poses and closed forms."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -205,7 +206,7 @@ def test_what_fast_frames_cannot_show_is_refused_by_name():
         LiveTwin(scene(clouds=frames_of_images), camera, method="fast")
     with pytest.raises(ScenarioError, match=r"sea\.temperature_texture: .* or method = 'cube'"):
         LiveTwin(scene(sea=SEA | {"temperature_texture": 0.3}), camera, method="fast")
-    lit = replace(hcss_twin.make_plan(scene()), light=object())
+    lit = replace(hcss_twin.make_plan(scene()), light=SimpleNamespace(name="source"))
     assert [excluded.field for excluded in excluded_by_plan(lit) if excluded.present] == ["radiance.light"]
     with pytest.raises(PayloadError, match=r"method: .*'slow'.*allowed: auto, cube, fast"):
         LiveTwin(scene(), camera, method="slow")

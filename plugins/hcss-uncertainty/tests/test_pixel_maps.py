@@ -57,11 +57,11 @@ def test_maps_that_do_not_fit_are_refused_with_their_size():
         pixels=(4096, 4096),
         frame_times_s=np.zeros(1),
         bands=("a", "b"),
-        sensor=None,
+        sensor=SimpleNamespace(stages=()),
         scenario=SimpleNamespace(origin="x"),
     )
     require_room_for_maps(plan)  # 24 bytes x 4096^2 x (1 + 2 x 2): 1.9 GiB
-    plan.sensor = object()
+    plan.sensor = SimpleNamespace(stages=("radiometer",))
     require_room_for_maps(plan)  # and with measured radiance and digital number 3.4
     plan.bands = ("a", "b", "c")
     with pytest.raises(ScenarioError, match=r"bands: 3 need 4\.9 GiB; allowed: 4 GiB"):

@@ -155,7 +155,7 @@ def table_radiance(plan: Plan, tables: RadianceTables, columns: Array) -> Array 
 
     None where tables depend on the place in the image: with views or surfaces of single pixels.
     """
-    if plan.views is not None or plan.surfaces is not None:
+    if plan.views.varies or plan.surfaces:
         return None
     look_up = LookUp.at(tables, float(plan.frame_times_s[0]))
     radiance = np.empty((look_up.table.clear.size, 1, columns.shape[0]), dtype=np.float32)

@@ -52,7 +52,7 @@ def compare(
     if not 0 <= frame < plan.frame_times_s.size:
         raise LightError(f"--frame: {frame}; allowed: 0 to {plan.frame_times_s.size - 1}")
     tables = tables_of(plan)
-    light = "columns" if plan.light is None else plan.light.name
+    light = plan.light.name
     makers = {"cube": PartMaker(plan, tables)}
     for name in tiers:
         makers[name] = PartMaker(
@@ -72,7 +72,7 @@ def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
 
     Empty if Monte Carlo cannot compute the scene.
     """
-    if plan.light is None or _not_comparable(plan):
+    if _not_comparable(plan):
         return {}
     draw, squares = np.random.default_rng([plan.scenario.seed, 23]), []
     for side in plan.extent:
@@ -128,7 +128,7 @@ def _compared(
     mean, error = np.empty((2, len(places), len(plan.bands)))
     values = {name: np.empty((len(places), len(plan.bands))) for name in (*makers, "columns")}
     for number, (row, column) in enumerate(places):
-        if plan.views is not None:
+        if plan.views.varies:
             toward = plan.toward(plan.rays.views_of_pixels([row], [column], time_s)[0])
             inputs, sun = light_inputs(toward, tables.spectrum.nodes), toward.sun_at(time_s)
             sampled = SampledClouds(plan, inputs)

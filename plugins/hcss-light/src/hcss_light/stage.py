@@ -95,7 +95,7 @@ class DriftingStage(LightStage):
         super().__init__(plan, tables)
         transport: Any = self._transport
         self._tiles: Tiles | None = None
-        if plan.views is not None:
+        if plan.views.varies:
             self._tiles, keeps = Tiles(plan), False
             self._pixels, self._nodes = self._tiles.side, tables.spectrum.nodes
             self._of_tiles: OrderedDict[tuple[int, int], _Lit] = OrderedDict()
@@ -198,7 +198,6 @@ class DriftingStage(LightStage):
         """Return the light of a square at an instant."""
         if self._tiles is None:
             return _Lit(*self._light(time_s), self._seen, self._over_sea, self._edges_m)
-        assert self._plan.light is not None
         toward = self._plan.toward(self._tiles.view_of(*square))
         sun, known = toward.sun_at(time_s), self._of_tiles.pop(square, None)
         if known is None or known.sun != sun:

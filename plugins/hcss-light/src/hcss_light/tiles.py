@@ -41,9 +41,7 @@ class Tiles:
     """
 
     def __init__(self, plan: Plan) -> None:
-        views = views_over_image(plan.assembly)
-        assert views is not None
-        self._views, self._size = views, (plan.grid.rows, plan.grid.columns)
+        self._views, self._size = views_over_image(plan.assembly), (plan.grid.rows, plan.grid.columns)
         layer = plan.layers[plan.cloudy_layers[0]]
         points = layer.thickness_max_m * plan.samples_per_pixel / plan.grid.pixel_size_m
         side = max(LightStage.largest_square // plan.samples_per_pixel, 1)

@@ -105,7 +105,7 @@ def statistics_of(
     """
     maker = PartMaker(plan, tables)
     payload: Payload | None = None
-    if plan.sensor is not None:
+    if plan.sensor.stages:
         from hcss_uncertainty.payload import Payload  # not for scenes without a sensor
 
         payload = Payload(plan, tables, plan.sensor)

@@ -115,7 +115,7 @@ class PixelMaps:
 def require_room_for_maps(plan: Plan) -> None:
     """Raise ScenarioError for images whose maps do not fit into memory."""
     rows, columns = plan.pixels
-    quantities = 2 if plan.sensor is None else 4
+    quantities = 4 if plan.sensor.stages else 2
     values = rows * columns * plan.frame_times_s.size * (1 + len(plan.bands) * quantities)
     needed = 8 * _SUMS * values
     if needed > MAX_BYTES:

@@ -51,7 +51,7 @@ class SharedTables:
 
     def of(self, plan: Plan) -> tuple[RadianceTables, str, bool]:
         """Return the tables of a plan, bit-identical to those of a separate run, their key, and if they are new."""
-        key = f"{table_key(plan)} {plan.views} {plan.grid if plan.views is not None else None}"
+        key = f"{table_key(plan)} {plan.views} {plan.grid if plan.views.varies else None}"
         compiled: list[Plan] = []  # one per view, if the view varies over pixels
         if key not in self._held:
             self._held[key] = tables_of(plan, partial(_noted, compiled))

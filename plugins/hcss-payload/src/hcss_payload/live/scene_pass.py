@@ -144,7 +144,7 @@ class ScenePass(PreparedPass):
         radiance = tuple(spec for spec in plan.variables if spec.name == "radiance")
         shown = replace(shown, variables=radiance, computed=radiance)
         self._maker = PartMaker(shown, tables)
-        self._measured = None if plan.sensor is None else _measured_scene(shown, tables)
+        self._measured = _measured_scene(shown, tables) if plan.sensor.stages else None
 
     @property
     def has_numbers(self) -> bool:
@@ -187,7 +187,6 @@ def _of_radiance(scenario: Scenario) -> Scenario:
 def _measured_scene(plan: Plan, tables: RadianceTables) -> PosedScene:
     """Return the scene behind the sensor of a plan, with its numbers whether the scenario asks for them or not."""
     sensor = plan.sensor
-    assert sensor is not None
     if sensor.remembers:
         stage = next(stage for stage in sensor.stages if stage.provider.declares.remembers)
         message = (
