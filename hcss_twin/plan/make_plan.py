@@ -145,7 +145,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         from hcss_twin.plan.surfaces import extreme_states, merged, plan_surfaces  # not for scenes of sea alone
 
         states = [analyse_scene(scenario, assembly.over(state), catalog, suns) for state in extreme_states(surfaces)]
-        analysis = merged(scenario, assembly.sea_temperature_K, surfaces, analysis, states)
+        analysis = merged(scenario, assembly, surfaces, analysis, states)
         resolved = analysis.resolves_waves
         wanted = computed_variables(scenario, assembly, resolved, cube_variables(scenario, assembly, resolved))
         accuracy = analysis.accuracy if wants_radiance(wanted) else None

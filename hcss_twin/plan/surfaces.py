@@ -180,7 +180,11 @@ def extreme_states(surfaces: SceneSurfaces) -> list[SurfaceState]:
 
 
 def merged(
-    scenario: Scenario, sea_K: float, surfaces: SceneSurfaces, of_sea: SceneAnalysis, of_states: Sequence[SceneAnalysis]
+    scenario: Scenario,
+    assembly: Assembly,
+    surfaces: SceneSurfaces,
+    of_sea: SceneAnalysis,
+    of_states: Sequence[SceneAnalysis],
 ) -> SceneAnalysis:
     """Return the analysis of a scene from those of its sea and of each extreme state alone.
 
@@ -207,6 +211,7 @@ def merged(
             "surfaces within the footprint of a pixel", why, None
         )
     waves = of_sea.resolves_waves
+    sea_K = assembly.sea_temperature_K
     if waves and not any(class_.name == SEA and class_.low_K == class_.high_K == sea_K for class_ in surfaces.classes):
         why = "the surface has no class 'sea' at sea.temperature, for which waves are drawn"
         if scenario.sea.waves == "on":
