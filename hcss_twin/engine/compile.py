@@ -90,10 +90,18 @@ def _tables_of_views(plan: Plan) -> RadianceTables | None:
     if not axis.together(plan.assembly):
         return None
     views = axis.over(plan.assembly)
-    return _tables(plan, views.at(axis.places), views.at(axis.extremes), views.at(axis.edges))
+    of_spectra = [views.at(places) for places in axis.of_spectra]
+    return _tables(plan, views.at(axis.places), views.at(axis.extremes), views.at(axis.edges), *of_spectra)
 
 
-def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: Sequence[View] = ()) -> RadianceTables:
+def _tables(
+    plan: Plan,
+    views: Sequence[View],
+    extreme: Sequence[View],
+    edges: Sequence[View],
+    fitted: Sequence[View],
+    tried: Sequence[View],
+) -> RadianceTables:
     """Return the tables of some views with one choice of wavenumbers, instants and thicknesses.
 
     It is made toward extreme views. Toward the others, columns are combinations of those toward the corners, the
@@ -106,7 +114,7 @@ def _tables(plan: Plan, views: Sequence[View], extreme: Sequence[View], edges: S
     coarse = few_streams
     if allowed.wavenumbers >= COARSE_SPECTRA:
         coarse = dataclasses.replace(plan, assembly=few_streams.assembly.with_finer_sunlight(0))
-    spectrum = choose_spectrum(coarse, allowed.wavenumbers, extreme, edges or extreme)
+    spectrum = choose_spectrum(coarse, allowed.wavenumbers, fitted, tried)
     columns = BandColumns(plan, spectrum.nodes)
     times, time_error = time_nodes(columns.of(few_streams), extreme, allowed.time)
     suns = [plan.sun_at(time_s) for time_s in times]

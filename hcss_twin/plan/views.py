@@ -33,6 +33,19 @@ from hcss_twin.scenario.scenario import Scenario
 __all__ = ["views_over_image"]
 
 
+EXTREMES = ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
+"""Middle and corners of the image."""
+
+EDGES = ((0.0, -1.0), (-1.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+"""Middles of its edges."""
+
+NARROW = 0.1
+"""Change of radiance and path over an image below which its errors are those of the middle: they change as little.
+
+Radiance alone does not tell: in a window it changes by a tenth from nadir to a zenith of 75 degrees, because air as
+warm as the sea emits what it absorbs; but wavenumbers that stand for the band at one path err by 1 % at the other."""
+
+
 @dataclass(frozen=True)
 class ViewAxis(Effect):
     """Nodes of the view over the image.
@@ -58,6 +71,17 @@ class ViewAxis(Effect):
     def extremes(self) -> tuple[tuple[float, float], ...]:
         """Positions of the views for which numerics are chosen: the middle stands for a narrow field."""
         return EXTREMES if self.spread > NARROW else EXTREMES[:1]
+
+    @property
+    def of_spectra(self) -> tuple[tuple[tuple[float, float], ...], tuple[tuple[float, float], ...]]:
+        """Positions of the views for which wavenumbers are fitted, and of those on which they are tried.
+
+        Few weights that fit the middle alone may fit nothing else, however little spectra change.
+        """
+        if self.spread > NARROW:
+            return EXTREMES, EDGES
+        middle, *corners = EXTREMES
+        return (middle, corners[0], corners[3]), (corners[1], corners[2])
 
     @property
     def edges(self) -> tuple[tuple[float, float], ...]:
@@ -102,6 +126,7 @@ class OneView(ViewAxis):
     """The view of the image centre for all pixels."""
 
     varies = False
+    of_spectra = EXTREMES[:1], EXTREMES[:1]
 
     def over(self, assembly: Assembly) -> Views:
         """Return the one view from all positions."""
@@ -188,19 +213,6 @@ def may_have_own_suns(assembly: Assembly) -> bool:
     grid = assembly.grid
     half_m = 0.5 * grid.pixel_size_m * math.hypot(grid.rows, grid.columns)
     return assembly.directions is None and not assembly.air_over_field.varies and half_m <= SUNS_WITHIN_M
-
-
-EXTREMES = ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
-"""Middle and corners of the image."""
-
-EDGES = ((0.0, -1.0), (-1.0, 0.0), (1.0, 0.0), (0.0, 1.0))
-"""Middles of its edges."""
-
-NARROW = 0.1
-"""Change of radiance and path over an image below which its errors are those of the middle: they change as little.
-
-Radiance alone does not tell: in a window it changes by a tenth from nadir to a zenith of 75 degrees, because air as
-warm as the sea emits what it absorbs; but wavenumbers that stand for the band at one path err by 1 % at the other."""
 
 
 def _centres(count: int) -> Array:
@@ -291,7 +303,7 @@ def choose_views(
         values = _columns(assembly, views, suns, tilts)
         may_be_narrow = not has_directions and not assembly.air_over_field.varies
         spread = max(_spread(values), _spread_of_paths(views)) if may_be_narrow else math.inf
-        (x, x_error), (y, y_error) = (_narrow(values, 2.0 * axis_tolerance) if spread <= NARROW else None) or _placed(
+        (x, x_error), (y, y_error) = (_narrow(values, axis_tolerance) if spread <= NARROW else None) or _placed(
             values, axis_tolerance, most
         )
     except (ProviderError, ScenarioError):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import record
 from cases import CASES, NEEDS, QUICK, RANDOM_WALKS
+from distributions import need
 
 
 def test_every_case_is_recorded():
@@ -36,7 +37,7 @@ def test_results_are_those_recorded(name, tmp_path):
     if other and name in RANDOM_WALKS:
         pytest.skip(f"no tolerance holds for this case, and bits are those of another environment: {other}")
     if name in NEEDS:
-        pytest.importorskip(NEEDS[name])
+        need(NEEDS[name].replace("_", "-"))
     found = record.compare(content["cases"][name], record.numbers_of(CASES[name], tmp_path / name), not other)
     how = f"smallest, mean and largest values within {record.TOLERANCE:g}, because {other}" if other else "bits"
     assert not found, "\n".join((f"compared were {how}", *found))

@@ -1,10 +1,10 @@
 """What a refusal allows and what an omission needs: a scenario that follows the advice is planned, with the effect."""
 
 import copy
-from importlib.util import find_spec
 
 import pytest
 from benchmark_module import benchmark_module
+from distributions import need
 
 from hcss_twin import Scenario, make_plan
 
@@ -56,9 +56,8 @@ def known(tmp_path_factory):
 def chosen(known, names):
     """The features of some names; skips the test if the package of one is not installed."""
     for name in names:
-        package = known[name].package
-        if package and find_spec(package.replace("-", "_")) is None:
-            pytest.skip(f"needs {package}")
+        if package := known[name].package:
+            need(package)
     return [known[name] for name in names]
 
 

@@ -1,6 +1,7 @@
 """Cloud tops of a generator: each pixel is that of a scene with its top, windows agree, and refusals are named."""
 
 import warnings
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -34,6 +35,7 @@ class Level:
 
     declares = CloudDeclaration()
     image_coverage = 0.8
+    expected_failures: ClassVar = {"frozen_field_only_translates": "the cloud stands still in the image"}
 
     def __init__(self, inputs, parameters):
         self.last = inputs.grid.columns - 1

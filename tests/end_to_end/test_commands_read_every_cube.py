@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from command import hcss
+from distributions import need
 
 import hcss_twin
 from hcss_twin import Scenario, simulate
@@ -56,7 +57,7 @@ KINDS = {
     },
     "zarr": {},
 }
-NEEDS = {"camera": "hcss_payload", "camera, push-broom": "hcss_payload", "derived": "hcss_examples", "zarr": "zarr"}
+NEEDS = {"camera": "hcss-payload", "camera, push-broom": "hcss-payload", "derived": "hcss-examples", "zarr": "zarr"}
 """Kinds, and the package without which there are none."""
 
 ON_GROUND = "a grid on the ground"
@@ -101,7 +102,7 @@ def cubes(tmp_path_factory):
 
     def cube(kind):
         if kind in NEEDS:
-            pytest.importorskip(NEEDS[kind])
+            need(NEEDS[kind])
         if kind not in made:
             path = folder / f"{kind.replace(', ', '-')}{'.zarr' if kind == 'zarr' else '.nc'}"
             simulate(scenario(kind), path).close()

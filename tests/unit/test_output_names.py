@@ -7,6 +7,7 @@ import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from distributions import need
 from example_cube import example_frame, example_header
 
 from hcss_twin.cli.main import cli
@@ -96,7 +97,7 @@ def test_a_name_that_does_not_do_is_refused_before_anything_is_computed(tmp_path
 )
 def test_no_command_replaces_what_it_reads(tmp_path, monkeypatch, words, link):
     if words[0] == "skies":
-        pytest.importorskip("hcss_skies", reason="the command belongs to it")
+        need("hcss-skies")
     monkeypatch.chdir(tmp_path)
     output = next((word for word in words if word.startswith("out.")), "out.nc")
     np.save("mine.npy", np.random.default_rng(0).random((40, 40)))
