@@ -81,6 +81,8 @@ def frozen_field_only_translates(make: Make, inputs: CloudInputs) -> None:
             raise Inapplicable("evolves, or normalises each frame")
         before, after = whole(provider, moving), whole(provider, moving, 3.0)
         height, width = before.shape
+        if abs(rows) >= height or abs(columns) >= width:
+            continue  # nothing is seen again
         top, left = max(rows, 0), max(columns, 0)
         seen_again = before[top : height + min(rows, 0), left : width + min(columns, 0)]
         top, left = max(-rows, 0), max(-columns, 0)

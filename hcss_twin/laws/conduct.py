@@ -174,8 +174,10 @@ IN_A_RUN: tuple[Law, ...] = (
 
 def of_clouds(provider: Any, inputs: CloudInputs) -> tuple[Question, ...]:
     """Questions to a cloud generator: the whole image, and a window of it."""
-    whole = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
-    window = (slice(0, 5), slice(2, 9)) if provider.declares.tileable else whole
+    rows, columns = inputs.grid.rows, inputs.grid.columns
+    whole = slice(0, rows), slice(0, columns)
+    part = slice(0, min(5, rows)), slice(min(2, columns - 1), min(9, columns))
+    window = part if provider.declares.tileable else whole
     return (Question("thickness_m", lambda: (0.0, *whole), lambda: (0.0, *window)),)
 
 
@@ -234,7 +236,7 @@ def of_radiance(provider: RadianceModel, setting: ColumnSetting, wavenumber_cm1:
 def of_elements(inputs: ElementInputs, time_s: float = 0.0) -> tuple[Question, ...]:
     """Questions to elements: the whole image, and a window of it."""
     rows, columns = inputs.grid.rows, inputs.grid.columns
-    windows = (slice(0, rows), slice(0, columns)), (slice(0, rows // 2), slice(columns // 3, columns))
+    windows = (slice(0, rows), slice(0, columns)), (slice(0, (rows + 1) // 2), slice(columns // 3, columns))
     one, other = (lambda window=window: (time_s, *window, PlainScene(inputs)) for window in windows)
     return (Question("pixels", one, other),)
 
@@ -246,7 +248,7 @@ def of_surfaces(inputs: SurfaceInputs) -> tuple[Question, ...]:
         Question(
             "surface",
             lambda: (0.0, slice(0, rows), slice(0, columns)),
-            lambda: (0.0, slice(1, rows), slice(2, columns)),
+            lambda: (0.0, slice(min(1, rows - 1), rows), slice(min(2, columns - 1), columns)),
         ),
     )
 

@@ -81,6 +81,20 @@ class Kilometres:
         return field
 
 
+class Overcast:
+    """A cloud of one thickness, in each of which columns and rows are what was asked for."""
+
+    declares = CloudDeclaration()
+
+    def __init__(self, inputs, parameters):
+        self._grid, self._thickness_m = inputs.grid, inputs.layer.thickness_max_m
+
+    def thickness_m(self, time_s, rows, columns):
+        assert 0 <= rows.start < rows.stop <= self._grid.rows
+        assert 0 <= columns.start < columns.stop <= self._grid.columns
+        return np.full((rows.stop - rows.start, columns.stop - columns.start), self._thickness_m, np.float32)
+
+
 class Plugin:
     @hookimpl
     def hcss_register_sea_models(self):
@@ -93,7 +107,7 @@ class Plugin:
 
     @hookimpl
     def hcss_register_cloud_generators(self):
-        return [spec("kilometres", "Kilometres")]
+        return [spec("kilometres", "Kilometres"), spec("overcast", "Overcast")]
 
 
 def spec(name, target):
@@ -135,6 +149,13 @@ def scene(**changes):
 def test_nonsense_is_refused_by_name_with_law_and_numbers_before_the_first_frame(key, name, message):
     with pytest.raises(ProviderDefect, match=message):
         make_plan(scene(**{key: name}))
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (1, 40), (3, 2), (8, 8)])
+def test_windows_that_probes_ask_for_lie_within_small_images(rows, columns):
+    size = {"image.rows": rows, "image.columns": columns, "clouds.coverage": 1.0, "clouds.coverage_mode": "field"}
+    (probe,) = make_plan(scene(**{"clouds.generator": "overcast", **size})).probes
+    assert not probe.expected
 
 
 def test_a_second_plan_of_the_same_version_and_parameters_asks_nothing(monkeypatch):
