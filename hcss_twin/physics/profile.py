@@ -46,6 +46,24 @@ class Profile:
     notes: tuple[str, ...] = ()
     model_gases: frozenset[str] = frozenset()
 
+    @classmethod
+    def mixed(cls, profiles: Sequence[Profile], weights: Sequence[float] | Array) -> Profile:
+        """Return the weighted mean of profiles at the levels of the first, with its name and notes.
+
+        Temperatures are averaged, and the logarithms of pressures and of the amounts of gases.
+        """
+        first, shares = profiles[0], np.asarray(weights, dtype=np.float64)
+        parts = [profile.resampled(first.altitude_m) for profile in profiles]
+        return replace(
+            first,
+            temperature_K=np.tensordot(shares, [part.temperature_K for part in parts], 1),
+            pressure_Pa=np.exp(np.tensordot(shares, np.log([part.pressure_Pa for part in parts]), 1)),
+            mixing_ratio={
+                gas: np.exp(np.tensordot(shares, np.log([part.mixing_ratio[gas] for part in parts]), 1))
+                for gas in first.mixing_ratio
+            },
+        )
+
     def temperature_at(self, altitude_m: Array | float) -> Array:
         """Temperature in kelvin at altitudes, linear between levels.
 

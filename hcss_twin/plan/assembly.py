@@ -16,9 +16,9 @@ from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import Air, AirOverField
 from hcss_twin.plan.builder import Built
 from hcss_twin.plan.directions import sun_toward
+from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.slant_paths import SlantPaths
-from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.providers import (
     CloudGenerator,
     CloudLayer,

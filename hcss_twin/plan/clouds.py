@@ -16,11 +16,19 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder, numbered
 from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, NotComputed
 from hcss_twin.plan.displaced_clouds import DisplacedClouds
+from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.slant_paths import MAX_POINTS_WITHIN, SlantPaths, enlarged
-from hcss_twin.plan.surroundings import FilledIn, Surroundings, with_climatological_top
+from hcss_twin.plan.surroundings import Surroundings, with_climatological_top
 from hcss_twin.providers import BrightnessInversion, CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.scenario.cloud_types import LayerGeometry, ResolvedLayer, overlap_problems, resolve_layer
+from hcss_twin.scenario.cloud_types import (
+    LayerGeometry,
+    Level,
+    PlaceLevels,
+    ResolvedLayer,
+    overlap_problems,
+    resolve_layer,
+)
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.section_types import own, selected
@@ -141,14 +149,14 @@ def assemble_layers(
     for index, section in enumerate(scenario.clouds.layers):
         field = scenario.field_as_typed(f"clouds.layers[{index}].type").removesuffix(".type")
         with builder.collect_problems(f"{field}.type"):
-            resolved = resolve_layer(section, catalog, field)
+            resolved = resolve_layer(section, catalog, field, USUAL_LEVELS if around is None else around.levels)
             layer = resolved.layer
-            filled_in: tuple[FilledIn, ...] = ()
+            filled_in = tuple(_by_place(resolved, section, field))
             if around is not None:
                 _require_top_inside(layer, around.profile, field)
             if section.temperature == "climatology":
                 layer, known = with_climatological_top(layer, scenario, catalog, field)
-                filled_in = (known,)
+                filled_in = (*filled_in, known)
             particle_key = next((key for key in _OF_PARTICLES if getattr(section, key) is not None), "type")
             particles = f"{field}.{particle_key}"
             notes = _too_coarse(resolved, section, scenario.image.pixel_size)
@@ -162,6 +170,27 @@ def assemble_layers(
     }
     builder.keep(overlap_problems(geometries))
     return sorted(layers, key=lambda assembled: assembled.layer.base_m)
+
+
+USUAL_LEVELS = PlaceLevels(condensation_m=500.0, melting_m=3000.0, inversion_m=1500.0, tropopause_m=12_000.0)
+"""Stand-in for those of air that has problems of its own, because of which the scene is rejected anyway."""
+
+_LEVELS: Mapping[Level, str] = {
+    "condensation": "base at the level where air from the sea condenses",
+    "inversion": "top at the inversion",
+    "tropopause": "top by the tropopause",
+}
+
+
+def _by_place(resolved: ResolvedLayer, section: Layer, field: str) -> Iterator[FilledIn]:
+    """Yield the altitudes that follow the air of the place."""
+    if resolved.level is None:
+        return
+    why = f"type '{section.type}': {_LEVELS[resolved.level]} of the air of the scene"
+    if section.base is None:
+        yield FilledIn(f"{field}.base", f"{resolved.layer.base_m:g} m", why)
+    if section.top is None:
+        yield FilledIn(f"{field}.top", f"{resolved.layer.top_m:g} m", why)
 
 
 def wind_velocity_m_s(speed_m_s: float, from_deg: float) -> tuple[float, float]:

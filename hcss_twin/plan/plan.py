@@ -18,6 +18,7 @@ from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import Omission
+from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.numerics import GridRefinement, NumericalLevel
 from hcss_twin.plan.output import wants_radiance
@@ -25,7 +26,6 @@ from hcss_twin.plan.rays import GridRays, Rays
 from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.plan.shadows import Shadows
-from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ONE_VIEW, ViewAxis
 from hcss_twin.plan.waves import MEAN_SEA, PlannedWaves
 from hcss_twin.plan.windows import Window, length

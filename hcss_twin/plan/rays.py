@@ -27,7 +27,7 @@ from hcss_twin.plan.air_over_field import Climate
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, require_none
 from hcss_twin.plan.directions import Directions, Views
-from hcss_twin.plan.surroundings import FilledIn
+from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 from hcss_twin.providers import Grid, View
 from hcss_twin.scenario.scenario import Scenario

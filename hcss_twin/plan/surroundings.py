@@ -4,38 +4,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError
 from hcss_twin.models.atmosphere.climatology import NAME, Climate, Climatology
-from hcss_twin.models.atmosphere.cloud_top import calendar_model, climatological_cloud_top, closest_model
+from hcss_twin.models.atmosphere.cloud_top import calendar_model, climatological_cloud_top
 from hcss_twin.models.atmosphere.gases import MEANS, amount_note, factor_of, means_of_year, with_factors
+from hcss_twin.models.atmosphere.marine_air import marine_air
 from hcss_twin.models.atmosphere.moist_air import with_water_vapour
+from hcss_twin.models.atmosphere.present_sea import skin_K, warming_K
 from hcss_twin.models.atmosphere.profile_field import ProfileField
 from hcss_twin.models.atmosphere.profile_file import load_profile, load_profiles
 from hcss_twin.models.atmosphere.same_profile import difference
 from hcss_twin.physics.profile import Profile
+from hcss_twin.plan.boundary_layer import (
+    has_usual_inversion,
+    levels_of,
+    surface_air_of,
+    with_inversion_of_scenario,
+    with_usual_inversion,
+)
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.providers import CloudLayer
+from hcss_twin.scenario.atmosphere import InversionSection
+from hcss_twin.scenario.cloud_types import PlaceLevels
 from hcss_twin.scenario.scenario import Scenario
-
-__all__ = ["FilledIn"]
 
 USUAL_AIR_MINUS_SEA_K = (-10.0, 5.0)
 """Air minus sea temperature: 99.8 % of the monthly means of the climatology (COADS, 2 degree cells) lie inside."""
-
-
-@dataclass(frozen=True)
-class FilledIn:
-    """A default for a value that the scenario omits."""
-
-    field: str
-    value: str
-    why: str
 
 
 @dataclass(frozen=True)
@@ -50,6 +49,8 @@ class Surroundings:
         Profiles at several places, as given in the file; None for one profile.
     finished : callable
         Applies the water vapour and gases of the scenario to a profile of the field.
+    levels : PlaceLevels
+        Of the air, for clouds whose altitudes follow them.
     """
 
     profile: Profile
@@ -58,6 +59,7 @@ class Surroundings:
     filled_in: tuple[FilledIn, ...]
     field: ProfileField | None
     finished: Callable[[Profile], Profile]
+    levels: PlaceLevels
 
 
 def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) -> Surroundings:
@@ -77,8 +79,13 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     filled: list[FilledIn] = []
     profile, field = _profile(scenario, catalog, climatology, bound, filled)
     profile = _scaled(scenario, profile, bound)
-    if scenario.atmosphere.inversion is not None:
-        profile = _with_inversion(scenario, profile, field, climatology, bound, filled)
+    levels = levels_of(scenario, catalog, profile, climatology)
+    if isinstance(scenario.atmosphere.inversion, InversionSection):
+        if bound is not None:
+            _refuse_bound(scenario, bound, ["atmosphere.inversion"], "temperatures")
+        profile = with_inversion_of_scenario(scenario, profile, field, climatology, filled)
+    elif has_usual_inversion(scenario, catalog, profile):
+        profile = with_usual_inversion(scenario, profile, levels, filled)
     profile = _with_gases(scenario, profile, bound, filled)
     if bound is not None and scenario.atmosphere.water_vapour_texture > 0.0:
         _refuse_bound(scenario, bound, ["atmosphere.water_vapour_texture"], "water vapour")
@@ -88,15 +95,20 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
 
     temperature, wind = scenario.sea.temperature, scenario.sea.wind_speed
     problems: list[Problem] = []
+    if wind is None:
+        wind = _from_climatology(scenario, climatology, "sea.wind_speed", "wind_speed", filled, problems)
     if temperature is None:
         temperature = _from_climatology(
             scenario, climatology, "sea.temperature", "sea_surface_temperature", filled, problems
         )
-    if wind is None:
-        wind = _from_climatology(scenario, climatology, "sea.wind_speed", "wind_speed", filled, problems)
+        if not problems:
+            warmer, skin = warming_K(scenario.time.astimezone(UTC).year), skin_K(wind)
+            temperature = round(temperature + warmer + skin, 2)
+            why = f"{filled[-1].why}, {warmer:+.2f} K since then, {skin:+.2f} K from the water to its surface"
+            filled[-1] = FilledIn("sea.temperature", f"{temperature:.2f} K", why)
     if problems:
         raise ScenarioError(problems)
-    return Surroundings(profile, temperature, wind, tuple(filled), field, finished)
+    return Surroundings(profile, temperature, wind, tuple(filled), field, finished, levels)
 
 
 def air_unlike_sea(profile: Profile, sea_temperature_K: float) -> tuple[str, ...]:
@@ -148,21 +160,16 @@ def _profile(
             why = f"the profile that provider '{atmosphere.provider}' belongs to"
             filled.append(FilledIn(field, bound.name, why))
             return bound, None
-        latitude = scenario.place.latitude
         try:
-            climate = climatology.look_up("air_temperature", latitude, scenario.place.longitude, scenario.time)
+            surface = surface_air_of(scenario, climatology)
         except CatalogError:
             # Over land and ice the model atmosphere follows from latitude and season, which are known everywhere.
-            name = calendar_model(latitude, scenario.time.astimezone(UTC).month)
-            why = "by latitude and season; the climatology has no air temperature there"
-        else:
-            name = closest_model(latitude, climate.value)
-            why = (
-                f"model atmosphere of this latitude closest to the air temperature of {climate.value:.2f} K in "
-                f"{_source(scenario, climate)}"
-            )
-        filled.append(FilledIn(field, name, why))
-        return load_profile(name, catalog), None
+            name = calendar_model(scenario.place.latitude, scenario.time.astimezone(UTC).month)
+            filled.append(FilledIn(field, name, "by latitude and season; the climatology has no air temperature there"))
+            return load_profile(name, catalog), None
+        profile = marine_air(surface, scenario.place.latitude, scenario.time, catalog)
+        filled.append(FilledIn(field, profile.name, f"air of this place and date by {NAME} and the model atmospheres"))
+        return profile, None
 
 
 def _same_air(scenario: Scenario, profile: Profile, bound: Profile | None) -> Profile:
@@ -188,36 +195,6 @@ def _scaled(scenario: Scenario, profile: Profile, bound: Profile | None) -> Prof
         _refuse_bound(scenario, bound, [field], "water vapour")
     with attribute_to_field(field):
         return with_water_vapour(profile, factor=factor, column_kg_m2=column)
-
-
-def _with_inversion(
-    scenario: Scenario,
-    profile: Profile,
-    of_places: ProfileField | None,
-    climatology: Climatology,
-    bound: Profile | None,
-    filled: list[FilledIn],
-) -> Profile:
-    """Return the profile with the scenario's inversion, by default over air of the climatology's temperature."""
-    from hcss_twin.models.atmosphere.inversion import with_inversion  # few scenes have one
-
-    section, field = scenario.atmosphere.inversion, "atmosphere.inversion"
-    assert section is not None
-    if bound is not None:
-        _refuse_bound(scenario, bound, [field], "temperatures")
-    if of_places is not None:
-        several = "a field of profiles, which have boundary layers of their own,"
-        require_none(f"[{field}]", [Excluded("atmosphere.profile", True, several, "one profile")], "no inversion")
-    kelvin = section.surface_temperature
-    if kelvin is None:
-        kelvin, why = float(profile.temperature_K[0]), "of the profile; the climatology has none there"
-        with suppress(CatalogError):
-            place = scenario.place
-            climate = climatology.look_up("air_temperature", place.latitude, place.longitude, scenario.time)
-            kelvin, why = round(climate.value, 2), _source(scenario, climate)
-        filled.append(FilledIn(f"{field}.surface_temperature", f"{kelvin:.2f} K", why))
-    with attribute_to_field(f"{field}.strength"):
-        return with_inversion(profile, section, kelvin)
 
 
 def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, filled: list[FilledIn]) -> Profile:

@@ -97,8 +97,10 @@ class Atmosphere(ScenarioSection):
         description="Relative standard deviation of the water vapour around that of the profile over some hundred km, "
         "the same at all levels: a random field that drifts with `motion.wind_speed`; 0: one profile.",
     )
-    inversion: InversionSection | None = Field(
-        None, description="Table: a trade inversion and the marine boundary layer below it; default: none."
+    inversion: InversionSection | Literal["off"] | None = Field(
+        None,
+        description='Table: a trade inversion and the marine boundary layer below it; "off": none; default: one above '
+        "clouds whose type lies under an inversion (stratus, stratocumulus), unless `profile` is given.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
 
@@ -108,7 +110,7 @@ class Atmosphere(ScenarioSection):
             raise PydanticCustomError(
                 "water_vapour", "water_vapour_scale given with water_vapour_column; allowed: one of them"
             )
-        if self.inversion is not None and self.water_vapour_column is not None:
+        if isinstance(self.inversion, InversionSection) and self.water_vapour_column is not None:
             raise PydanticCustomError(
                 "water_vapour",
                 "water_vapour_column given with inversion, which sets the lower part of the column; "

@@ -20,18 +20,53 @@ from hcss_twin.scenario.section_types import THINNEST_M, Material, ScenarioSecti
 from hcss_twin.scenario.units import Length, Number, Whole
 
 
+@dataclass(frozen=True)
+class PlaceLevels:
+    """Altitudes of the air of a place, m: of condensation of air from the sea, melting, inversion, and tropopause."""
+
+    condensation_m: float
+    melting_m: float
+    inversion_m: float
+    tropopause_m: float
+
+
+Level = Literal["condensation", "inversion", "tropopause"]
+
+
 class TypeLayer(ScenarioSection):
-    """``[layer]``: altitudes and thickness of clouds of this type."""
+    """``[layer]``: altitudes and thickness of clouds of this type, the same everywhere or by the air of the place."""
 
     material: Material = Field(description="What the particles are made of.")
-    base: Length = Field(ge=0, le=20_000, description="Altitude of the cloud base, m.")
-    top: Length = Field(ge=THINNEST_M, le=20_000, description="Altitude of the highest cloud top, m.")
+    level: Level | None = Field(
+        None,
+        description="Level of the place's air that decides altitudes: the base lies at the condensation level, or the "
+        "top at the inversion or tropopause; with `depth`, in place of `base` or `top`.",
+    )
+    offset: Length = Field(0.0, ge=-10_000, le=10_000, description="Altitude above that level, m.")
+    depth: Length | None = Field(
+        None,
+        ge=THINNEST_M,
+        le=20_000,
+        description="Depth of the thickest cloud, m; its base is not below the condensation level under an inversion, "
+        "and not below the melting level under the tropopause.",
+    )
+    base: Length | None = Field(None, ge=0, le=20_000, description="Altitude of the cloud base, m.")
+    top: Length | None = Field(None, ge=THINNEST_M, le=20_000, description="Altitude of the highest cloud top, m.")
     anchor: Literal["base", "top"] = Field("base", description="Side of a thin cloud that stays at its altitude.")
     thickness_min: Length = Field(ge=THINNEST_M, le=20_000, description="Thickness of the thinnest cloudy pixel, m.")
 
     @model_validator(mode="after")
     def _room(self) -> TypeLayer:
-        depth = self.top - self.base
+        if self.level is not None:
+            if self.depth is None or self.base is not None or self.top is not None:
+                raise PydanticCustomError("level", "level given; allowed: with depth, without base and top")
+            depth = self.depth
+        elif self.base is None or self.top is None or self.depth is not None:
+            raise PydanticCustomError(
+                "level", "no level given; allowed: base and top without depth, or level with depth"
+            )
+        else:
+            depth = self.top - self.base
         if depth <= 0:
             raise PydanticCustomError("top", f"top {self.top:g} m is not above the base; allowed: above {self.base:g}")
         if self.thickness_min > depth:
@@ -90,6 +125,7 @@ class ResolvedLayer:
     layer: CloudLayer
     type_parameters: dict[str, Any]
     pixel_size_max_m: float | None = None
+    level: Level | None = None
 
 
 @dataclass(frozen=True)
@@ -120,32 +156,57 @@ def load_cloud_type(name: str, catalog: Catalog) -> CloudType:
     return read_model(CloudType, catalog, catalog.find(name, "cloud_types", ".toml"))
 
 
-def layer_geometry(section: Layer, cloud_type: CloudType, field: str) -> LayerGeometry:
-    """Merge a layer's altitudes with those of its type.
+def extent_of(section: Layer, cloud_type: CloudType | None, levels: PlaceLevels | None) -> Extent | None:
+    """Return a layer's altitudes, to the metre where they follow the place; None where they are not known.
+
+    Those that the user gives go before those of the type, which may need the ``levels`` of the place.
+    """
+    base, top = section.base, section.top
+    usual = None if cloud_type is None else cloud_type.layer
+    if usual is not None and usual.level is None:
+        base, top = usual.base if base is None else base, usual.top if top is None else top
+    elif usual is not None and usual.depth is not None and levels is not None:
+        level_m = float(round(getattr(levels, f"{usual.level}_m") + usual.offset))
+        if usual.level == "condensation":
+            base = level_m if base is None else base
+            top = base + usual.depth if top is None else top
+        top = level_m if top is None else top
+        # The base of a deep layer does not lie where its water evaporates or its ice melts, if there is room.
+        lowest = float(round(levels.condensation_m if usual.level == "inversion" else levels.melting_m))
+        base = max(top - usual.depth, min(lowest, top - usual.thickness_min), 0.0) if base is None else base
+    return None if base is None or top is None else Extent(base, top)
+
+
+def layer_geometry(section: Layer, cloud_type: CloudType, field: str, levels: PlaceLevels) -> LayerGeometry:
+    """Merge a layer's altitudes with those of its type at a place.
 
     Raises
     ------
     ScenarioError
         If no cloud fits between them; names the key that the user gave.
     """
-    problems = list(altitude_problems(section, cloud_type, field))
+    problems = list(altitude_problems(section, cloud_type, field, levels))
     if problems:
         raise ScenarioError(problems)
     usual = cloud_type.layer
-    return LayerGeometry(
-        usual.base if section.base is None else section.base,
-        usual.top if section.top is None else section.top,
-        usual.thickness_min if section.thickness_min is None else section.thickness_min,
-    )
+    extent = extent_of(section, cloud_type, levels)
+    assert extent is not None
+    thinnest = usual.thickness_min if section.thickness_min is None else section.thickness_min
+    return LayerGeometry(extent.base, extent.top, thinnest)
 
 
-def altitude_problems(section: Layer, cloud_type: CloudType | None, field: str) -> Iterator[Problem]:
-    """Yield a problem for altitudes between which no cloud fits; without a type, checks the section alone."""
+def altitude_problems(
+    section: Layer, cloud_type: CloudType | None, field: str, levels: PlaceLevels | None = None
+) -> Iterator[Problem]:
+    """Yield a problem for altitudes between which no cloud fits.
+
+    Without a type, or for a type whose altitudes follow the place without ``levels``, checks the section alone.
+    """
     usual = cloud_type.layer if cloud_type is not None else None
-    base = usual.base if usual is not None and section.base is None else section.base
-    top = usual.top if usual is not None and section.top is None else section.top
-    if base is None or top is None:
+    extent = extent_of(section, cloud_type, levels)
+    if extent is None:
         return
+    base, top = extent.base, extent.top
     depth = top - base
     if depth <= 0:
         of_type = f", that of type '{section.type}'"
@@ -199,8 +260,8 @@ def _of_type(section: Layer) -> str:
     return f" (that of type '{section.type}')"
 
 
-def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer:
-    """Merge a scenario's layer with its cloud type; the climatology's temperature is left out.
+def resolve_layer(section: Layer, catalog: Catalog, field: str, levels: PlaceLevels) -> ResolvedLayer:
+    """Merge a scenario's layer with its cloud type at a place; the climatology's temperature is left out.
 
     Raises
     ------
@@ -210,7 +271,7 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
         If the type's file is malformed, or the particles or merged altitudes are inconsistent.
     """
     cloud_type = load_cloud_type(section.type, catalog)
-    geometry = layer_geometry(section, cloud_type, field)
+    geometry = layer_geometry(section, cloud_type, field, levels)
     particles = layer_particles(section, cloud_type.microphysics, cloud_type.layer.material, field)
     layer = CloudLayer(
         name=section.type,
@@ -224,4 +285,6 @@ def resolve_layer(section: Layer, catalog: Catalog, field: str) -> ResolvedLayer
         temperature_K=None if section.temperature == "climatology" else section.temperature,
         microphysics=particles,
     )
-    return ResolvedLayer(layer, cloud_type.fractal.model_dump(exclude_none=True), cloud_type.pixel_size_max)
+    return ResolvedLayer(
+        layer, cloud_type.fractal.model_dump(exclude_none=True), cloud_type.pixel_size_max, cloud_type.layer.level
+    )

@@ -23,7 +23,7 @@ from hcss_twin.scenario.cloud_types import (
     CloudType,
     Extent,
     altitude_problems,
-    layer_geometry,
+    extent_of,
     load_cloud_type,
     overlap_problems,
 )
@@ -318,10 +318,9 @@ def _layer_problems(
     if section is not None:
         problems = list(altitude_problems(section, cloud_type, field))
         yield from problems
-        if not problems and cloud_type is not None:
-            sound[field] = section, layer_geometry(section, cloud_type, field)
-        elif not problems and section.base is not None and section.top is not None:
-            sound[field] = section, Extent(section.base, section.top)
+        extent = extent_of(section, cloud_type, levels=None)
+        if not problems and extent is not None:
+            sound[field] = section, extent
     section = _part(layer, MICROPHYSICAL, named)
     if section is not None and cloud_type is not None:
         try:

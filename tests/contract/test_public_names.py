@@ -65,13 +65,13 @@ from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.few_columns import Omission
+from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.omissions import texture_of_sea
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_stages import build_stages, smear_of_sensor
-from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import views_over_image
 from hcss_twin.providers import (
     Array,

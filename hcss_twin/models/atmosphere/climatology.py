@@ -103,6 +103,13 @@ class Climatology:
         away = np.abs(_turn(fields["sea_longitude"] - longitude_deg))
         return not np.any(fields["sea"][np.ix_(rows, away <= LAND_REACH_DEG + 0.5)])
 
+    def coast_km(self, latitude_deg: float, longitude_deg: float) -> float:
+        """Return the distance of a place from land in the 1 degree land mask of the file; 0 on land."""
+        fields = self._fields
+        distance = _distance_km(fields["sea_latitude"][:, None], fields["sea_longitude"], latitude_deg, longitude_deg)
+        half_a_cell = 0.5 * math.radians(1.0) * _MEAN_EARTH_RADIUS_KM
+        return max(0.0, float(np.min(distance[fields["sea"] == 0])) - half_a_cell)
+
     def _in_month(self, quantity: str, month: int, latitude: float, longitude: float) -> Climate | None:
         """Interpolate bilinearly over the surrounding cells with reports; without any, use the nearest cell."""
         fields = self._fields

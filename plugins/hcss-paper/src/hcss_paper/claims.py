@@ -157,7 +157,7 @@ def _mirrors() -> Check:
 
 
 def _makes_images(seed: int) -> Check:
-    field = cloud_field("simulated", seed)
+    field = cloud_field("paper-simulated", seed)
     rows, columns = field.shape
     varied = np.unique(field).size
     return Check(

@@ -50,8 +50,8 @@ class Efficiencies:
 
 
 def particles(name: str, catalog: Catalog) -> Microphysics:
-    """Return the particle properties of a cloud type."""
-    cloud_type = load_cloud_type(name, catalog)
+    """Return the particle properties of one of the paper's cloud types."""
+    cloud_type = load_cloud_type(f"paper-{name}", catalog)
     return cloud_type.microphysics.particles(cloud_type.layer.material)
 
 

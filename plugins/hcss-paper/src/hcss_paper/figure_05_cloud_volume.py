@@ -65,7 +65,7 @@ def figure_5(seed: int) -> Reproduction:
     columns = _columns(simulate(scenario))
     cloudy = ~np.isnan(columns.top_m)
     found = np.where(cloudy, columns.thickness_m, 0.0)
-    layer = load_cloud_type(TYPE, Catalog()).layer
+    layer = load_cloud_type(f"paper-{TYPE}", Catalog()).layer
     # The heights are those of Table III; the paper does not print the thinnest cloud.
     base_km, top_km = CLOUD_HEIGHTS_KM[TYPE]
     wanted = eq_7(field, cloudy, layer.thickness_min, 1e3 * (top_km - base_km))

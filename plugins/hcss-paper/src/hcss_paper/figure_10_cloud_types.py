@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 
 TYPES = ("cumulus", "stratocumulus", "cirrus", "simulated")
+STRATOCUMULUS_KM = (0.6, 1.0)
+"""Heights of the type that Table III lacks: those of research flight 1 of DYCOMS-II."""
+
 COVERAGE = 0.5
 SIDE_PIXELS = 800
 PIXEL_M = 20.0
@@ -34,11 +37,14 @@ LARGEST_M = 2.5
 
 def thickness(kind: str, seed: int, size: int = SIDE_PIXELS) -> Array:
     """Return one frame of geometric thickness (size, size) in metres; 20 m pixels."""
+    base_km, top_km = CLOUD_HEIGHTS_KM.get(kind, STRATOCUMULUS_KM)
     cube = simulated(
         "stratus",
         "as-printed",
         {
-            "clouds.type": kind,
+            "clouds.type": _catalog_name(kind),
+            "clouds.base": 1e3 * base_km,
+            "clouds.top": 1e3 * top_km,
             "clouds.coverage": COVERAGE,
             "image": {"rows": size, "columns": size, "pixel_size": PIXEL_M},
             "output.variables": ["cloud_thickness"],
@@ -47,6 +53,11 @@ def thickness(kind: str, seed: int, size: int = SIDE_PIXELS) -> Array:
     )
     values: Array = cube.cloud_thickness.isel(time=0).to_numpy().astype(np.float64)
     return values
+
+
+def _catalog_name(kind: str) -> str:
+    """Return the cloud type of the catalog with the shape that the paper prints."""
+    return f"paper-{kind}" if kind in CLOUD_HEIGHTS_KM else kind
 
 
 def sea(seed: int, size: int = SIDE_PIXELS) -> Array:
@@ -70,14 +81,15 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
     within, covered, catalog = True, True, Catalog()
     for kind, values in clouds.items():
         cloudy = values > 0.0
-        kept = load_cloud_type(kind, catalog).layer
-        base_km, top_km = CLOUD_HEIGHTS_KM.get(kind, (None, None))
+        base_km, top_km = CLOUD_HEIGHTS_KM.get(kind, STRATOCUMULUS_KM)
+        printed = (base_km, top_km) if kind in CLOUD_HEIGHTS_KM else (None, None)
         rows += [
-            Row(f"{kind}, base", "km", base_km, kept.base / 1e3),
-            Row(f"{kind}, highest top", "km", top_km, (kept.base + float(values.max())) / 1e3),
+            Row(f"{kind}, base", "km", printed[0], base_km),
+            Row(f"{kind}, highest top", "km", printed[1], base_km + float(values.max()) / 1e3),
         ]
-        least = float(values[cloudy].min()) - kept.thickness_min
-        most = float(values.max()) - (kept.top - kept.base)
+        thinnest = load_cloud_type(_catalog_name(kind), catalog).layer.thickness_min
+        least = float(values[cloudy].min()) - thinnest
+        most = float(values.max()) - 1e3 * (top_km - base_km)
         within &= max(abs(least), abs(most)) < 0.01
         covered &= abs(float(cloudy.mean()) - COVERAGE) <= 0.5 / values.size
     off = max(abs(row.difference or 0.0) for row in rows)

@@ -34,7 +34,7 @@ def figure_14(seed: int) -> Reproduction:
     table = published()["table_8"]
     printed = dict(zip(MEASURES, map(float, table["sim"]), strict=True))
     real = dict(zip(MEASURES, map(float, table["real"]), strict=True))
-    field = cloud_field("simulated", seed)
+    field = cloud_field("paper-simulated", seed)
     values = cloud_fraction_value(field.astype(np.float64))
     cloudy = cloudy_pixels(field, fitted("coverage of Table VIII"))
     found = measures(morphology(values, cloudy))

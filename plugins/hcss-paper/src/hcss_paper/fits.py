@@ -163,7 +163,9 @@ class ColumnTerms:
 _NODES = 8
 _MIDDLE = list(BANDS).index("3.0-5.0")
 
-OPAQUE_CLOUD = {"clouds": {"type": "simulated", "coverage": 0.3, "top": 6000.0, "anchor": "top", "temperature": 249.2}}
+OPAQUE_CLOUD = {
+    "clouds": {"type": "paper-simulated", "coverage": 0.3, "top": 6000.0, "anchor": "top", "temperature": 249.2}
+}
 """Cloud of the mixture: top at 6 km, the highest of type ``simulated`` (Table III), with the air temperature there."""
 
 
@@ -281,7 +283,7 @@ def fit_table_8() -> dict[str, float]:
     _, _, peak, _ = published()["table_8"]["sim"]
 
     def excess(coverage: float) -> float:
-        return mean_measures("simulated", coverage, SEED)["DP"] - float(peak)
+        return mean_measures("paper-simulated", coverage, SEED)["DP"] - float(peak)
 
     return {"coverage of Table VIII": float(brentq(excess, 0.1, 0.4, xtol=1e-5))}
 

@@ -23,7 +23,7 @@ def table_1(seed: int) -> Reproduction:
         covers = {f"{name} Satellite": cloud.coverage for name, cloud in clouds.items()}
     for number, satellite, (low, high), coverage in published()["table_1"]["rows"]:
         band = bands[limits[low, high]]
-        found = float(cloud_mask("simulated", coverage, seed).mean())
+        found = float(cloud_mask("paper-simulated", coverage, seed).mean())
         cover_errors.append(abs(found - coverage))
         label = f"Scenario{number}"
         rows += [
@@ -61,7 +61,7 @@ def table_3(seed: int) -> Reproduction:
     rows = []
     for name, printed in published()["table_3"]["rows"].items():
         gamma, hurst, cells, octaves, heights_km = printed
-        kept = catalog.toml(catalog.find(name.lower(), "cloud_types", ".toml"))
+        kept = catalog.toml(catalog.find(f"paper-{name.lower()}", "cloud_types", ".toml"))
         shape, layer = kept["fractal"], kept["layer"]
         rows += [
             Row(f"{name}, gamma", "1", gamma, float(shape["gamma"])),

@@ -122,7 +122,7 @@ def table_8(seed: int) -> Reproduction:
     coverage = fitted("coverage of Table VIII")
     printed = dict(zip(MEASURES, table["sim"], strict=True))
     rows, checks = _measures(
-        "simulated image", printed, mean_measures("simulated", coverage, seed), ("Den", "DP", "FD")
+        "simulated image", printed, mean_measures("paper-simulated", coverage, seed), ("Den", "DP", "FD")
     )
     errors, rmse = eq_24_percent(table["real"], table["sim"])
     rows += [
@@ -156,7 +156,7 @@ def table_9(seed: int) -> Reproduction:
     checks: list[Check] = []
     for name in ("Image1", "Image2", "Image3"):
         coverage, *printed, stated = table[name]
-        found = mean_measures("simulated", coverage / 100.0, seed)
+        found = mean_measures("paper-simulated", coverage / 100.0, seed)
         more_rows, more_checks = _measures(
             f"{name}, coverage {coverage:g} %", dict(zip(MEASURES, printed, strict=True)), found, ("DP", "FD")
         )
@@ -178,7 +178,7 @@ def table_9(seed: int) -> Reproduction:
 def table_8_entropy(seed: int) -> Reproduction:
     """Return EV of Table VIII."""
     printed = dict(zip(MEASURES, published()["table_8"]["sim"], strict=True))
-    found = mean_measures("simulated", fitted("coverage of Table VIII"), seed)
+    found = mean_measures("paper-simulated", fitted("coverage of Table VIII"), seed)
     rows, checks = _measures("simulated image", printed, found, ("EV",))
     return _missed(rows, checks, "EV", ["coverage of Table VIII"], seed)
 
@@ -190,7 +190,7 @@ def table_9_entropy(seed: int) -> Reproduction:
     checks: list[Check] = []
     for name in ("Image1", "Image2", "Image3"):
         coverage, *printed, _ = table[name]
-        found = mean_measures("simulated", coverage / 100.0, seed)
+        found = mean_measures("paper-simulated", coverage / 100.0, seed)
         label = f"{name}, coverage {coverage:g} %"
         more = _measures(label, dict(zip(MEASURES, printed, strict=True)), found, ("EV", "Den"))
         rows += more[0]
@@ -207,7 +207,7 @@ def _readings_of_ev(seed: int) -> tuple[str, float]:
     table = published()["table_9"]["rows"]
     printed = [(fitted("coverage of Table VIII"), published()["table_8"]["sim"][:2])]
     printed += [(table[name][0] / 100.0, table[name][1:3]) for name in ("Image1", "Image2", "Image3")]
-    field = cloud_field("simulated", seed).astype(np.float64)
+    field = cloud_field("paper-simulated", seed).astype(np.float64)
     found = [readings(field, coverage) for coverage, _ in printed]
     off = {
         reading: tuple(

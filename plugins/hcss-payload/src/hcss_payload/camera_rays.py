@@ -32,8 +32,8 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.rays import Rays
-from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.providers import Array, Catalog, Grid, Problem, ScenarioError, View
 
 TIMES = 33

@@ -20,7 +20,7 @@ import numpy as np
 from hcss_twin.models.atmosphere.climatology import Climatology
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.plan.air_over_field import Air, AirOverField
-from hcss_twin.providers import Array, Catalog, CatalogError, Profile, SeaModel
+from hcss_twin.providers import Catalog, CatalogError, Profile, SeaModel
 
 ZONES_DEG = (-60.0, -45.0, 0.0, 45.0, 60.0)
 """Latitudes of the model atmospheres."""
@@ -76,7 +76,7 @@ class ZonalClimate:
                 for zone_deg in ZONES_DEG
             ]
         )
-        return replace(_mixed(self._zones, weights), name=f"model atmospheres at latitude {latitude:.4g}")
+        return replace(Profile.mixed(self._zones, weights), name=f"model atmospheres at latitude {latitude:.4g}")
 
     def sea_temperature_K(self, latitude_deg: float) -> float:
         """Return the temperature of the sea at a latitude, never below its freezing point."""
@@ -92,23 +92,8 @@ def _zone(latitude_deg: float, catalog: Catalog, time: datetime) -> Profile:
     belt = "midlatitude" if abs(latitude_deg) < 50.0 else "subarctic"
     july = 0.5 - 0.5 * np.cos(2.0 * np.pi * (time.astimezone(UTC).timetuple().tm_yday - 15.0) / 365.25)
     summer = july if latitude_deg > 0.0 else 1.0 - july
-    return _mixed(
+    return Profile.mixed(
         [load_profile(f"{belt}-{season}", catalog) for season in ("summer", "winter")], np.array([summer, 1.0 - summer])
-    )
-
-
-def _mixed(profiles: list[Profile], weights: Array) -> Profile:
-    """Return the mean of profiles at the levels of the first."""
-    first = profiles[0]
-    resampled = [profile.resampled(first.altitude_m) for profile in profiles]
-    return replace(
-        first,
-        pressure_Pa=np.exp(np.tensordot(weights, np.log([one.pressure_Pa for one in resampled]), 1)),
-        temperature_K=np.tensordot(weights, np.array([one.temperature_K for one in resampled]), 1),
-        mixing_ratio={
-            gas: np.exp(np.tensordot(weights, np.log([one.mixing_ratio[gas] for one in resampled]), 1))
-            for gas in first.mixing_ratio
-        },
     )
 
 

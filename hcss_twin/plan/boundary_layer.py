@@ -1,0 +1,143 @@
+"""The boundary layer of a scene: its inversion, and the levels that clouds follow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from datetime import UTC
+
+import numpy as np
+
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import CatalogError, ScenarioError
+from hcss_twin.models.atmosphere.climatology import NAME, Climatology
+from hcss_twin.models.atmosphere.marine_air import NAME as MARINE_AIR
+from hcss_twin.models.atmosphere.marine_air import (
+    SurfaceAir,
+    condensation_level_m,
+    free_troposphere_humidity,
+    surface_air,
+    tropopause_m,
+)
+from hcss_twin.models.atmosphere.present_sea import warming_K
+from hcss_twin.models.atmosphere.profile_field import ProfileField
+from hcss_twin.physics.profile import Profile
+from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.filled_in import FilledIn
+from hcss_twin.scenario.atmosphere import InversionSection
+from hcss_twin.scenario.cloud_types import PlaceLevels, load_cloud_type
+from hcss_twin.scenario.clouds import Layer
+from hcss_twin.scenario.scenario import Scenario
+
+INVERSION_AT_COAST_M, INVERSION_FAR_OFF_M, COAST_REACH_KM = 1000.0, 1700.0, 500.0
+"""Altitude of the inversion at the coast and far from it, and the distance in which 63 % of the rise are reached.
+
+1000 m at the coast of Chile and 1600 m at 1500 km are measured (Bretherton et al. 2010, in the module on inversions).
+The value far off was fitted to 10 boxes of low cloud in a SEVIRI image, which ask for 400 to 2230 m: a standard
+deviation of 550 m, or 2.7 K of the cloud top."""
+
+USUAL_STRENGTHS_K = (10.0, 8.0, 6.0, 4.0, 2.0, 0.0)
+"""The usual jump, and smaller ones where the air above would fall too fast from it."""
+
+
+FREEZING_K = 273.15
+
+
+def surface_air_of(scenario: Scenario, climatology: Climatology) -> SurfaceAir:
+    """Return the air at the sea of a scene, warmed since the climatology; CatalogError where that has none."""
+    place, time = scenario.place, scenario.time
+    return surface_air(climatology, place.latitude, place.longitude, time, warming_K(time.astimezone(UTC).year))
+
+
+def levels_of(scenario: Scenario, catalog: Catalog, profile: Profile, climatology: Climatology) -> PlaceLevels:
+    """Return the levels of the air; its inversion lies as the scenario says, at given tops of clouds, or as usual."""
+    place, section = scenario.place, scenario.atmosphere.inversion
+    tops = [layer.top for layer in _under_inversion(scenario, catalog) if layer.top is not None]
+    if isinstance(section, InversionSection):
+        inversion_m = section.height
+    elif tops:
+        inversion_m = max(tops)
+    else:
+        share = math.exp(-climatology.coast_km(place.latitude, place.longitude) / COAST_REACH_KM)
+        inversion_m = round(INVERSION_FAR_OFF_M - (INVERSION_FAR_OFF_M - INVERSION_AT_COAST_M) * share)
+    lowest = SurfaceAir(float(profile.temperature_K[0]), float(profile.mixing_ratio.get("h2o", np.zeros(1))[0]))
+    warm = np.flatnonzero(profile.temperature_K >= FREEZING_K)
+    return PlaceLevels(
+        condensation_m=condensation_level_m(lowest, float(profile.pressure_Pa[0])),
+        melting_m=float(profile.altitude_m[warm[-1]]) if warm.size else 0.0,
+        inversion_m=float(inversion_m),
+        tropopause_m=tropopause_m(profile),
+    )
+
+
+def _under_inversion(scenario: Scenario, catalog: Catalog) -> Iterator[Layer]:
+    """Yield the layers whose type lies under an inversion; types that cannot be read are reported with their layer."""
+    for layer in scenario.clouds.layers:
+        with suppress(CatalogError, ScenarioError):
+            if load_cloud_type(layer.type, catalog).layer.level == "inversion":
+                yield layer
+
+
+def has_usual_inversion(scenario: Scenario, catalog: Catalog, profile: Profile) -> bool:
+    """Whether clouds ask for an inversion in the air of the place, which the scenario leaves as it is."""
+    air = scenario.atmosphere
+    return (
+        profile.name == MARINE_AIR
+        and air.inversion is None
+        and air.water_vapour_column is None
+        and any(_under_inversion(scenario, catalog))
+    )
+
+
+def with_usual_inversion(scenario: Scenario, profile: Profile, levels: PlaceLevels, filled: list[FilledIn]) -> Profile:
+    """Return the air of the place with the inversion at the top of its clouds, as strong as it usually is or can be."""
+    from hcss_twin.models.atmosphere.inversion import with_inversion  # few scenes have one
+
+    height = min(max(levels.inversion_m, 200.0), 3000.0)
+    free = round(free_troposphere_humidity(scenario.place.latitude, scenario.time), 3)
+    for strength in USUAL_STRENGTHS_K:
+        section = InversionSection(
+            height=height,
+            strength=strength,
+            cloud_base=min(levels.condensation_m, height),
+            humidity_above=free,
+            surface_temperature=None,
+        )
+        try:
+            changed = with_inversion(profile, section, float(profile.temperature_K[0]))
+        except CatalogError as error:
+            refused = str(error)
+        else:
+            why = "the clouds lie under one: altitude by the distance from the coast, within 550 m"
+            filled.append(FilledIn("atmosphere.inversion", f"{strength:g} K at {height:g} m", why))
+            return changed
+    filled.append(FilledIn("atmosphere.inversion", "off", refused))
+    return profile
+
+
+def with_inversion_of_scenario(
+    scenario: Scenario,
+    profile: Profile,
+    of_places: ProfileField | None,
+    climatology: Climatology,
+    filled: list[FilledIn],
+) -> Profile:
+    """Return the profile with the scenario's inversion, by default over air of the climatology's temperature."""
+    from hcss_twin.models.atmosphere.inversion import with_inversion  # few scenes have one
+
+    section, field = scenario.atmosphere.inversion, "atmosphere.inversion"
+    assert isinstance(section, InversionSection)
+    if of_places is not None:
+        several = "a field of profiles, which have boundary layers of their own,"
+        require_none(f"[{field}]", [Excluded("atmosphere.profile", True, several, "one profile")], "no inversion")
+    kelvin = section.surface_temperature
+    if kelvin is None:
+        kelvin, why = float(profile.temperature_K[0]), "of the profile; the climatology has none there"
+        with suppress(CatalogError):
+            kelvin = round(surface_air_of(scenario, climatology).temperature_K, 2)
+            why = f"the climatology {NAME}, {warming_K(scenario.time.astimezone(UTC).year):+.2f} K since then"
+        filled.append(FilledIn(f"{field}.surface_temperature", f"{kelvin:.2f} K", why))
+    with attribute_to_field(f"{field}.strength"):
+        return with_inversion(profile, section, kelvin)
