@@ -16,6 +16,7 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder, numbered
 from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, NotComputed
 from hcss_twin.plan.displaced_clouds import DisplacedClouds
+from hcss_twin.plan.errors_of_place import tops_by_place
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.slant_paths import MAX_POINTS_WITHIN, SlantPaths, enlarged
 from hcss_twin.plan.surroundings import Surroundings, with_climatological_top
@@ -190,7 +191,8 @@ def _by_place(resolved: ResolvedLayer, section: Layer, field: str) -> Iterator[F
     if section.base is None:
         yield FilledIn(f"{field}.base", f"{resolved.layer.base_m:g} m", why)
     if section.top is None:
-        yield FilledIn(f"{field}.top", f"{resolved.layer.top_m:g} m", why)
+        errors = tops_by_place(resolved.layer.name) if resolved.level == "inversion" else ()
+        yield FilledIn(f"{field}.top", f"{resolved.layer.top_m:g} m", why, errors)
 
 
 def wind_velocity_m_s(speed_m_s: float, from_deg: float) -> tuple[float, float]:

@@ -175,6 +175,7 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
         "sea": stated_errors(assembly.sea),
         "radiance model": stated_errors(assembly.model),
     }
+    stated |= {filled.field: filled.errors for filled in assembly.filled_in if filled.errors}
     for surfaces in assembly.surfaces:
         stated["surfaces"] = stated_errors(surfaces.provider)
     particles = {

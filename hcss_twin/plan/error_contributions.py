@@ -110,12 +110,12 @@ def contributions_of(
 ) -> Iterable[Contribution]:
     """Yield the contributions of one provider to a class and band; an unknown one if it states nothing for it."""
     if not errors:
-        if kind in _UNSTATED[name]:
+        if kind in _UNSTATED.get(name, ()):
             yield Contribution(name)
         return
     sunlight, zenith_deg = (None, plan.sun_matters), plan.view.zenith_deg
     columns = {"", kind, of, *(layer.microphysics.material for layer in plan.layers if layer.name == of)}
-    is_stated = name == "radiance model" or kind not in _UNSTATED[name]  # some models add nothing to clear sky
+    is_stated = name == "radiance model" or kind not in _UNSTATED.get(name, ())  # some models add nothing to clear sky
     for cause in dict.fromkeys(error.name for error in errors):
         every = [error for error in errors if error.name == cause and error.path == "up"]
         # What is known for other clouds only is unknown here, unless it is of another material.

@@ -27,6 +27,7 @@ from hcss_twin.plan.boundary_layer import (
     with_usual_inversion,
 )
 from hcss_twin.plan.builder import attribute_to_field
+from hcss_twin.plan.errors_of_place import AIR_BY_CLIMATOLOGY, SEA_BY_CLIMATOLOGY
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.atmosphere import InversionSection
@@ -105,7 +106,7 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
             warmer, skin = warming_K(scenario.time.astimezone(UTC).year), skin_K(wind)
             temperature = round(temperature + warmer + skin, 2)
             why = f"{filled[-1].why}, {warmer:+.2f} K since then, {skin:+.2f} K from the water to its surface"
-            filled[-1] = FilledIn("sea.temperature", f"{temperature:.2f} K", why)
+            filled[-1] = FilledIn("sea.temperature", f"{temperature:.2f} K", why, SEA_BY_CLIMATOLOGY)
     if problems:
         raise ScenarioError(problems)
     return Surroundings(profile, temperature, wind, tuple(filled), field, finished, levels)
@@ -168,7 +169,8 @@ def _profile(
             filled.append(FilledIn(field, name, "by latitude and season; the climatology has no air temperature there"))
             return load_profile(name, catalog), None
         profile = marine_air(surface, scenario.place.latitude, scenario.time, catalog)
-        filled.append(FilledIn(field, profile.name, f"air of this place and date by {NAME} and the model atmospheres"))
+        why = f"air of this place and date by {NAME} and the model atmospheres"
+        filled.append(FilledIn(field, profile.name, why, AIR_BY_CLIMATOLOGY))
         return profile, None
 
 
