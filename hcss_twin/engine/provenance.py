@@ -60,7 +60,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         VERSIONS: json.dumps(plan.catalog.shelf.versions()),
         PROVIDERS: json.dumps(describe_providers(plan.assembly.entries)),
         FILES: json.dumps(plan.catalog.used),
-        "hcss_filled_in": json.dumps([vars(item) for item in plan.filled_in]),
+        "hcss_filled_in": json.dumps([item.as_dict() for item in plan.filled_in]),
         "hcss_skipped": json.dumps([vars(item) for item in plan.omissions]),
         "hcss_particles": json.dumps([describe_particles(layer) for layer in plan.layers]),
         "hcss_notes": json.dumps(plan.notes),

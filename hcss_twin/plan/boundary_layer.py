@@ -54,19 +54,22 @@ def surface_air_of(scenario: Scenario, climatology: Climatology) -> SurfaceAir:
 def levels_of(scenario: Scenario, catalog: Catalog, profile: Profile, climatology: Climatology) -> PlaceLevels:
     """Return the levels of the air; its inversion lies as the scenario says, at given tops of clouds, or as usual."""
     place, section = scenario.place, scenario.atmosphere.inversion
-    tops = [layer.top for layer in _under_inversion(scenario, catalog) if layer.top is not None]
+    under = list(_under_inversion(scenario, catalog))
+    tops = [layer.top for layer in under if layer.top is not None]
     if isinstance(section, InversionSection):
         inversion_m = section.height
     elif tops:
         inversion_m = max(tops)
+    elif not under:  # nothing follows it, and the climatology need not be read
+        inversion_m = INVERSION_FAR_OFF_M
     else:
         share = math.exp(-climatology.coast_km(place.latitude, place.longitude) / COAST_REACH_KM)
         inversion_m = round(INVERSION_FAR_OFF_M - (INVERSION_FAR_OFF_M - INVERSION_AT_COAST_M) * share)
     lowest = SurfaceAir(float(profile.temperature_K[0]), float(profile.mixing_ratio.get("h2o", np.zeros(1))[0]))
-    warm = np.flatnonzero(profile.temperature_K >= FREEZING_K)
+    frozen = np.flatnonzero(profile.temperature_K < FREEZING_K)
     return PlaceLevels(
         condensation_m=condensation_level_m(lowest, float(profile.pressure_Pa[0])),
-        melting_m=float(profile.altitude_m[warm[-1]]) if warm.size else 0.0,
+        melting_m=float(profile.altitude_m[max(frozen[0] - 1, 0)]) if frozen.size else 0.0,
         inversion_m=float(inversion_m),
         tropopause_m=tropopause_m(profile),
     )

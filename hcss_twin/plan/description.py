@@ -62,7 +62,7 @@ def describe(plan: Plan) -> dict[str, Any]:
             if spec.significant_bits is not None
         },
         "packing": {spec.name: vars(spec.packing) for spec in plan.variables if spec.packing is not None},
-        "filled_in": [vars(item) for item in plan.filled_in],
+        "filled_in": [item.as_dict() for item in plan.filled_in],
         "notes": list(plan.notes),
         "provider_costs": [vars(cost) for cost in provider_costs(plan)],
         "skipped": [vars(item) for item in plan.omissions],

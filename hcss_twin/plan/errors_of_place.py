@@ -1,8 +1,8 @@
 """How far air, sea and low clouds of a place by climatology are from measured images.
 
-A climatology knows no weather. The figures are standard deviations and means, added in quadrature, over boxes of 2 degrees
-of a SEVIRI image (6 September 2020, 00:45 UTC, Atlantic and Mediterranean, view zenith 17 to 65 degrees): 14 of clear sea,
-and 10 of opaque low cloud. The split of clear sea between water and air is that of fits to 10.8 and 12.0 um.
+A climatology knows no weather. The figures are standard deviations and means, added in quadrature, over boxes of 2
+degrees of a SEVIRI image (6 September 2020, 00:45 UTC, Atlantic and Mediterranean, view zenith 17 to 65 degrees): 14 of
+clear sea, and 10 of opaque low cloud. The split of clear sea between water and air is that of fits to 10.8 and 12.0 um.
 """
 
 from __future__ import annotations

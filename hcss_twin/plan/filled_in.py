@@ -21,3 +21,7 @@ class FilledIn:
     value: str
     why: str
     errors: tuple[ModelError, ...] = ()
+
+    def as_dict(self) -> dict[str, str]:
+        """Return field, value and why, as JSON values; errors are part of the budget."""
+        return {"field": self.field, "value": self.value, "why": self.why}

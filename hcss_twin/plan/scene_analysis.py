@@ -125,7 +125,7 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
         del layer["edge_taper"]
     parts = {
         "scenario": {name: value for name, value in text.items() if name not in ("title", "seed", "sensor")},
-        "filled_in": [dataclasses.asdict(item) for item in assembly.filled_in],
+        "filled_in": [item.as_dict() for item in assembly.filled_in],
         "files": dict(catalog.used),
         "code": assembly.code,
         "layers": [(layer.base_m, layer.top_m) for layer in assembly.layers],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC
@@ -94,21 +93,7 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     def finished(profile: Profile) -> Profile:
         return _with_gases(scenario, _scaled(scenario, profile, bound), bound, [])
 
-    temperature, wind = scenario.sea.temperature, scenario.sea.wind_speed
-    problems: list[Problem] = []
-    if wind is None:
-        wind = _from_climatology(scenario, climatology, "sea.wind_speed", "wind_speed", filled, problems)
-    if temperature is None:
-        temperature = _from_climatology(
-            scenario, climatology, "sea.temperature", "sea_surface_temperature", filled, problems
-        )
-        if not problems:
-            warmer, skin = warming_K(scenario.time.astimezone(UTC).year), skin_K(wind)
-            temperature = round(temperature + warmer + skin, 2)
-            why = f"{filled[-1].why}, {warmer:+.2f} K since then, {skin:+.2f} K from the water to its surface"
-            filled[-1] = FilledIn("sea.temperature", f"{temperature:.2f} K", why, SEA_BY_CLIMATOLOGY)
-    if problems:
-        raise ScenarioError(problems)
+    temperature, wind = _sea(scenario, climatology, filled)
     return Surroundings(profile, temperature, wind, tuple(filled), field, finished, levels)
 
 
@@ -238,24 +223,30 @@ def _refuse_bound(scenario: Scenario, bound: Profile, fields: list[str], what: s
         raise ScenarioError([Problem(field, message) for field in fields])
 
 
-def _from_climatology(
-    scenario: Scenario,
-    climatology: Climatology,
-    field: str,
-    quantity: str,
-    filled: list[FilledIn],
-    problems: list[Problem],
-) -> float:
-    """Look up and record a value; if there is none, add a problem and return NaN."""
-    place = scenario.place
-    try:
-        climate = climatology.look_up(quantity, place.latitude, place.longitude, scenario.time)
-    except CatalogError as error:
-        problems.append(Problem(field, str(error)))
-        return math.nan
-    unit = {"sea_surface_temperature": "K", "wind_speed": "m/s"}[quantity]
-    filled.append(FilledIn(field, f"{climate.value:.2f} {unit}", _source(scenario, climate)))
-    return climate.value
+def _sea(scenario: Scenario, climatology: Climatology, filled: list[FilledIn]) -> tuple[float, float]:
+    """Return temperature and wind of the sea, K and m/s; the climatology's where the scenario says nothing."""
+    place, problems = scenario.place, []
+    found: dict[str, Climate] = {}
+    for key, quantity in (("temperature", "sea_surface_temperature"), ("wind_speed", "wind_speed")):
+        if getattr(scenario.sea, key) is None:
+            try:
+                found[key] = climatology.look_up(quantity, place.latitude, place.longitude, scenario.time)
+            except CatalogError as error:
+                problems.append(Problem(f"sea.{key}", str(error)))
+    if problems:
+        raise ScenarioError(problems)
+    temperature, wind = scenario.sea.temperature, scenario.sea.wind_speed
+    if wind is None:
+        climate = found["wind_speed"]
+        wind = climate.value
+        filled.append(FilledIn("sea.wind_speed", f"{wind:.2f} m/s", _source(scenario, climate)))
+    if temperature is None:
+        climate = found["temperature"]
+        warmer, skin = warming_K(scenario.time.astimezone(UTC).year), skin_K(wind)
+        temperature = climate.value + warmer + skin
+        why = f"{_source(scenario, climate)}, {warmer:+.2f} K since then, {skin:+.2f} K from the water to its surface"
+        filled.append(FilledIn("sea.temperature", f"{temperature:.2f} K", why, SEA_BY_CLIMATOLOGY))
+    return temperature, wind
 
 
 def _source(scenario: Scenario, climate: Climate) -> str:

@@ -111,11 +111,12 @@ def test_the_skin_of_the_sea_is_a_few_tenths_colder_in_any_wind():
     assert warming_K(1970) == 0.0
 
 
-def plan_of(cloud_type, latitude, longitude, time="2024-07-15T06:00:00Z", **keys):
+def plan_of(cloud_type, latitude, longitude, air=None, **keys):
     return make_plan(
         Scenario.from_dict(
             {
-                "time": time,
+                "time": "2024-07-15T06:00:00Z",
+                "atmosphere": air or {},
                 "place": {"latitude": latitude, "longitude": longitude},
                 "view": {"zenith": 0.0, "azimuth": 0.0},
                 "image": {"rows": 8, "columns": 8, "pixel_size": 200.0},
@@ -161,16 +162,13 @@ def test_a_given_altitude_goes_before_that_of_the_place_and_takes_the_inversion_
 
 
 def test_a_base_above_the_inversion_of_the_place_is_refused():
-    with pytest.raises(
-        ScenarioError, match=r"clouds.base: 2500 m is not below the top; allowed: below 1\d{3}, that of type"
-    ):
+    with pytest.raises(ScenarioError, match=r"base: 2500 m is not below the top; allowed: below 1\d{3}, that of type"):
         plan_of("stratocumulus", -20.0, -75.0, base=2500.0)
 
 
 def test_no_inversion_where_the_user_gives_the_air_or_switches_it_off():
-    for keys in ({"profile": "tropical"}, {"inversion": "off"}):
-        raw = {**plan_of("stratocumulus", -20.0, -75.0).scenario.as_dict(), "atmosphere": keys}
-        profile = make_plan(Scenario.from_dict(raw)).assembly.profile
+    for air in ({"profile": "tropical"}, {"inversion": "off"}):
+        profile = plan_of("stratocumulus", -20.0, -75.0, air).assembly.profile
         assert np.all(np.diff(profile.temperature_K[profile.altitude_m < 3000.0]) < 0.0)
 
 

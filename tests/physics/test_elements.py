@@ -29,8 +29,8 @@ BASE = {
     "bands": ["mwir", "lwir"],
     "output": {"variables": ["radiance", "truth"], "certificate": 0},
 }
-THIN = {"type": "stratus", "coverage": 1.0, "base": 1000.0, "top": 1008.0, "thickness_min": 1.0}
-THICK = {"type": "stratus", "coverage": 1.0, "base": 1000.0, "top": 1400.0, "thickness_min": 300.0}
+THIN = {"type": "stratus", "anchor": "base", "coverage": 1.0, "base": 1000.0, "top": 1008.0, "thickness_min": 1.0}
+THICK = {"type": "stratus", "anchor": "base", "coverage": 1.0, "base": 1000.0, "top": 1400.0, "thickness_min": 300.0}
 STRENGTH = 1e4  # W/sr
 
 

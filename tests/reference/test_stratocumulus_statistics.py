@@ -10,15 +10,16 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.providers import CloudInputs, Grid, Motion
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.scenario.cloud_types import resolve_layer
+from hcss_twin.scenario.cloud_types import PlaceLevels, resolve_layer
 from hcss_twin.scenario.clouds import Layer
 
+LEVELS = PlaceLevels(condensation_m=500.0, melting_m=3000.0, inversion_m=1000.0, tropopause_m=12_000.0)
 STILL = Motion(0.0, (0.0, 0.0), math.inf, 1.0)
 
 
 def generator(pixels, pixel_size_m, seed):
     catalog, registry = Catalog(), Registry.defaults_only()
-    resolved = resolve_layer(Layer(type="stratocumulus", coverage=1.0), catalog, "clouds")
+    resolved = resolve_layer(Layer(type="stratocumulus", coverage=1.0), catalog, "clouds", LEVELS)
     grid = Grid(pixels, pixels, pixel_size_m)
     inputs = CloudInputs(resolved.layer, grid, STILL, seed, catalog, resolved.type_parameters)
     return registry.create(registry.resolve(Kind.CLOUDS, "fractal"), inputs)

@@ -104,7 +104,7 @@ def test_a_scenario_says_which_of_its_fields_names_the_bad_file(overrides, field
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.csv").write_text(f"wavelength_um,n,k,response\n3,1,1,{bad}\n5,1,{bad},1\n")
     np.save(tmp_path / "bad.npy", np.full((30, 30), float(bad)))
-    shipped = (SHIPPED / "cloud_types" / "stratus.toml").read_text()
+    shipped = (SHIPPED / "cloud_types" / "paper-stratus.toml").read_text()
     (tmp_path / "bad.toml").write_text(shipped.replace("top = 1000.0", f"top = {bad}"))
     with pytest.raises(ScenarioError) as caught:
         make_plan(Scenario.load("stratus", TINY | overrides))
@@ -291,7 +291,7 @@ def test_no_parameter_of_a_provider_may_be_no_number(model, bad):
 
 @pytest.mark.parametrize("bad", ["nan", "inf", "-inf"])
 def test_no_number_of_a_cloud_type_may_be_none(bad, tmp_path):
-    lines = (SHIPPED / "cloud_types" / "stratus.toml").read_text().splitlines()
+    lines = (SHIPPED / "cloud_types" / "paper-stratus.toml").read_text().splitlines()
     numeric = [index for index, line in enumerate(lines) if "=" in line and line.split("= ")[1][0].isdigit()]
     assert len(numeric) >= 8
     for index in numeric:

@@ -139,7 +139,7 @@ def test_only_figures_of_this_column_view_sun_and_path_count(plan):
         )
     ]
     assert contribution(plan, 1, fitting, *others).relative == pytest.approx(0.01)
-    assert contribution(plan, 1, fitting, *others, of="stratus").relative == pytest.approx(0.5)
+    assert contribution(plan, 1, fitting, *others, of="paper-stratus").relative == pytest.approx(0.5)
     assert contribution(plan, 0, fitting).relative is None
 
 
@@ -147,7 +147,7 @@ def test_a_provider_that_states_nothing_is_unknown(plan):
     for silent in (object(), Stating()):
         gas, particles = Contribution("gas"), Contribution("particles")
         silent_providers = {"transmittance": silent, "optics_of_layers": (silent,)}
-        clear, cloudy = (of_providers(plan, of, 0, **silent_providers) for of in ("clear", "stratus"))
+        clear, cloudy = (of_providers(plan, of, 0, **silent_providers) for of in ("clear", "paper-stratus"))
         assert gas in clear
         assert gas in cloudy
         assert particles in cloudy
@@ -172,10 +172,10 @@ def test_the_budget_of_a_scene_names_every_cause_and_the_model_that_avoids_it(pl
     budget = error_budget(plan)
     names = {cell: [each.name for each in own] for cell, own in budget.contributions.items()}
     bands = [band.name for band in plan.bands]
-    assert list(names) == [(of, band) for of in ("clear", "stratus") for band in bands]
+    assert list(names) == [(of, band) for of in ("clear", "paper-stratus") for band in bands]
     assert names["clear", bands[1]][:4] == ["engine", "numerics", "gas", "sea"]
-    assert {"particles", "single scattering", "plane-parallel clouds"} <= set(names["stratus", bands[1]])
-    assert "phase function of ice" not in names["stratus", bands[1]]
+    assert {"particles", "single scattering", "plane-parallel clouds"} <= set(names["paper-stratus", bands[1]])
+    assert "phase function of ice" not in names["paper-stratus", bands[1]]
     assert any("needs radiance.model = 'physical'" in each for each in budget.beyond(plan.accuracy.relative))
     assert all("numerics" not in budget.unknown(cell) for cell in budget.contributions)
     numerics = plan.numerics.error + plan.grid_refinement.error

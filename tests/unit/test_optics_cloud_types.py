@@ -16,17 +16,20 @@ KEYS = {
     "microphysics": {"alpha", "b", "nu", "number_density", "radius_range_um", "source"},
 }
 TABLE_III = {
-    "stratus": (3, 0.8, [10, 10], [0, 4], 33.0, 1000.0),
-    "cumulus": (3, 0.7, [30, 30], [0, 7], 66.0, 3000.0),
-    "cirrus": (3, 0.8, [50, 10], [0, 4], 6000.0, 10000.0),
-    "simulated": (4, 0.8, [3, 7], [0, 10], 333.0, 6000.0),
+    "paper-stratus": (3, 0.8, [10, 10], [0, 4], 33.0, 1000.0),
+    "paper-cumulus": (3, 0.7, [30, 30], [0, 7], 66.0, 3000.0),
+    "paper-cirrus": (3, 0.8, [50, 10], [0, 4], 6000.0, 10000.0),
+    "paper-simulated": (4, 0.8, [3, 7], [0, 10], 333.0, 6000.0),
 }
 EFFECTIVE = {
     "stratus": 11.28,
+    "paper-stratus": 11.28,
     "stratocumulus": 11.28,
     "cumulus": 12.68,
-    "simulated": 12.68,
+    "paper-cumulus": 12.68,
+    "paper-simulated": 12.68,
     "cirrus": 30.0,
+    "paper-cirrus": 30.0,
     "deep-convection": 30.0,
     "altostratus": 30.0,
     "altocumulus": 7.33,
@@ -39,14 +42,22 @@ def read(name: str) -> dict:
     return catalog.toml(catalog.find(name, "cloud_types", ".toml"))
 
 
+HANGING = {"deep-convection", "stratus", "stratocumulus"}
+"""Types with flat tops."""
+
+
 @pytest.mark.parametrize("name", sorted(EFFECTIVE))
 def test_cloud_type_has_exactly_the_agreed_keys(name) -> None:
     data = read(name)
     assert set(data) == {"title", "description", "source", "pixel_size_max", *KEYS}
     for table, keys in KEYS.items():
-        assert set(data[table]) - {"brightness_exponent"} == keys
-    assert data["layer"]["anchor"] == ("top" if name == "deep-convection" else "base")
-    assert 0 < data["layer"]["thickness_min"] < data["layer"]["top"] - data["layer"]["base"]
+        by_place = {"level", "depth"} if table == "layer" and "level" in data[table] else set()
+        fixed = {"base", "top"} if by_place else set()
+        assert set(data[table]) - {"brightness_exponent", "offset"} == (keys - fixed) | by_place
+    layer = data["layer"]
+    assert layer["anchor"] == ("top" if name in HANGING else "base")
+    depth = layer["depth"] if "depth" in layer else layer["top"] - layer["base"]
+    assert 0 < layer["thickness_min"] < depth
 
 
 @pytest.mark.parametrize("name", sorted(TABLE_III))

@@ -9,8 +9,10 @@ from own_cloud_type import own_type
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.models.optics import size_distribution as size
 from hcss_twin.providers import Microphysics
-from hcss_twin.scenario.cloud_types import resolve_layer
+from hcss_twin.scenario.cloud_types import PlaceLevels, resolve_layer
 from hcss_twin.scenario.clouds import Layer
+
+LEVELS = PlaceLevels(condensation_m=500.0, melting_m=3000.0, inversion_m=1500.0, tropopause_m=12_000.0)
 
 
 @given(
@@ -43,7 +45,9 @@ def test_impossible_sizes_are_refused(arguments, message) -> None:
 
 
 def own_layer(folder, microphysics):
-    return resolve_layer(Layer.model_validate({"type": "mine.toml"}), own_type(folder, microphysics), "clouds").layer
+    return resolve_layer(
+        Layer.model_validate({"type": "mine.toml"}), own_type(folder, microphysics), "clouds", LEVELS
+    ).layer
 
 
 def test_a_cloud_type_may_give_effective_radius_variance_and_water_content(tmp_path) -> None:

@@ -142,10 +142,16 @@ WRONG = [
     ("output.variables = ['radianc']", "output.variables", "'radianc'", "closest is 'radiance'"),
     ("output.variables = 'radiance'", "output.variables", 'choice is ["radiance"]'),
     # layers
-    ("clouds.top = 20", "clouds.top", "20 m is not above the base", "above 33", "type 'stratus'"),
-    ("clouds.base = 1500", "clouds.base", "1500 m is not below the top", "below 1000"),
+    (
+        "clouds = {type = 'paper-stratus', top = 20}",
+        "clouds.top",
+        "20 m is not above the base",
+        "above 33",
+        "type 'paper-stratus'",
+    ),
+    ("clouds = {type = 'paper-stratus', base = 1500}", "clouds.base", "1500 m is not below the top", "below 1000"),
     ("clouds = {base = 1500, top = 1500}", "clouds.top", "allowed: above 1500"),
-    ("clouds.thickness_min = 5000", "clouds.thickness_min", "choice is 967"),
+    ("clouds = {type = 'paper-stratus', thickness_min = 5000}", "clouds.thickness_min", "choice is 967"),
     ("clouds.type = 'stratus'\n[[clouds.layers]]\ntype = 'cirrus'", "clouds", "'type' with [[clouds.layers]]"),
     (
         "".join(f"[[clouds.layers]]\nbase = {base}\ntop = {base + 900}\n" for base in range(0, 6000, 1000)),
@@ -154,22 +160,22 @@ WRONG = [
         "at most 5",
     ),
     (
-        "[[clouds.layers]]\ntype = 'cumulus'\n[[clouds.layers]]\ntype = 'stratus'\ncoverage = 0.1",
+        "[[clouds.layers]]\ntype = 'paper-cumulus'\n[[clouds.layers]]\ntype = 'paper-stratus'\ncoverage = 0.1",
         "clouds.layers[0].base",
-        "66 m (that of type 'cumulus') lies below the top of clouds.layers[1], 1000 m (that of type 'stratus')",
+        "66 m (that of type 'paper-cumulus') lies below the top of clouds.layers[1], 1000 m (that of type 'paper-stratus')",
         "must not overlap",
         "allowed: from 1000, or clouds.layers[1].top up to 66",
     ),
     (
-        "[[clouds.layers]]\ntype = 'cirrus'\nbase = 2999\n[[clouds.layers]]\ntype = 'cumulus'",
+        "[[clouds.layers]]\ntype = 'paper-cirrus'\nbase = 2999\n[[clouds.layers]]\ntype = 'paper-cumulus'",
         "clouds.layers[0].base",
-        "2999 m lies below the top of clouds.layers[1], 3000 m (that of type 'cumulus')",
+        "2999 m lies below the top of clouds.layers[1], 3000 m (that of type 'paper-cumulus')",
         "allowed: from 3000",
     ),
     (
-        "[[clouds.layers]]\ntype = 'cumulus'\ntop = 6500\n[[clouds.layers]]\ntype = 'cirrus'",
+        "[[clouds.layers]]\ntype = 'paper-cumulus'\ntop = 6500\n[[clouds.layers]]\ntype = 'paper-cirrus'",
         "clouds.layers[0].top",
-        "6500 m lies above the base of clouds.layers[1], 6000 m (that of type 'cirrus')",
+        "6500 m lies above the base of clouds.layers[1], 6000 m (that of type 'paper-cirrus')",
         "allowed: up to 6000, or clouds.layers[1].base from 6500",
     ),
     (
@@ -274,7 +280,7 @@ def test_an_empty_scenario_asks_for_what_is_required():
     assert all(message.startswith("is missing") and "for example" in message for message in problems.values())
 
 
-STRATUS = (catalog_root() / "cloud_types" / "stratus.toml").read_text(encoding="utf-8")
+STRATUS = (catalog_root() / "cloud_types" / "paper-stratus.toml").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -433,7 +439,7 @@ type = "stratos"
 base = 100
 top = 8000
 [[clouds.layers]]
-type = "cirrus"
+type = "paper-cirrus"
 """
     found = refusal(TIME + PLACE + layers)
     assert set(found) == {"clouds.layers[0].type", "clouds.layers[0].top"}

@@ -7,15 +7,16 @@ from refusals import problems_of
 from hcss_twin import Scenario, ScenarioError, make_plan
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics import size_distribution as size
-from hcss_twin.scenario.cloud_types import resolve_layer
+from hcss_twin.scenario.cloud_types import PlaceLevels, resolve_layer
 from hcss_twin.scenario.clouds import Layer
 
+LEVELS = PlaceLevels(condensation_m=500.0, melting_m=3000.0, inversion_m=1500.0, tropopause_m=12_000.0)
 TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 2}
 BY_SIZE = "effective_radius_um = {}\neffective_variance = {}\nwater_content_kg_m3 = {}"
 
 
 def particles(catalog=None, **keys):
-    return resolve_layer(Layer.model_validate(keys), catalog or Catalog(), "clouds").layer.microphysics
+    return resolve_layer(Layer.model_validate(keys), catalog or Catalog(), "clouds", LEVELS).layer.microphysics
 
 
 @pytest.mark.parametrize("material", ["water", "ice"])
