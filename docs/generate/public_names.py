@@ -58,7 +58,7 @@ TOPICS = (
         "Image geometries",
         False,
         ("hcss_twin.plan.rays", "hcss_twin.plan.assembly", "hcss_twin.plan.air_over_field",
-         "hcss_twin.plan.combinations", "hcss_twin.plan.surroundings", "hcss_twin.cube.header",
+         "hcss_twin.plan.combinations", "hcss_twin.plan.filled_in", "hcss_twin.cube.header",
          "hcss_twin.cube.variables"),
     ),
     Topic("Light between columns", False, ("hcss_twin.providers.light", "hcss_twin.engine.stages.light")),

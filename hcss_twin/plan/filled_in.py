@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from hcss_twin.providers import ModelError
 
+__all__ = ["FilledIn"]
+
 
 @dataclass(frozen=True)
 class FilledIn:

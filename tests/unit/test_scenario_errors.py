@@ -162,7 +162,7 @@ WRONG = [
     (
         "[[clouds.layers]]\ntype = 'paper-cumulus'\n[[clouds.layers]]\ntype = 'paper-stratus'\ncoverage = 0.1",
         "clouds.layers[0].base",
-        "66 m (that of type 'paper-cumulus') lies below the top of clouds.layers[1], 1000 m (that of type 'paper-stratus')",
+        "66 m (that of type 'paper-cumulus') lies below the top of clouds.layers[1], 1000 m",
         "must not overlap",
         "allowed: from 1000, or clouds.layers[1].top up to 66",
     ),
