@@ -57,23 +57,23 @@ def _summary(evidence: Evidence) -> Iterator[Block]:
             f"Largest total error that the models state for themselves: {least}{_percent(largest['relative'])} or "
             f"{least}{largest['kelvin']:.2g} K ({largest['class']}, {largest['band']})."
         )
-    listed = ", ".join(f"{kinds[kind]} {name}" for kind, name in KINDS.items() if kinds[kind])
+    listed = ", ".join(f"{name}: {kinds[kind]}" for kind, name in KINDS.items() if kinds[kind])
     items.append(f"Comparisons that concern this scene: {len(evidence.comparisons)}{f' ({listed})' if listed else ''}.")
     items.append(
         f"Comparisons with measurements: {len(measured)}, of which {sum(row.blind for row in measured)} blind."
     )
-    without = list(dict.fromkeys(row.quantity.title for row in evidence.unsupported))
-    by_day = [title for title in without if title in _sunlit(evidence)]
+    shares = {quantity.title: [row.measured for row in evidence.support if row.quantity is quantity]
+              for quantity in evidence.quantities}  # fmt: skip
+    never = [title for title, of_bands in shares.items() if not any(of_bands)]
+    partly = [title for title, of_bands in shares.items() if any(of_bands) and not all(of_bands)]
     items.append(
-        f"Quantities that no measurement supports in at least one band: {len(without)} of {len(evidence.quantities)}."
+        f"Of {len(shares)} quantities of this scene, {len(never)} are supported by no measurement in any band, "
+        f"{len(partly)} in some bands only."
     )
-    if by_day:
-        items.append(f"Among them all that sunlight makes here: {'; '.join(by_day)}.")
     yield Markup.bullets(items)
-
-
-def _sunlit(evidence: Evidence) -> set[str]:
-    return {quantity.title for quantity in evidence.quantities if "day" in quantity.when}
+    sunlit = [quantity.title for quantity in evidence.quantities if "day" in quantity.when and quantity.title in never]
+    if sunlit:
+        yield Markup.note(f"No measurement supports these sunlit quantities of the scene: {'; '.join(sunlit)}.", "fair")
 
 
 def _scene(evidence: Evidence) -> Markup:
@@ -122,18 +122,7 @@ def _certificate(evidence: Evidence) -> Iterator[Block]:
 
 
 def _budget(evidence: Evidence) -> Iterator[Block]:
-    rows = [
-        [
-            row["class"] if row["model"] == "total" else "",
-            row["band"] if row["model"] == "total" else "",
-            row["model"],
-            _references(row),
-            row["statistic"] or "",
-            _percent(row["relative"]),
-            "unknown" if row["kelvin"] is None else f"{row['kelvin']:.2g}",
-        ]
-        for row in evidence.budget
-    ]
+    rows = [_budget_row(row) for row in evidence.budget]
     if not rows:
         yield Markup.note("The cube has no error budget, which is written with the certificate.", "fair")
         return
@@ -141,12 +130,20 @@ def _budget(evidence: Evidence) -> Iterator[Block]:
         "One standard error of the models where a row says rms, and the largest one found where it says largest. A "
         "model that nobody has compared in a band is unknown there, and the total is then a lower limit."
     )
-    yield Table(["class", "band", "model", "against", "statistic", "of radiance", "K"], rows, text_columns=5)
+    yield Table(["class", "band", "model", "of radiance", "temperature", "statistic", "against"], rows, text_columns=7)
+
+
+def _budget_row(row: dict[str, Any]) -> list[str]:
+    kelvin = "unknown" if row["kelvin"] is None else f"{row['kelvin']:.2g} K"
+    if row["model"] != "total":
+        statistic = row["statistic"] if row["relative"] is not None else ""
+        return ["", "", row["model"], _percent(row["relative"]), kelvin, statistic, _references(row)]
+    least = "at least " if row["statistic"] == "at least" else ""
+    cells = (row["class"], row["band"], "total", f"{least}{_percent(row['relative'])}", f"{least}{kelvin}")
+    return [*(Markup.element("strong", cell) for cell in cells), "" if least else row["statistic"], ""]
 
 
 def _references(row: dict[str, Any]) -> str:
-    if row["model"] == "total":
-        return ""
     if row["relative"] is None:
         return "no reference"
     known = "" if row["known"] > 0.95 else f" ({100.0 * row['known']:.0f} % of the band)"
@@ -160,19 +157,19 @@ def _percent(relative: float | None) -> str:
 def _comparisons(evidence: Evidence) -> Iterator[Block]:
     yield Markup.paragraph(
         "Blind: no constant, limit or input of what was compared was chosen with the data of the reference. Figures "
-        "hold for the stated conditions, which may differ from those of this scene. Sources are files of the hcss_twin "
-        "repository."
+        "hold for the stated conditions, which may differ from those of this scene. A comparison is not agreement: see "
+        "the difference. Sources are files of the hcss_twin repository."
     )
     title = {quantity.name: quantity.title for quantity in evidence.quantities}
     rows, last = [], ""
     for row in evidence.comparisons:
-        um = "" if row.um is None else f"{row.um[0]:g}-{row.um[1]:g}"
+        um = "" if row.um is None else f"{row.um[0]:g}\N{NON-BREAKING HYPHEN}{row.um[1]:g}"
         shown = "" if row.quantity == last else title[row.quantity]
         last = row.quantity
         blind = "yes" if row.blind else "no"
-        of = [KINDS[row.kind], um, row.count, blind, row.figure, row.condition, row.source]
-        rows.append([shown, row.reference, *of])
-    header = ["quantity", "reference", "kind", "um", "compared", "blind", "difference", "condition", "source"]
+        where = Markup.joined([row.condition, Markup.element("br"), Markup.element("code", row.source)])
+        rows.append([shown, row.reference, um, KINDS[row.kind], row.count, blind, row.figure, where])
+    header = ["quantity", "reference", "um", "kind", "compared", "blind", "difference", "condition and source"]
     yield Table(header, rows, text_columns=len(header))
 
 
@@ -187,11 +184,6 @@ def _unsupported(evidence: Evidence) -> Iterator[Block]:
         others = ", ".join(KINDS[kind] for kind in KINDS if kind in best)
         rows.append([quantity.title, *cells, others or "nothing"])
     yield Table(["quantity", *bands, "other evidence"], rows, text_columns=len(bands) + 2)
-    sunlit = [title for title in _sunlit(evidence) if any(row.quantity.title == title for row in evidence.unsupported)]
-    if sunlit:
-        listed = "; ".join(title for title in dict.fromkeys(row.quantity.title for row in evidence.unsupported)
-                           if title in sunlit)  # fmt: skip
-        yield Markup.note(f"No measurement supports the sunlit quantities of this scene: {listed}.", "fair")
 
 
 def _share(row: Support | None) -> str:
