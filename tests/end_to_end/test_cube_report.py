@@ -426,5 +426,5 @@ def test_evidence_is_of_cubes_only_and_does_not_replace_the_report(tmp_path):
         hcss_twin.report(cube, evidence=True)
     (tmp_path / "sweep").mkdir()
     (tmp_path / "sweep" / "index.json").write_text("{}")
-    with pytest.raises(HcssError, match="no evidence of .*sweep: it is not a cube; allowed: a cube"):
+    with pytest.raises(HcssError, match=r"no evidence of .*sweep: it is not a cube; allowed: a cube"):
         hcss_twin.report(tmp_path / "sweep", evidence=True)
