@@ -95,12 +95,13 @@ def _bands() -> Iterator[str]:
     )
     yield (
         "A response file is text as agencies publish it: rows of numbers, separated by comma, semicolon, tab or "
-        "blanks, below lines that label them. The labels name the column of wavelength or wavenumber and its unit (um, "
-        "nm, cm-1). Without labels it is the first column, in um up to 100, else an error asks for a "
-        "label. The response is the only other column, the only one labelled as response, RSR, SRF or transmission, "
-        "the one with the name of the band, or `column` (label or number). It is a fraction of 1, or in percent if the "
-        "label or a peak above 1.5 says so. Negative values down to 1 % of the peak count as 0. `hcss plan` and the "
-        "notes of the cube state how a file was read, unless its labels are `wavelength_um` and `response`.\n"
+        "blanks, below lines that label them. The labels name the column of wavelength or wavenumber and its unit "
+        "(um, nm, cm-1). Without labels it is the first column, in um up to 100, else an error asks for a label or "
+        "`unit`. The response is the only other column, the only one labelled as response, RSR, SRF or "
+        "transmission, the one with the name of the band, or `column` (label or number). It is a fraction of 1, or "
+        "in percent if the label or a peak above 1.5 says so. Negative values down to 1 % of the peak count as 0. "
+        "`hcss plan` and the notes of the cube state how a file was read, unless its labels are `wavelength_um` and"
+        " `response`.\n"
     )
     yield "| name | um | |\n|---|---|---|"
     for name, band in named_bands(Catalog()).items():

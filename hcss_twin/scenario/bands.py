@@ -15,7 +15,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, choose_from, closest, shown
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.providers import SensorBand
-from hcss_twin.scenario.response_file import LONGEST_UM, NARROWEST, SHORTEST_UM, read_response
+from hcss_twin.scenario.response_file import LONGEST_UM, NARROWEST, SHORTEST_UM, Unit, read_response
 from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import Number
 
@@ -33,6 +33,9 @@ class ResponseBand(ScenarioSection):
     )
     column: str | None = Field(
         default=None, min_length=1, description="Label or number (from 1) of the response, if the file has several."
+    )
+    unit: Unit | None = Field(
+        default=None, description="Unit of wavelength or wavenumber, if the file does not say it."
     )
 
 
@@ -59,7 +62,11 @@ def _band(value: object) -> object:
     raise PydanticCustomError("band", f"{shown(value)} is not a band; allowed: {_ALLOWED}")
 
 
-_FORMS = {"named limits": ("limits",), "a Gaussian": ("center_um", "fwhm_um"), "a response": ("response", "column")}
+_FORMS = {
+    "named limits": ("limits",),
+    "a Gaussian": ("center_um", "fwhm_um"),
+    "a response": ("response", "column", "unit"),
+}
 """Keys by which the forms of a table are told apart."""
 
 _ALLOWED = "a name, [shortest_um, longest_um], {name, response}, {name, limits} or {name, center_um, fwhm_um}"
@@ -243,7 +250,7 @@ def spectral_band(band: AnyBand, catalog: Catalog) -> SpectralBand:
         If a name is unknown or a response file is malformed.
     """
     if isinstance(band, ResponseBand):
-        measured = read_response(band.response, catalog, band.name, band.column)
+        measured = read_response(band.response, catalog, band.name, band.column, band.unit)
         return SpectralBand(band.name, measured.wavelength_um, measured.response, measured.read_as)
     if isinstance(band, GaussianBand):
         wavelength = np.linspace(*band.ends_um, GAUSSIAN_NODES)

@@ -18,7 +18,7 @@ from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.atmosphere import Atmosphere
-from hcss_twin.scenario.bands import named_bands, unknown_band
+from hcss_twin.scenario.bands import ResponseBand, named_bands, unknown_band
 from hcss_twin.scenario.cloud_types import (
     CloudType,
     Extent,
@@ -237,10 +237,11 @@ def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) ->
         if isinstance(band, str) and band not in known:
             yield Problem(f"bands[{index}]", unknown_band(band, known))
         elif isinstance(band, Mapping) and isinstance(band.get("response"), str):
-            column = band.get("column")
-            if not isinstance(column, str | None):  # reported with the other keys
-                continue
-            read = partial(read_response, band["response"], catalog, str(band.get("name")), column)
+            try:
+                given = ResponseBand.model_validate(band)
+            except ValidationError:  # reported with the other keys
+                given = ResponseBand(name="any", response=band["response"])
+            read = partial(read_response, given.response, catalog, given.name, given.column, given.unit)
             yield from _file_problems(f"bands[{index}].response", read)
     sound: dict[str, tuple[Layer, Extent]] = {}
     for index, layer in enumerate(layers if isinstance(layers, list) else []):

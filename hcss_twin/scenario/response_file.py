@@ -13,6 +13,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -25,6 +26,8 @@ NARROWEST = 1e-6
 """Minimum relative bandwidth; below it, rounding affects the spectral grid."""
 
 SHORTEST_UM, LONGEST_UM = 0.1, 1000.0
+
+Unit = Literal["um", "nm", "cm-1"]
 
 PLAIN = ("wavelength_um", "response")
 """Labels of the form that needs no words."""
@@ -94,7 +97,9 @@ class ResponseTable:
         return any(row[column] is not None for row in self.rows)
 
 
-def read_response(file: str, catalog: Catalog, name: str = "", column: str | None = None) -> Response:
+def read_response(
+    file: str, catalog: Catalog, name: str = "", column: str | None = None, unit: Unit | None = None
+) -> Response:
     """Read a measured spectral response.
 
     Parameters
@@ -106,6 +111,8 @@ def read_response(file: str, catalog: Catalog, name: str = "", column: str | Non
         Name of the band: of several responses, the column with this label is read.
     column : str, optional
         Label or number (from 1) of the column with the response.
+    unit : str, optional
+        ``um``, ``nm`` or ``cm-1``, for files that do not say it.
 
     Raises
     ------
@@ -115,7 +122,7 @@ def read_response(file: str, catalog: Catalog, name: str = "", column: str | Non
     path = catalog.file(file)
     table: ResponseTable = catalog.shelf.parsed(path, read_response_table)
     try:
-        return _response(table, name, column)
+        return _response(table, name, column, unit)
     except CatalogError as error:
         raise CatalogError(f"{path}{error}") from error
 
@@ -231,7 +238,7 @@ def _is_spectral(label: str) -> bool:
     return bool(_WAVENUMBER.search(label) or _WAVELENGTH.search(label)) and not _RESPONSE.search(label)
 
 
-def _response(table: ResponseTable, name: str, column: str | None) -> Response:
+def _response(table: ResponseTable, name: str, column: str | None, given: Unit | None) -> Response:
     """Return the response of a table; errors begin where those of the file name go on."""
     spectral = _spectral_columns(table)
     responses = [index for index in range(len(table.labels)) if index not in spectral and table.is_filled(index)]
@@ -239,7 +246,7 @@ def _response(table: ResponseTable, name: str, column: str | None) -> Response:
     # Tables with a spectral column beside each response have it on the left; wavelengths go before wavenumbers.
     left = [index for index in spectral if index < chosen] or spectral[:1]
     of_chosen = ([index for index in left if _is_wavelength(table, index)] or left)[-1]
-    unit, why = _unit(table, of_chosen, spectral)
+    unit, why = (given, "as given") if given else _unit(table, of_chosen, spectral)
     kept = [
         (line, row[of_chosen], row[chosen])
         for line, row in zip(table.lines, table.rows, strict=True)
@@ -293,13 +300,13 @@ def _is_reciprocal(table: ResponseTable, one: int, other: int) -> bool:
     return any(bool(np.all(np.abs(products / exact - 1.0) < 1e-3)) for exact in (1e4, 1e7))
 
 
-def _unit(table: ResponseTable, column: int, spectral: Sequence[int]) -> tuple[str, str]:
+def _unit(table: ResponseTable, column: int, spectral: Sequence[int]) -> tuple[Unit, str]:
     """Return ``um``, ``nm`` or ``cm-1``, and how it is known."""
     label = table.labels[column]
-    of_wavelength = (("nm", _NM), ("um", _UM))
+    of_any: list[tuple[Unit, re.Pattern[str]]] = [("nm", _NM), ("um", _UM), ("cm-1", _WAVENUMBER)]
     for text, why, known in (
-        (label, "by its label", (("cm-1", _WAVENUMBER), *of_wavelength)),
-        (table.header, "by the text above it", of_wavelength if label else (("cm-1", _WAVENUMBER), *of_wavelength)),
+        (label, "by its label", of_any),
+        (table.header, "by the text above it", of_any[:2] if label else of_any),
     ):
         units = [unit for unit, pattern in known if pattern.search(text)]
         if len(units) == 1:
@@ -315,7 +322,7 @@ def _unit(table: ResponseTable, column: int, spectral: Sequence[int]) -> tuple[s
         return "nm", "by magnitude"
     raise CatalogError(
         f", line {table.lines[0]}: {low:g} to {high:g} in column {shown(table.name(column))} may be nm or cm-1; "
-        "allowed: a label above the numbers that names um, nm or cm-1, such as wavelength_um or wavenumber_cm-1"
+        "allowed: unit = one of um, nm, cm-1, or a label above the numbers that names it, such as wavenumber_cm-1"
     )
 
 

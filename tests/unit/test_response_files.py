@@ -16,10 +16,10 @@ def rows(*columns, between=","):
     return "".join(between.join(f"{value:.8g}" for value in row) + "\n" for row in zip(*columns, strict=True))
 
 
-def read(tmp_path, content, name="", column=None):
+def read(tmp_path, content, name="", column=None, unit=None):
     path = tmp_path / "response.txt"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return read_response("response.txt", Catalog(base=tmp_path), name, column)
+    return read_response("response.txt", Catalog(base=tmp_path), name, column, unit)
 
 
 FORMS = {
@@ -85,6 +85,14 @@ def test_fields_of_other_bands_may_be_empty(tmp_path):
 def test_each_response_has_the_wavelengths_on_its_left(tmp_path):
     content = "wavelength_um,A,wavelength_um,B\n" + rows(UM, VALUES, UM + 1.0, VALUES)
     np.testing.assert_allclose(read(tmp_path, content, "B").wavelength_um, UM + 1.0)
+
+
+@pytest.mark.parametrize(("unit", "at"), [("cm-1", 1e4 / UM), ("nm", 1e3 * UM)])
+def test_a_unit_that_the_file_does_not_say_can_be_given(unit, at, tmp_path):
+    """Headers of a few lines without words on units, as of some text files of wavenumbers."""
+    found = read(tmp_path, "imager\n4\n5 points, 1.0\n\n" + rows(at, VALUES, between="  "), unit=unit)
+    np.testing.assert_allclose(found.wavelength_um, UM, rtol=1e-6)
+    assert found.read_as.startswith(f"{unit} as given")
 
 
 REFUSED = {

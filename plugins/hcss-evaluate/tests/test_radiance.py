@@ -80,7 +80,7 @@ def test_the_command_simulates_prints_and_writes_a_page(measured, tmp_path):
     assert "Simulated / measured brightness temperature" in page.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("form", ["um", "cm-1", "several columns"])
+@pytest.mark.parametrize("form", ["um", "cm-1", "several columns", "no labels"])
 def test_a_channel_has_the_response_of_its_file_in_any_unit(form, measured, tmp_path):
     """A rectangle as a file gives what the limits give; a response that ends elsewhere gives something else."""
     low, high = LIMITS["ir_108"]
@@ -89,10 +89,11 @@ def test_a_channel_has_the_response_of_its_file_in_any_unit(form, measured, tmp_
         {
             "um": f"wavelength_um,response\n{low},1\n{high},1\n",
             "cm-1": f"wavenumber (cm-1)   SRF\n{1e4 / high:.9f}  1.0\n{1e4 / low:.9f}  1.0\n",
+            "no labels": f"{1e4 / high:.9f}  1.0\n{1e4 / low:.9f}  1.0\n",
             "several columns": f"Wavelength (nm),B1,B2\n{1e3 * low},0.2,1\n{1e3 * high},1,1\n",
         }[form]
     )
-    named = f"{file}:B2" if form == "several columns" else file
+    named = f"{file}{ {'several columns': ':B2', 'no labels': '@cm-1'}.get(form, '') }"
     answers = []
     for channel in (f"ir_108={low}-{high}", f"ir_108={named}"):
         done = hcss("evaluate", "--radiance", measured, "--channel", channel, "--spots", "1", "--json", tmp_path / "a")
@@ -101,7 +102,7 @@ def test_a_channel_has_the_response_of_its_file_in_any_unit(form, measured, tmp_
         (tmp_path / "a").unlink()
     assert [each["mean_K"] for each in answers[1]] == pytest.approx([each["mean_K"] for each in answers[0]], abs=0.01)
     assert f"{low:g}-{high:g} (half power), srf.txt" in done.output
-    assert ("by its label" in done.output) == (form != "um")
+    assert ("by its label" in done.output) == (form in ("cm-1", "several columns"))
 
 
 @pytest.mark.parametrize(

@@ -67,17 +67,20 @@ def channels_of(_context: click.Context, _option: click.Parameter, given: tuple[
         else:
             raise click.BadParameter(
                 f"'{text}' given, allowed: a variable, or with limits in um, such as b13=10.1-10.6, or with a file of "
-                "its response and, if it has several, a column, such as b13=srf.txt or b13=srf.csv:B13"
+                "its response, if need be with column or unit, such as b13=srf.txt, b13=srf.csv:B13 or b13=srf.txt@cm-1"
             )
     return found
 
 
 def _response_of(value: str) -> dict[str, str] | None:
-    """Return the keys of a band for ``FILE`` or ``FILE:COLUMN``; None if there is no such file."""
+    """Return the keys of a band for ``FILE``, with ``:COLUMN`` and ``@UNIT``; None if there is no such file."""
+    start, _, unit = value.rpartition("@")
+    keys = {"unit": unit} if unit in ("um", "nm", "cm-1") else {}
+    value = start if keys else value
     file, _, column = value.rpartition(":")
-    if Path(value).is_file():
-        return {"response": str(Path(value).resolve())}
-    return {"response": str(Path(file).resolve()), "column": column} if column and Path(file).is_file() else None
+    if not Path(value).is_file() and column:
+        value, keys = file, {**keys, "column": column}
+    return {"response": str(Path(value).resolve()), **keys} if Path(value).is_file() else None
 
 
 def _side_options(command: Any) -> Any:
@@ -147,7 +150,7 @@ def _side_options(command: Any) -> Any:
     "--channel",
     "channels",
     multiple=True,
-    metavar="NAME[=LOW-HIGH|=FILE[:COLUMN]]",
+    metavar="NAME[=LOW-HIGH|=FILE[:COLUMN][@UNIT]]",
     callback=channels_of,
     help="With --radiance: a variable of REAL and the limits of its channel, um, for example ir_108=9.8-11.8, or the "
     "file of its spectral response (text, as for bands); channels of SEVIRI have known limits. Repeat; default: all "
