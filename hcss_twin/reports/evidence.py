@@ -332,12 +332,14 @@ def tags_of(attributes: Mapping[str, Any], sun_zenith_deg: Limits | None) -> fro
     scenario = Provenance.value(attributes, SCENARIO_ATTRIBUTE, {})
     air = scenario.get("atmosphere") or {}
     aerosol = (air.get("parameters") or {}).get("aerosol", "maritime")  # the default of band-model
-    particles = Provenance.value(attributes, "hcss_particles", [])
     layers = (scenario.get("clouds") or {}).get("layers") or []
+    types = {str(layer["type"]) for layer in layers if layer.get("coverage") != 0.0}
+    absent = {str(layer["type"]) for layer in layers} - types
+    particles = [each for each in Provenance.value(attributes, "hcss_particles", []) if each["name"] not in absent]
     budget = Provenance.value(attributes, "hcss_error_budget", {})
     tags = {"sea", *_providers(attributes)}
     tags |= {str(layer["material"]) for layer in particles if "material" in layer}
-    tags |= {f"type {layer['type']}" for layer in layers if layer.get("coverage") != 0.0}
+    tags |= {f"type {each}" for each in types}
     if particles:
         tags |= {"cloud", "sides" if "hcss_light" in attributes else "columns"}
     if "clear" in budget or not budget:

@@ -5,7 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.core.own_packages import PROVIDERS
+from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
+from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.reports.evidence import Evidence, EvidenceCatalog, tags_of
 
 ROOT = Path(__file__).parents[2]
@@ -173,3 +178,23 @@ def test_a_comparison_of_an_unknown_quantity_or_kind_is_refused(tmp_path):
         (tmp_path / "evidence.toml").write_text(text.replace(old, new, 1), encoding="utf-8")
         with pytest.raises(CatalogError, match=message):
             EvidenceCatalog.read(tmp_path / "evidence.toml")
+
+
+def test_a_layer_of_no_coverage_is_no_cloud():
+    given = attributes()
+    scenario = json.loads(given["hcss_scenario"])
+    scenario["clouds"]["layers"][0]["coverage"] = 0.0
+    assert not {"cloud", "water", "type stratus"} & tags_of(given | {"hcss_scenario": json.dumps(scenario)}, DAY)
+
+
+def test_every_word_of_the_catalog_is_one_that_a_scene_can_have():
+    """A word with a spelling mistake would hide its row from every scene."""
+    registry, found = Registry.defaults_only(), set(PROVIDERS)
+    for kind in Kind:
+        found |= {name.rpartition("/")[2] for name in registry.names(kind)}
+    found |= {f"type {name}" for name in Catalog().names("cloud_types", ".toml")}
+    air = {"coefficients": "rrtmgp", "inversion": {}, "water_vapour_texture": 0.1}
+    full = attributes(atmosphere=air, surfaces={}, elements=[{}]) | {"hcss_light": "{}", SENSOR_ATTRIBUTE: "{}"}
+    found |= tags_of(full, (80.0, 100.0)) | tags_of(attributes(clouds=("cirrus", "ice")), NIGHT) | {"lowtran7"}
+    for row in (*CATALOG.quantities, *CATALOG.comparisons, *CATALOG.unmeasured):
+        assert found.issuperset(row.when), row
