@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -137,8 +138,8 @@ def read_response_table(path: Path) -> ResponseTable:
     """
     with Reading(path, CatalogError, "not a text file; allowed: text such as CSV (of a spreadsheet: export the sheet)"):
         text = _decoded(path.read_bytes())
-    lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
-    data = [(number, line) for number, line in lines if not line.startswith(_COMMENT)]
+    lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    data = [(number, line) for number, line in lines if not line.lstrip().startswith(_COMMENT)]
     found = ((separator, _first_row(data, separator)) for separator in _SEPARATORS)
     separator, start = next(((each, index) for each, index in found if index is not None), (None, None))
     if start is None:
@@ -148,7 +149,7 @@ def read_response_table(path: Path) -> ResponseTable:
         )
     first = data[start]
     count = len(_fields(first[1], separator))
-    above = [(number, line.lstrip("#!%/* ")) for number, line in lines if number < first[0]]
+    above = [(number, line.strip().lstrip("#!%/* ")) for number, line in lines if number < first[0]]
     labelled, labels = _labels(above, separator, count)
     for number, line in data[:start]:
         fields = _fields(line, separator)
@@ -199,8 +200,8 @@ def _no_number(field: str) -> str:
 def _first_row(data: Sequence[tuple[int, str]], separator: str | None) -> int | None:
     """Return the index of the first row of the table, whose rows have the number of fields that occurs most."""
     counts = [_numbers_in(line, separator) for _, line in data]
-    every = [count for count in counts if count]
-    return counts.index(max(every, key=every.count)) if every else None
+    usual = Counter(filter(None, counts)).most_common(1)
+    return counts.index(usual[0][0]) if usual else None
 
 
 def _numbers_in(line: str, separator: str | None) -> int:
@@ -224,7 +225,8 @@ def _labels(above: Sequence[tuple[int, str]], separator: str | None, count: int)
     """
     found = []
     for number, line in reversed(above):
-        ways = [_fields(line, separator)]
+        fields = _fields(line, separator)
+        ways = [fields, [*fields, ""]]  # rows may end with a separator where labels do not
         if separator is None:
             ways += [_SEVERAL_WORDS.split(line), _WORD_AND_UNIT.findall(line)]
         found += [(number, tuple(way)) for way in ways if len(way) == count and any(map(_is_spectral, way))]

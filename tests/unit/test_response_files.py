@@ -28,6 +28,7 @@ FORMS = {
     "byte-order mark, semicolons, trailing": (
         "\ufeffwavelength_um;response;\n" + rows(UM, VALUES, between=";").replace("\n", ";\n"), "",
     ),
+    "separators at the ends of rows alone": ("wavelength_um,response\n" + rows(UM, VALUES).replace("\n", ",\n"), ""),
     "quoted": ('"wavelength_um"\t"response"\n' + rows(UM, VALUES, between="\t"), ""),
     "spreadsheet in Latin-1": (("Wavelength (\u00b5m),RSR\n" + rows(UM, VALUES)).encode("latin-1"), "um by its label"),
     "title lines, wavenumber and response in blanks": (
@@ -80,6 +81,14 @@ def test_fields_of_other_bands_may_be_empty(tmp_path):
     content = "Wavelength (um),B10,B11\n" + "".join(f"{um},{value},\n" for um, value in PAIRS) + "10,,0.5\n11,,1.0\n"
     np.testing.assert_allclose(read(tmp_path, content, "B10").wavelength_um, UM)
     np.testing.assert_allclose(read(tmp_path, content, "B11").wavelength_um, [10.0, 11.0])
+
+
+def test_fields_at_the_ends_of_lines_with_tabs_may_be_empty(tmp_path):
+    content = (
+        "Wavelength (um)\tB10\tB11\n" + "".join(f"{um}\t{value}\t\n" for um, value in PAIRS) + "10\t\t1\n11\t\t0.5\n"
+    )
+    np.testing.assert_allclose(read(tmp_path, content, "B10").response, VALUES)
+    np.testing.assert_allclose(read(tmp_path, content, "B11").response, [1.0, 0.5])
 
 
 def test_each_response_has_the_wavelengths_on_its_left(tmp_path):
