@@ -308,4 +308,6 @@ def _notes(
     if assembly.air_over_field.varies and (assembly.elements or "cloud_top_temperature" in names):
         centre = ("cloud_top_temperature, and the air before elements, are those of the profile at the image centre",)
     unlike = air_unlike_sea(assembly.profile, assembly.sea_temperature_K) if radiance else ()
-    return (*narrow, *centre, *unlike, *of_providers, *((WAVE_NOTE,) if waves else ()), *detector_notes(scenario))
+    read_as = (f"band {band.name}: {band.read_as}" for band in assembly.bands if band.read_as)
+    of_waves = (WAVE_NOTE,) if waves else ()
+    return (*read_as, *narrow, *centre, *unlike, *of_providers, *of_waves, *detector_notes(scenario))
