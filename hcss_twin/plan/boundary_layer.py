@@ -38,6 +38,8 @@ INVERSION_AT_COAST_M, INVERSION_FAR_OFF_M, COAST_REACH_KM = 1000.0, 1700.0, 500.
 The value far off was fitted to 10 boxes of low cloud in a SEVIRI image, which ask for 400 to 2230 m: a standard
 deviation of 550 m, or 2.7 K of the cloud top."""
 
+LOWEST_INVERSION_M, HIGHEST_INVERSION_M = 200.0, 3000.0
+
 USUAL_STRENGTHS_K = (10.0, 8.0, 6.0, 4.0, 2.0, 0.0)
 """The usual jump, and smaller ones where the air above would fall too fast from it."""
 
@@ -76,10 +78,14 @@ def levels_of(scenario: Scenario, catalog: Catalog, profile: Profile, climatolog
 
 
 def _under_inversion(scenario: Scenario, catalog: Catalog) -> Iterator[Layer]:
-    """Yield the layers whose type lies under an inversion; types that cannot be read are reported with their layer."""
+    """Yield the layers whose type lies under an inversion, unless the user puts them higher than any.
+
+    Types that cannot be read are reported with their layer.
+    """
     for layer in scenario.clouds.layers:
         with suppress(CatalogError, ScenarioError):
-            if load_cloud_type(layer.type, catalog).layer.level == "inversion":
+            usual = load_cloud_type(layer.type, catalog).layer
+            if usual.level == "inversion" and (layer.top is None or layer.top <= HIGHEST_INVERSION_M):
                 yield layer
 
 
@@ -98,7 +104,7 @@ def with_usual_inversion(scenario: Scenario, profile: Profile, levels: PlaceLeve
     """Return the air of the place with the inversion at the top of its clouds, as strong as it usually is or can be."""
     from hcss_twin.models.atmosphere.inversion import with_inversion  # few scenes have one
 
-    height = min(max(levels.inversion_m, 200.0), 3000.0)
+    height = min(max(levels.inversion_m, LOWEST_INVERSION_M), HIGHEST_INVERSION_M)
     free = round(free_troposphere_humidity(scenario.place.latitude, scenario.time), 3)
     for strength in USUAL_STRENGTHS_K:
         section = InversionSection(

@@ -306,7 +306,7 @@ def test_a_plan_says_what_it_computes_and_what_it_leaves_out(plan, scenario):
     assert isinstance(plan, Plan)
     assert isinstance(plan.assembly, Assembly)
     assert plan.cloudy_layers == [0]
-    assert plan.layers[0].reference_height_m == plan.layers[0].base_m
+    assert plan.layers[0].reference_height_m == plan.layers[0].top_m
     assert plan.assembly.plane(3).samples == 3
     assert views_over_image(plan.assembly).at([(-1.0, 0.0), (1.0, 1.0)]) == [plan.view] * 2  # parallel lines of sight
     left_out = [*plan.omissions, texture_of_sea(plan.assembly, "one temperature")]

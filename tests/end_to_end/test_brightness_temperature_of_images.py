@@ -23,10 +23,11 @@ def _image(folder, low, high, units="K"):
     return kelvin
 
 
-def _scene(folder, cloud_type="stratus", **layer):
+def _scene(folder, cloud_type="paper-stratus", **layer):
     return {
         "time": "2024-04-20T22:30:00+10:00",
         "place": {"latitude": 35.0, "longitude": 150.0},
+        "atmosphere": {"profile": "us-standard-1976"},
         "image": {"rows": SIDE, "columns": SIDE, "pixel_size": 1000.0},
         "frames": {"count": 1},
         "bands": ["lwir-10.8"],
@@ -50,7 +51,7 @@ def _inversion(folder, cloud_type, **layer):
 
 @pytest.mark.parametrize(
     ("cloud_type", "limits_um"),
-    [("stratus", None), ("cirrus", None), ("cirrus", [3.48, 4.36]), ("cirrus", [11.8, 12.2])],
+    [("paper-stratus", None), ("cirrus", None), ("cirrus", [3.48, 4.36]), ("cirrus", [11.8, 12.2])],
 )
 def test_scene_has_the_brightness_temperature_of_its_image(tmp_path, cloud_type, limits_um):
     """In the image's band, by night: 10.8 um, SEVIRI's at 3.9 um, which reaches into the band of CO2, or 12 um."""
@@ -71,7 +72,7 @@ def test_scene_has_the_brightness_temperature_of_its_image(tmp_path, cloud_type,
 
 
 def test_shares_that_are_lost_are_in_the_plan(tmp_path):
-    inversion = _inversion(tmp_path, "stratus")
+    inversion = _inversion(tmp_path, "paper-stratus")
     _image(tmp_path, inversion.coldest_K - 5.0, inversion.clear_K)
     plan = make_plan(Scenario.from_dict(_scene(tmp_path)))
     (note,) = [each for each in plan.assembly.generators[0].declares.notes if "too thin for the layer" in each]

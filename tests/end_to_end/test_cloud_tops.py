@@ -23,6 +23,7 @@ image = {rows = 20, columns = 32, pixel_size = 1000.0}
 frames.count = 1
 bands = ["swir-2.7-3.0", "mwir", "lwir"]
 accuracy = 0.005
+atmosphere.profile = "tropical"
 clouds = {type = "stratus", base = 1000.0, top = 2000.0, anchor = "top", thickness_min = 5.0, coverage_mode = "field", generator = "slope"}
 output.variables = ["radiance", "cloud_top_altitude", "cloud_mask"]
 """  # noqa: E501

@@ -31,13 +31,19 @@ def image(tmp_path_factory):
 
 
 def layers(kind, image):
-    high = {"type": "cirrus", "coverage": 0.4}
+    high = {"type": "paper-cirrus", "coverage": 0.4}
     if kind == "whole frames":
-        return [{"type": "cumulus", "coverage": 0.45, "coverage_mode": "frame"}, high | {"coverage_mode": "frame"}]
+        return [
+            {"type": "paper-cumulus", "coverage": 0.45, "coverage_mode": "frame"},
+            high | {"coverage_mode": "frame"},
+        ]
     if kind == "one sky":
-        return [{"type": "cumulus", "coverage": 0.45, "coverage_mode": "field"}, high | {"coverage_mode": "field"}]
+        return [
+            {"type": "paper-cumulus", "coverage": 0.45, "coverage_mode": "field"},
+            high | {"coverage_mode": "field"},
+        ]
     parameters = {"image": str(image), "method": "coverage", "cloud_is": "bright"}
-    low = {"type": "cumulus", "coverage": 0.45, "generator": "imagery", "parameters": parameters}
+    low = {"type": "paper-cumulus", "coverage": 0.45, "generator": "imagery", "parameters": parameters}
     return [low] if kind == "windows" else [low, high]
 
 
@@ -123,7 +129,7 @@ def test_coordinates_are_those_of_the_pixels(pair):
 
 @pytest.mark.parametrize(("samples", "coverage"), [(2, 1.0), (3, 0.0), (7, 1.0)])
 def test_more_points_of_a_homogeneous_scene_give_the_same_numbers(samples, coverage):
-    clouds = [{"type": "stratus", "coverage": coverage, "thickness_min": 967.0}]
+    clouds = [{"type": "paper-stratus", "coverage": coverage, "thickness_min": 967.0}]
     small = {"rows": 4, "columns": 5, "frames.count": 1}
     one, many = (simulate(scenario(clouds, n, **small)) for n in (1, samples))
     for name in one.data_vars:
@@ -147,7 +153,7 @@ def test_windows_of_any_size_give_the_same_cube(image, kind):
 
 @pytest.mark.parametrize("coverage", [0.01, 0.37, 0.9])
 def test_coverage_by_frame_is_exact_over_all_points(coverage):
-    clouds = [{"type": "cumulus", "coverage": coverage, "coverage_mode": "frame"}]
+    clouds = [{"type": "paper-cumulus", "coverage": coverage, "coverage_mode": "frame"}]
     asked = scenario(clouds, 4, **{"output.variables": ["cloud_fraction"]})
     cube = simulate(asked)
     points = ROWS * COLUMNS * 16
@@ -155,7 +161,7 @@ def test_coverage_by_frame_is_exact_over_all_points(coverage):
 
 
 def test_whole_frames_of_too_many_points_are_refused_with_what_to_do(monkeypatch):
-    clouds = [{"type": "cumulus", "coverage": 0.3, "coverage_mode": "frame"}]
+    clouds = [{"type": "paper-cumulus", "coverage": 0.3, "coverage_mode": "frame"}]
     # The fractal generator can sum a frame up instead.
     make_plan(scenario(clouds, 40, rows=800, columns=800))
     monkeypatch.delattr(FractalClouds, "frame_summary")
@@ -174,7 +180,7 @@ def test_the_size_of_an_images_pixels_is_that_of_the_points():
     path = Path(sample.path) / "toa_brightness_stereographic.nc"
     native = read_image(path).pixel_size_m
     parameters = {"image": str(path), "missing": "clear"}
-    clouds = [{"type": "cumulus", "generator": "imagery", "parameters": parameters}]
+    clouds = [{"type": "paper-cumulus", "generator": "imagery", "parameters": parameters}]
     still = {"motion.platform_speed": 0.0}
     make_plan(scenario(clouds, 2, size=2 * native, **still))
     with pytest.raises(ScenarioError) as caught:

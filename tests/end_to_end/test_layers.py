@@ -24,8 +24,8 @@ BASE = {
     "seed": 3,
 }
 BANDS = 2
-CUMULUS = {"type": "cumulus", "coverage": 0.4}
-CIRRUS = {"type": "cirrus", "coverage": 0.6}
+CUMULUS = {"type": "cumulus", "coverage": 0.4, "base": 66.0, "top": 3000.0}
+CIRRUS = {"type": "cirrus", "coverage": 0.6, "base": 6000.0, "top": 10_000.0}
 OWN = {"radiance.model": "physical", "sea.model": "rough-sea", "optics.provider": "bulk"}
 """The default models, which the paper's replace elsewhere."""
 

@@ -26,7 +26,7 @@ ASH = {
     "optics": {"provider": "grey", "parameters": {"extinction": 2e-3}},
 }  # fmt: skip
 CLOUD = {
-    "type": "stratus", "coverage": 1.0, "coverage_mode": "field", "temperature": CLOUD_K,
+    "type": "paper-stratus", "coverage": 1.0, "coverage_mode": "field", "temperature": CLOUD_K,
     "thickness_min": 900.0, "optics": {"provider": "grey", "parameters": {"extinction": 1.0}},
 }  # fmt: skip
 BASE = {

@@ -15,7 +15,7 @@ from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.providers import OpticsInputs
 from hcss_twin.scenario.cloud_types import load_cloud_type
 
-TYPES = ("stratus", "stratocumulus", "cumulus", "simulated", "cirrus")
+TYPES = ("stratus", "stratocumulus", "cumulus", "paper-simulated", "cirrus")
 PROVIDERS = {"mie": (MieOptics, MieParameters()), "bulk": (BulkOptics, BulkParameters())}
 SHIPPED = sorted(name for name in Catalog().names("optics", ".nc") if not name.startswith("ice-"))
 

@@ -203,4 +203,4 @@ def _both(before: Group, group: Group, nodes: int) -> Group:
         points, *both = np.intersect1d(before.points, group.points, assume_unique=True, return_indices=True)
         first, second = first[..., both[0]], second[..., both[1]]
     weights = first[:, None] * second[None]
-    return Group(points, number, weights.reshape(-1, *weights.shape[2:]))
+    return Group(points, number, weights.reshape(weights.shape[0] * weights.shape[1], *weights.shape[2:]))
