@@ -22,6 +22,7 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import numbered
+from hcss_twin.plan.clear_sky import EVEN_SKY, Texture
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
@@ -51,7 +52,6 @@ if TYPE_CHECKING:
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.scene_family import SceneFamily
     from hcss_twin.plan.surfaces import PlannedSurfaces
-    from hcss_twin.plan.texture import Texture
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 """Years that a time axis can represent in nanoseconds, the resolution of cube readers."""
@@ -121,7 +121,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
             reach_m=given.reach_m(float(times[0]), float(times[-1])),
         )
     texture = _texture(scenario, assembly)
-    assembly = replace(assembly, has_texture=texture is not None)
+    assembly = replace(assembly, has_texture=texture.varies)
     beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns)
     assembly = replace(assembly, slant=assembly.slant.beside("shadows", beside_shadows))
     probe_last_frame(assembly, float(times[-1]))
@@ -243,9 +243,9 @@ def _cloud_tops(
     return tuple(plan_tops(scenario, assembly, index, accuracy, sun) for index in assembly.hanging_layers)
 
 
-def _texture(scenario: Scenario, assembly: Assembly) -> Texture | None:
+def _texture(scenario: Scenario, assembly: Assembly) -> Texture:
     if scenario.sea.temperature_texture == scenario.atmosphere.water_vapour_texture == 0.0:
-        return None
+        return EVEN_SKY
     from hcss_twin.plan.texture import plan_texture  # not for scenes without texture
 
     return plan_texture(scenario, assembly)

@@ -16,6 +16,7 @@ from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.clear_sky import EVEN_SKY, Texture
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from hcss_twin.plan.point_effects import PlannedPointEffect
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.surfaces import PlannedSurfaces
-    from hcss_twin.plan.texture import Texture
 
 __all__ = ["Plan"]
 
@@ -127,8 +127,8 @@ class Plan:
         States of the surfaces; none for sea everywhere.
     tops : tuple of CloudTops
         Altitudes of cloud tops of layers whose tops vary.
-    texture : Texture or None
-        Texture of clear sky; None if sea and air are the same everywhere.
+    texture : Texture
+        Texture of clear sky, or an even sky.
     land_share : float
         Share of land in the image of a scene without surfaces.
     probes : tuple of Probed
@@ -170,7 +170,7 @@ class Plan:
     views: ViewAxis = ONE_VIEW
     surfaces: tuple[PlannedSurfaces, ...] = ()
     tops: tuple[CloudTops, ...] = ()
-    texture: Texture | None = None
+    texture: Texture = EVEN_SKY
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
     light: PlannedLight = COLUMNS
@@ -213,9 +213,9 @@ class Plan:
     @property
     def effects(self) -> tuple[Effect, ...]:
         """What lets pixels differ beyond their clouds, in the order in which it changes their radiance."""
-        shadows = Shadows() if self.has_shadows else None
+        shadows = [Shadows()] * self.has_shadows
         of_columns = self.light, *self.surfaces, *self.tops, *self.point_effects, self.views, self.texture
-        return tuple(effect for effect in (*of_columns, shadows, self.waves, self.sensor) if effect and effect.varies)
+        return tuple(effect for effect in (*of_columns, *shadows, self.waves, self.sensor) if effect.varies)
 
     @property
     def has_shadows(self) -> bool:

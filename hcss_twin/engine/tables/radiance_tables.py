@@ -311,6 +311,9 @@ class TextureTables:
     estimated_error: float
 
 
+NO_TEXTURE = TextureTables((), np.empty((0, 0)), np.empty((2, 0, 0)), 0.0)
+
+
 @dataclass(frozen=True)
 class RadianceTables:
     """Tables of band radiance, W m-2 sr-1, at time nodes.
@@ -331,8 +334,8 @@ class RadianceTables:
         None if no cloud casts shadows.
     waves : WaveTables or None
         Change of the clear column by resolved waves, at the same time nodes; None for a statistical sea.
-    texture : TextureTables or None
-        Perturbed states of the same columns; None without clear-sky texture.
+    texture : TextureTables
+        Perturbed states of the same columns; none without clear-sky texture.
     over : tuple of RadianceTables
         Tables at each node of the first of the axes along which points differ (:mod:`.point_axis`); these tables are
         then one of them, with the largest errors of all.
@@ -348,15 +351,14 @@ class RadianceTables:
     errors: Budget
     shadows: ShadowTables | None = None
     waves: WaveTables | None = None
-    texture: TextureTables | None = None
+    texture: TextureTables = NO_TEXTURE
     over: tuple[RadianceTables, ...] = ()
     over_error: float = 0.0
 
     @property
     def estimated_error(self) -> float:
         """Largest sum of the relative errors of the total."""
-        texture = 0.0 if self.texture is None else self.texture.estimated_error
-        return self.errors.total + self.over_error + texture
+        return self.errors.total + self.over_error + self.texture.estimated_error
 
     @property
     def leaves(self) -> tuple[RadianceTables, ...]:
