@@ -14,6 +14,7 @@ from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.engine.tables.columns import Axes, BandColumns
 from hcss_twin.engine.tables.over_views import plans_over_views
 from hcss_twin.engine.tables.radiance_tables import (
+    NO_WAVES,
     InstantTable,
     Quantities,
     RadianceTables,
@@ -161,7 +162,7 @@ def _tables(
             if number > 0:  # the first texture has no other one as a guess, and may need more columns than others
                 columns.also_in(settings[middle + number + 1 : middle + len(some)], before)
             every.append((tables[at], of_effects))
-    waves: Sequence[WaveTables | None] = [None] * len(views)
+    waves = [NO_WAVES] * len(views)
     if plan.waves.varies:
         waves = compile_waves(plan, columns.quantities, tuple(suns), views, extreme, allowed.waves)
     alone_error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
@@ -171,12 +172,12 @@ def _tables(
         wavenumbers=spectrum.estimated_error,
         thickness=alone_error + whole - share if alone_error else 0.0,
         layers=sum(axis.estimated_error for axis in axes if axis is not None) + cross if clouds > 1 else 0.0,
-        waves=max((of_view.estimated_error for of_view in waves if of_view is not None), default=0.0),
+        waves=max(of_view.estimated_error for of_view in waves),
         views=plan.views.estimated_error,
         shadows=allowed.shadows if plan.has_shadows else 0.0,
         time=time_error,
         other_instants=drift,
-        faint_sunlight=plan.faint_sunlight or 0.0,
+        faint_sunlight=plan.sunlight.share,
     )
     of_views = tuple(
         RadianceTables(columns.quantities, times, axes, tables, spectrum, errors, waves=of_waves, **of_effects)

@@ -1,13 +1,13 @@
-"""Standard deviations of clear-sky texture, and clear sky without: what scenes without texture import, too.
+"""Clear sky without texture: all that scenes without texture import of it.
 
-The fields and the polynomials of texture are in :mod:`hcss_twin.plan.texture`.
+What a texture adds, its fields and the polynomials between its states, is in :mod:`hcss_twin.plan.texture`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import astuple, dataclass
-from typing import Any, TypeAlias
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +23,6 @@ STEP = 3.0**0.5
 State: TypeAlias = tuple[float, float]
 """Perturbation in steps: of the sea toward warm, of the vapour toward dry."""
 
-OWN_SPECTRA: Sequence[State] = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-"""States whose spectra tell which wavenumbers their difference from the scene needs."""
-
 
 class EvenFields:
     """Fields without texture."""
@@ -37,25 +34,22 @@ class EvenFields:
 
 
 @dataclass(frozen=True)
-class Texture(Effect):
-    """Standard deviations of a scene's clear-sky texture; at least one is above 0.
+class EvenSky(Effect):
+    """Clear sky that is the same everywhere; the base of :class:`.texture.Texture`.
 
     Attributes
     ----------
     temperature_K : float
-        Of the sea.
+        Standard deviation of the sea's temperature.
     water_vapour : float
-        Relative, of the vapour at all levels.
+        That of the vapour at all levels, relative.
     """
 
     kind = "texture"
+    varies = False
 
-    temperature_K: float
-    water_vapour: float
-
-    def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
-        """Return the deviations; those of a small image are others."""
-        return {"texture": astuple(self)}
+    temperature_K: float = 0.0
+    water_vapour: float = 0.0
 
     @property
     def steps(self) -> tuple[float, float]:
@@ -67,7 +61,10 @@ class Texture(Effect):
         return state[0] * (self.temperature_K > 0.0), state[1] * (self.water_vapour > 0.0)
 
     def sea_is_proportional(self, assembly: Assembly) -> bool:
-        """Whether :func:`.texture.sea_factors` hold in cloud: models of other packages may not tell sea from clouds."""
+        """Whether columns over a warmer sea follow from those of the scene.
+
+        Models of other packages may have one term for sea and clouds.
+        """
         return self.temperature_K > 0.0 and assembly.entries["radiance"].is_own
 
     def perturbed(self, assembly: Assembly, state: State) -> Assembly:
@@ -77,47 +74,21 @@ class Texture(Effect):
 
     def with_own_spectra(self, assembly: Assembly) -> list[Assembly]:
         """Return the scene in the states whose differences from it need wavenumbers of their own."""
-        if self.water_vapour == 0.0 and self.sea_is_proportional(assembly):
-            return []
-        return [self.perturbed(assembly, state) for state in OWN_SPECTRA]
+        return []
 
     def fields(self, scenario: Scenario, assembly: Assembly) -> EvenFields:
         """Return the fields of the scene."""
-        from hcss_twin.plan.texture import TextureFields  # not for scenes without texture
-
-        return TextureFields(scenario, assembly, self)
+        return EvenFields()
 
     def change(self, perturbation: Array, in_states: Callable[[], Array]) -> Array | float:
-        """Return how values (N, ...) change at perturbations (N, 2).
+        """Return how quantities (N, Q, B) change at perturbations (N, 2).
 
         Parameters
         ----------
         in_states : callable
-            Computes the values (9, N, ...) at :data:`.texture.EXPANSION_STATES`; not called without texture.
+            Computes them (9, N, Q, B) at :data:`.texture.EXPANSION_STATES`; not called without texture.
         """
-        from hcss_twin.plan.texture import Expansion  # not for scenes without texture
-
-        values = in_states()
-        warmer, drier = perturbation.T.reshape(2, -1, *(1,) * (values.ndim - 2))
-        return Expansion(values)(warmer, drier)
-
-
-class EvenSky(Texture):
-    """Clear sky that is the same everywhere."""
-
-    varies = False
-
-    def with_own_spectra(self, assembly: Assembly) -> list[Assembly]:
-        """Return no scene: nothing is perturbed."""
-        return []
-
-    def fields(self, scenario: Scenario, assembly: Assembly) -> EvenFields:
-        """Return fields of zeros."""
-        return EvenFields()
-
-    def change(self, perturbation: Array, in_states: Callable[[], Array]) -> Array | float:
-        """Return 0."""
         return 0.0
 
 
-EVEN_SKY = EvenSky(0.0, 0.0)
+EVEN_SKY = EvenSky()

@@ -16,7 +16,7 @@ from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.clear_sky import EVEN_SKY, Texture
+from hcss_twin.plan.clear_sky import EVEN_SKY, EvenSky
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
@@ -26,6 +26,7 @@ from hcss_twin.plan.rays import GridRays, Rays
 from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.plan.shadows import Shadows
+from hcss_twin.plan.sunlight import COMPUTED, Sunlight
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ONE_VIEW, ViewAxis
 from hcss_twin.plan.waves import MEAN_SEA, PlannedWaves
@@ -117,8 +118,8 @@ class Plan:
         Refinement of the spectral grid.
     waves : PlannedWaves
         Resolved waves, or the mean sea.
-    faint_sunlight : float or None
-        Largest share of sunlight in any band if it is omitted by day; else None.
+    sunlight : Sunlight
+        Computed, or omitted because it is faint.
     sensor : BuiltSensor
         Sensor of the sensor cube; the clean cube does not depend on it, but for its integration time with a camera.
     views : ViewAxis
@@ -127,8 +128,8 @@ class Plan:
         States of the surfaces; none for sea everywhere.
     tops : tuple of CloudTops
         Altitudes of cloud tops of layers whose tops vary.
-    texture : Texture
-        Texture of clear sky, or an even sky.
+    texture : EvenSky
+        Clear sky: even, or with texture.
     land_share : float
         Share of land in the image of a scene without surfaces.
     probes : tuple of Probed
@@ -166,11 +167,11 @@ class Plan:
     rays: Rays
     sensor: BuiltSensor
     waves: PlannedWaves = MEAN_SEA
-    faint_sunlight: float | None = None
+    sunlight: Sunlight = COMPUTED
     views: ViewAxis = ONE_VIEW
     surfaces: tuple[PlannedSurfaces, ...] = ()
     tops: tuple[CloudTops, ...] = ()
-    texture: Texture = EVEN_SKY
+    texture: EvenSky = EVEN_SKY
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
     light: PlannedLight = COLUMNS
@@ -245,7 +246,7 @@ class Plan:
     @property
     def sun_matters(self) -> bool:
         """Whether the sun is above the horizon in at least one frame and its light is not omitted."""
-        return self.faint_sunlight is None and bool(np.any(self.sun_zenith_deg < 90.0))
+        return self.sunlight.matters(self.sun_zenith_deg)
 
     def sun_at(self, time_s: float) -> Sun | None:
         """Sun for radiance at a time; None below the horizon or if sunlight is omitted."""

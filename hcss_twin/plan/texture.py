@@ -7,8 +7,9 @@ drier and moister air. Beneath thick cloud the states agree, so that the texture
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import astuple, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, cells_of
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.clear_sky import EVEN_SKY, STEP, EvenFields, State, Texture
+from hcss_twin.plan.clear_sky import EVEN_SKY, STEP, EvenFields, EvenSky, State
 from hcss_twin.plan.combinations import Excluded, present, require_none
 from hcss_twin.providers import Grid, Sun
 from hcss_twin.providers.column_states import spectra_of
@@ -31,6 +32,34 @@ LEAST_K = 0.02
 
 VAPOUR_PLACES = (1.0, -1.0, 2.0, -2.0)
 """Perturbations of the vapour with tables, in steps toward dry air; the first two where a parabola is enough."""
+
+OWN_SPECTRA: Sequence[State] = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+"""States whose spectra tell which wavenumbers their differences from the scene need."""
+
+
+class Texture(EvenSky):
+    """Standard deviations of a scene's clear-sky texture; at least one is above 0."""
+
+    varies = True
+
+    def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
+        """Return the deviations; those of a small image are others."""
+        return {"texture": astuple(self)}
+
+    def with_own_spectra(self, assembly: Assembly) -> list[Assembly]:
+        """Return the perturbed scenes, unless all differences are proportional to terms of the scene."""
+        if self.water_vapour == 0.0 and self.sea_is_proportional(assembly):
+            return []
+        return [self.perturbed(assembly, state) for state in OWN_SPECTRA]
+
+    def fields(self, scenario: Scenario, assembly: Assembly) -> EvenFields:
+        """Return the fields of the scene."""
+        return TextureFields(scenario, assembly, self)
+
+    def change(self, perturbation: Array, in_states: Callable[[], Array]) -> Array | float:
+        """Return how quantities (N, Q, B) change at perturbations (N, 2), by the polynomial through the states."""
+        warmer, drier = perturbation.T[..., None, None]
+        return Expansion(in_states())(warmer, drier)
 
 
 class TextureFields(EvenFields):
@@ -149,7 +178,7 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
     return small if typical_K < LEAST_K else ""
 
 
-def plan_texture(scenario: Scenario, assembly: Assembly) -> Texture:
+def plan_texture(scenario: Scenario, assembly: Assembly) -> EvenSky:
     """Return the texture of a scene; an even sky if it has none.
 
     Raises

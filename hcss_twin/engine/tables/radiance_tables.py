@@ -288,6 +288,9 @@ def _resampled(table: NDArray[np.float32], sizes: tuple[int, int]) -> NDArray[np
     return table
 
 
+NO_WAVES = WaveTables((0.0, 0.0), (), (), 0.0)
+
+
 @dataclass(frozen=True)
 class TextureTables:
     """Tables of the perturbed states of clear-sky texture.
@@ -332,8 +335,8 @@ class RadianceTables:
         Relative errors of the total, measured for each approximation during node placement.
     shadows : ShadowTables or None
         None if no cloud casts shadows.
-    waves : WaveTables or None
-        Change of the clear column by resolved waves, at the same time nodes; None for a statistical sea.
+    waves : WaveTables
+        Change of the clear column by resolved waves, at the same time nodes; none for a statistical sea.
     texture : TextureTables
         Perturbed states of the same columns; none without clear-sky texture.
     over : tuple of RadianceTables
@@ -350,7 +353,7 @@ class RadianceTables:
     spectrum: Spectrum
     errors: Budget
     shadows: ShadowTables | None = None
-    waves: WaveTables | None = None
+    waves: WaveTables = NO_WAVES
     texture: TextureTables = NO_TEXTURE
     over: tuple[RadianceTables, ...] = ()
     over_error: float = 0.0
