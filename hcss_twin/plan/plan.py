@@ -17,7 +17,7 @@ from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
 from hcss_twin.plan.air_over_field import PlacedView
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.clear_sky import EVEN_SKY, EvenSky
-from hcss_twin.plan.effects import Effect
+from hcss_twin.plan.effects import Effect, Shadows
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.numerics import GridRefinement, NumericalLevel
@@ -25,7 +25,6 @@ from hcss_twin.plan.output import wants_radiance
 from hcss_twin.plan.rays import GridRays, Rays
 from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.sensor import BuiltSensor
-from hcss_twin.plan.shadows import Shadows
 from hcss_twin.plan.sunlight import COMPUTED, Sunlight
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ONE_VIEW, ViewAxis

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
-from hcss_twin.engine.tables.fewest_states import fewest_states
 from hcss_twin.engine.tables.spectrum import Spectrum
-from hcss_twin.engine.tables.tensor_train import TensorTrain, beside, stacked, total
+from hcss_twin.engine.tables.tensor_train import TensorTrain, beside, fewest_states, stacked, total
 from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
 from hcss_twin.physics.quadrature import lagrange
 from hcss_twin.plan.accuracy import Budget
