@@ -19,7 +19,6 @@ from hcss_payload.live.scene_pass import ScenePass
 from hcss_payload.live.target import PointTarget
 from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
-from hcss_twin.plan.clear_sky import EVEN_SKY
 from hcss_twin.plan.combinations import Excluded, require_none
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.omissions import texture_of_sea
@@ -182,7 +181,7 @@ class LiveTwin:
         if plan.texture.varies:
             texture = texture_of_sea(plan.assembly, _ONE_TEMPERATURE)
             omissions = (texture, *omissions)
-            plan = replace(plan, texture=EVEN_SKY, omissions=(*plan.omissions, texture))
+            plan = replace(plan.without_texture(), omissions=(*plan.omissions, texture))
         return plan, omissions
 
     def _excludes(self, table: tuple[Excluded, ...]) -> bool:
