@@ -81,14 +81,13 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     profile = _scaled(scenario, profile, bound)
     levels = levels_of(scenario, catalog, profile, climatology)
     if isinstance(scenario.atmosphere.inversion, InversionSection):
-        if bound is not None:
-            _refuse_bound(scenario, bound, ["atmosphere.inversion"], "temperatures")
+        _refuse_change(scenario, bound, ["atmosphere.inversion"], "temperatures")
         profile = with_inversion_of_scenario(scenario, profile, field, climatology, filled)
     elif has_usual_inversion(scenario, catalog, profile):
         profile = with_usual_inversion(scenario, profile, levels, filled)
     profile = _with_gases(scenario, profile, bound, filled)
-    if bound is not None and scenario.atmosphere.water_vapour_texture > 0.0:
-        _refuse_bound(scenario, bound, ["atmosphere.water_vapour_texture"], "water vapour")
+    textured = ["atmosphere.water_vapour_texture"] * (scenario.atmosphere.water_vapour_texture > 0.0)
+    _refuse_change(scenario, bound, textured, "water vapour")
 
     def finished(profile: Profile) -> Profile:
         return _with_gases(scenario, _scaled(scenario, profile, bound), bound, [])
@@ -178,8 +177,7 @@ def _scaled(scenario: Scenario, profile: Profile, bound: Profile | None) -> Prof
     if factor is None and column is None:
         return profile
     field = f"atmosphere.{'water_vapour_column' if factor is None else 'water_vapour_scale'}"
-    if bound is not None:
-        _refuse_bound(scenario, bound, [field], "water vapour")
+    _refuse_change(scenario, bound, [field], "water vapour")
     with attribute_to_field(field):
         return with_water_vapour(profile, factor=factor, column_kg_m2=column)
 
@@ -188,9 +186,9 @@ def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, fil
     """Return the profile with the given amounts of gases, and with the means of the scene's year."""
     section, field = scenario.atmosphere.gases, "atmosphere.gases"
     given = section.given()
+    asked = [*map(str.upper, given), *["others"] * section.asks_for_year]
+    _refuse_change(scenario, bound, [f"{field}.{name}" for name in asked], "gases")
     if bound is not None:
-        asked = [*map(str.upper, given), *(["others"] if section.asks_for_year else [])]
-        _refuse_bound(scenario, bound, [f"{field}.{name}" for name in asked], "gases")
         return profile
     factors: dict[str, float] = {}
     for gas, amount in given.items():
@@ -213,9 +211,9 @@ def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, fil
     return with_factors(profile, factors)
 
 
-def _refuse_bound(scenario: Scenario, bound: Profile, fields: list[str], what: str) -> None:
+def _refuse_change(scenario: Scenario, bound: Profile | None, fields: list[str], what: str) -> None:
     """Raise an error if keys change the only profile that a provider supports."""
-    if fields:
+    if bound is not None and fields:
         message = (
             f"provider '{scenario.atmosphere.provider}' supports only the profile '{bound.name}' with its {what}; "
             "allowed: omit the key, or choose a provider that supports any profile"

@@ -26,10 +26,10 @@ from hcss_evaluate.posterior.parameter_space import Space
 from hcss_evaluate.posterior.population import PopulationModel
 from hcss_evaluate.posterior.priors import KINDS, Prior
 from hcss_twin import __version__
-from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
+from hcss_twin.core.records import read_arrays, write_arrays
 from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
 from hcss_twin.providers import Array, Catalog, HcssError
 
