@@ -355,8 +355,8 @@ def tags_of(attributes: Mapping[str, Any], sun_zenith_deg: Limits | None) -> fro
         "sensor": SENSOR_ATTRIBUTE in attributes,
         "aerosol": aerosol != "none",
         "vapour texture": bool(air.get("water_vapour_texture")),
-        "inversion": air.get("inversion") is not None,
-        "no inversion": air.get("inversion") is None,
+        "inversion": air.get("inversion") != "off",
+        "no inversion": air.get("inversion") == "off",
     }
     return frozenset(tags | {tag for tag, holds in given.items() if holds})
 
