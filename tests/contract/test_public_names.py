@@ -116,9 +116,9 @@ def test_a_command_of_another_package_reads_a_scenario_and_writes_a_new_file(tmp
     @options.Shared.force
     @click.option("--scale", type=options.Number(min=0.0), default=1.0)
     def ours(scenario, assignments, json_file, force, scale):
-        options.require_writable([json_file], force, form="JSON")
-        coverage = options.load(scenario, assignments).clouds.layers[0].coverage
-        options.write_json({"coverage": scale * coverage}, json_file)
+        options.Output.require_writable([json_file], force, form="JSON")
+        coverage = options.Shared.load(scenario, assignments).clouds.layers[0].coverage
+        options.Shared.write_json({"coverage": scale * coverage}, json_file)
 
     def run(*arguments):
         return CliRunner().invoke(ours, ["stratus", "--set", "clouds.coverage=0.25", *arguments])
@@ -160,7 +160,7 @@ def test_a_command_answers_nothing_but_json_which_has_no_infinity():
     def ours(path, output, as_json):
         click.echo(f"reading {path}")
         if as_json:
-            options.write_json(json_value({"output": str(output), "sizes": (1.0, math.inf)}))
+            options.Shared.write_json(json_value({"output": str(output), "sizes": (1.0, math.inf)}))
 
     result = CliRunner().invoke(ours, [".", "--json", "-o", "a.nc"])
     assert json.loads(result.stdout) == {"output": "a.nc", "sizes": [1.0, None]}
