@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import date, time
 
-__all__ = ["OptionError"]
+__all__ = ["CertificateWarning", "OptionError"]
 
 
 class HcssError(Exception):
@@ -60,6 +60,10 @@ class CertificateWarning(UserWarning):
     """A cube misses the requested accuracy; its certificate says by how much and where."""
 
 
+LONGEST = 80
+"""Characters of a value in a message."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """One problem of a scenario.
@@ -77,6 +81,20 @@ class Problem:
 
     def __str__(self) -> str:
         return f"{self.field}: {self.message}"
+
+    @staticmethod
+    def shown(value: object) -> str:
+        """Write a value as in a scenario file, cut to 80 characters."""
+        if isinstance(value, bool):
+            text = str(value).lower()
+        elif isinstance(value, date | time):
+            text = value.isoformat()
+        else:
+            try:
+                text = repr(value)
+            except ValueError:  # integer beyond Python's limit for conversion to text
+                text = "a number of thousands of digits"
+        return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
 
 class ScenarioError(HcssError):
@@ -172,34 +190,6 @@ def choose_from(name: str, choices: Iterable[str]) -> str:
     return f"allowed: {', '.join(known) if known else 'none'}{hint}"
 
 
-LONGEST = 80
-
-
-def shown(value: object) -> str:
-    """Write a value as in a scenario file, cut to 80 characters."""
-    if isinstance(value, bool):
-        text = str(value).lower()
-    elif isinstance(value, date | time):
-        text = value.isoformat()
-    else:
-        try:
-            text = repr(value)
-        except ValueError:  # integer beyond Python's limit for conversion to text
-            text = "a number of thousands of digits"
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
-
-
 def listed(value: object) -> str | None:
     """Write ``value`` as the only entry of a list; None if it cannot be an entry."""
     return json.dumps([value]) if isinstance(value, str) and len(value) < LONGEST else None
-
-
-def ordinal(number: int) -> str:
-    """Return ``1st``, ``2nd``, ``3rd``, ``4th``, ``11th``, ``21st`` and so on."""
-    teens = number % 100 in (11, 12, 13)
-    return f"{number}{'th' if teens else {1: 'st', 2: 'nd', 3: 'rd'}.get(number % 10, 'th')}"
-
-
-def count(number: int, noun: str, plural: str) -> str:
-    """Write a number with its noun: ``1 entry``, ``2 entries``."""
-    return f"{number} {noun if number == 1 else plural}"

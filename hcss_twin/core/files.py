@@ -14,10 +14,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import CatalogError, HcssError
 from hcss_twin.core.reading import Reading
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 __all__ = ["Writing"]
 
@@ -85,6 +88,13 @@ class Writing:
         if self._form:
             _require_form(path, error, self._form)
         require_not_read(path, self._read, error)
+
+    def arrays(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Write arrays of numbers or text as an archive of numpy with their checksum, for :meth:`Reading.arrays`."""
+        from hcss_twin.core.archives import write_arrays
+
+        with self as draft:
+            write_arrays(draft, arrays)
 
     def __enter__(self) -> Path:
         self.check()

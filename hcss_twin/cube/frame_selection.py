@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError, choose_from
 from hcss_twin.core.reading import Reading
-from hcss_twin.cube.coordinates import as_seen, frame_times_s
+from hcss_twin.cube.coordinates import frame_times_s, with_plane_axes
 from hcss_twin.cube.pixel_grid import PixelGrid, first_and_step
 from hcss_twin.cube.variables import LAYER
 
@@ -91,6 +91,12 @@ class FrameSelection:
     data: xr.DataArray
     chosen: tuple[int, ...]
 
+    @staticmethod
+    def as_seen(dataset: xr.Dataset) -> xr.Dataset:
+        """Return a cube to draw: axes y and x, and y upward, also of images whose rows count downward."""
+        plane = with_plane_axes(dataset)
+        return plane.isel(y=slice(None, None, -1)) if "row" in dataset.dims else plane
+
     @classmethod
     def of(
         cls, dataset: xr.Dataset, variable: str | None, bands: Sequence[str] = (), frames: Sequence[int] = ()
@@ -111,7 +117,7 @@ class FrameSelection:
         CubeError
             If the cube has no such variable, band or frame; lists the available ones and the closest.
         """
-        on_ground, dataset = "row" not in dataset.dims, as_seen(dataset)
+        on_ground, dataset = "row" not in dataset.dims, FrameSelection.as_seen(dataset)
         name = _variable(dataset, variable)
         data = dataset[name]
         kind = next((dim for dim in _PLANES if dim in data.dims), "")

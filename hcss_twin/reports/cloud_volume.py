@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.core.errors import CubeError, ordinal
+from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import Writing
 from hcss_twin.reports.cloud_columns import CloudColumns, altitude_edges, occupancy
+from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -135,7 +136,7 @@ def _space(figure: Any, axis: Any, columns: CloudColumns) -> None:
     axis.set_zlabel("altitude (km)")
     axis.locator_params(axis="z", nbins=4)
     heights = "true proportions" if exaggeration == 1.0 else f"vertical exaggeration {exaggeration:g}"
-    thinned = "" if step == 1 else f"; every {ordinal(step)} pixel shown"
+    thinned = "" if step == 1 else f"; every {Table.ordinal(step)} pixel shown"
     below = "sea (blue)" if lowest == 0.0 else "the sea is not shown"
     figure.text(0.5, 0.925, f"cloud top (shaded), base (grey), {below}; {heights}{thinned}", ha="center", fontsize=10)
     # the range of the colour map used by the surface

@@ -30,6 +30,9 @@ PLANE = ("time", "y", "x")
 CURVES = ("radiance", "brightness_temperature")
 """Quantities with a histogram, a spectrum and a time series of the mean; they are shown first."""
 
+SPECTRUM_SIDE = 32
+"""Shortest side of an image with a spectrum, pixels."""
+
 READ_PIXELS = 1_000_000
 """Maximum number of pixels read per plane; larger planes are thinned to every n-th row and column."""
 
@@ -174,13 +177,13 @@ class FrameSpectrum:
 def frame_spectrum(images: Iterable[NDArray[Any]], pixel_size_m: float) -> FrameSpectrum | None:
     """Return the mean spectrum of images (y, x) of one shape, or None if no image has one.
 
-    Images below 32 x 32 pixels, with missing values, or that are exact planes have none
-    (:mod:`hcss_twin.reports.power_spectrum`).
+    Images below 32 x 32 pixels, which have too few scales, with missing values, or that are exact planes have none.
     """
     spectra = []
     for image in images:
-        with suppress(ImageError):
-            spectra.append(Rings.of(image))
+        if min(image.shape) >= SPECTRUM_SIDE:
+            with suppress(ImageError):
+                spectra.append(Rings.of(image))
     if not spectra:
         return None
     full = spectra[0].waves > 0

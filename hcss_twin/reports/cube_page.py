@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.cube.coordinates import as_seen
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import cube_bytes
 from hcss_twin.reports.cube_frames import CURVES, WINDOW_PIXELS, Reader, Series, quantities, read_all
 from hcss_twin.reports.cube_viewer import viewer, viewer_script
 from hcss_twin.reports.figures import Figures
-from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page, Section
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.scene_section import scene_blocks
 from hcss_twin.reports.tables import Table, bound_text, frames_text
@@ -34,7 +34,7 @@ def cube_page(path: Path) -> Page:
         If it is not a complete cube.
     """
     with open_cube(path) as opened:
-        dataset = as_seen(opened)
+        dataset = FrameSelection.as_seen(opened)
         attributes = {str(name): value for name, value in dataset.attrs.items()}
         sections, scripts = _frames(dataset)
         if SENSOR_ATTRIBUTE in attributes:
@@ -184,7 +184,7 @@ def _over_time(dataset: xr.Dataset, group: Sequence[Series]) -> Figure:
     return figure
 
 
-def _sensor(attributes: Mapping[str, Any]) -> Block:
+def _sensor(attributes: Mapping[str, Any]) -> Markup.Block:
     """Return the sensor description of a measured cube; missing properties are omitted."""
     about = Provenance.value(attributes, SENSOR_ATTRIBUTE, {})
     pairs: list[tuple[str, str]] = []
@@ -211,7 +211,7 @@ def _value(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
+def _certificate(attributes: Mapping[str, Any]) -> Iterator[Markup.Block]:
     """Yield the requested, estimated and achieved accuracy."""
     requested = attributes.get("hcss_accuracy_requested")
     words = attributes.get("hcss_certificate")
@@ -311,7 +311,7 @@ def _error(value: Any) -> str:
     return Table.number(None if value is None else float(value), 3, "none")
 
 
-def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
+def _plan(attributes: Mapping[str, Any]) -> Iterator[Markup.Block]:
     """Yield the defaults used, the approximations with their bounds, and the error of each."""
     filled = Provenance.value(attributes, "hcss_filled_in", [])
     if filled:

@@ -7,10 +7,12 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
-from hcss_twin.reports.page import Block, Markup, Tone
+from hcss_twin.reports.page import Markup
 from hcss_twin.reports.tables import Table
 
-_VERDICTS: Mapping[str, Tone] = {"PASSED": "good", "FAILED": "bad", "NOTHING CHECKED": "fair"}
+_VERDICTS: Mapping[str, Markup.Tone] = {"PASSED": "good", "FAILED": "bad", "NOTHING CHECKED": "fair"}
+
+__all__ = ["Provenance"]
 
 _T = TypeVar("_T", list[Any], dict[str, Any])
 
@@ -42,7 +44,7 @@ class Provenance:
         keys: Mapping[str, str],
         inputs: Sequence[tuple[str, str]] = (),
         shown: Callable[[str], bool] = lambda name: False,
-    ) -> Iterator[Block]:
+    ) -> Iterator[Markup.Block]:
         """Yield file, versions, inputs and all other attributes of a file.
 
         Parameters
@@ -77,7 +79,7 @@ class Provenance:
         return ", ".join(f"{name} {version}" for name, version in versions.items())
 
     @staticmethod
-    def origin(attributes: Mapping[str, Any]) -> Iterator[Block]:
+    def origin(attributes: Mapping[str, Any]) -> Iterator[Markup.Block]:
         """Yield providers, hashes of the files read, and the scenario of a cube."""
         providers = Provenance.value(attributes, "hcss_providers", {})
         if providers:

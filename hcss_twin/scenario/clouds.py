@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.core.errors import closest, shown
+from hcss_twin.core.errors import Problem, closest
 from hcss_twin.scenario.section_types import (
     LARGEST_UM,
     MAX_WATER_KG_M3,
@@ -148,9 +148,9 @@ def single_layer(data: Any) -> Any:
         return data
     keys = tuple(Layer.model_fields)
     if not isinstance(data, dict):
-        hint = f"; closest valid choice is {{type = {shown(data)}}}" if isinstance(data, str) else ""
+        hint = f"; closest valid choice is {{type = {Problem.shown(data)}}}" if isinstance(data, str) else ""
         raise PydanticCustomError(
-            "clouds", f"{shown(data)} is not a table; allowed: a table with the keys {', '.join(keys)}{hint}"
+            "clouds", f"{Problem.shown(data)} is not a table; allowed: a table with the keys {', '.join(keys)}{hint}"
         )
     if not has_single_layer(data):
         return data
@@ -158,12 +158,12 @@ def single_layer(data: Any) -> Any:
     if "layers" in data:
         raise PydanticCustomError(
             "layers",
-            f"{', '.join(map(shown, short))} with [[clouds.layers]]; allowed: the keys of the layer in [clouds] or "
-            "in [[clouds.layers]], not in both",
+            f"{', '.join(map(Problem.shown, short))} with [[clouds.layers]]; allowed: the keys of the layer in "
+            "[clouds] or in [[clouds.layers]], not in both",
         )
     for key in short:
         if isinstance(key, str) and key not in keys and closest(key, (*keys, "layers")) == "layers":
             raise PydanticCustomError(
-                "layers", f"unknown key {shown(key)}; closest is 'layers', as in [[clouds.layers]]"
+                "layers", f"unknown key {Problem.shown(key)}; closest is 'layers', as in [[clouds.layers]]"
             )
     return {"layers": [short]}

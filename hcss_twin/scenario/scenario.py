@@ -13,7 +13,7 @@ from pydantic import BaseModel, PrivateAttr, ValidationError
 
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from, shown
+from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from
 from hcss_twin.core.own_packages import COMMANDS, how_to_install
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.models.parameters import DEFAULT_COEFFICIENTS
@@ -147,7 +147,7 @@ class Scenario(ScenarioModel):
         """
         base = (base or Path.cwd()).resolve()
         if not isinstance(raw, Mapping):
-            raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
+            raise ScenarioError([Problem("scenario", f"{Problem.shown(raw)} is not a table of keys")], origin)
         if SWEEP in raw:
             raise ScenarioError([Problem(SWEEP, _NOT_ONE_SCENE)], origin)
         if UNCERTAIN in raw:

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.core.errors import closest, shown
+from hcss_twin.core.errors import Problem, closest
 
 __all__ = ["Number", "QuantityParser", "Whole"]
 
@@ -45,7 +45,7 @@ def parse_quantity(value: object, dimension: str) -> object:
     match = _QUANTITY.fullmatch(value)
     if match is None:
         raise PydanticCustomError(
-            "not_a_quantity", f"{shown(value)} is not a number with a unit; {_allowed(dimension)}"
+            "not_a_quantity", f"{Problem.shown(value)} is not a number with a unit; {_allowed(dimension)}"
         )
     number, unit = match.groups()
     if unit not in units:
@@ -54,7 +54,8 @@ def parse_quantity(value: object, dimension: str) -> object:
         guess = _closest_unit(unit, dimension)
         hint = f"; closest is '{guess}'" if guess else ""
         raise PydanticCustomError(
-            "wrong_unit", f"{shown(value)}: {shown(unit)} is not a unit of {dimension}; {_allowed(dimension)}{hint}"
+            "wrong_unit",
+            f"{Problem.shown(value)}: {Problem.shown(unit)} is not a unit of {dimension}; {_allowed(dimension)}{hint}",
         )
     factor, offset = units[unit]
     return factor * float(number) + offset
@@ -71,16 +72,16 @@ def quantity_or_word(dimension: str, low: float, high: float, *words: str, above
             return value
         if isinstance(value, str) and (word := closest(value, words)):
             raise PydanticCustomError(
-                "quantity_or_word", f"{shown(value)} is not a {dimension}; {allowed}; closest is '{word}'"
+                "quantity_or_word", f"{Problem.shown(value)} is not a {dimension}; {allowed}; closest is '{word}'"
             )
         number = parse_quantity(value, dimension)
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise PydanticCustomError("quantity_or_word", f"{shown(value)} is not a {dimension}; {allowed}")
+            raise PydanticCustomError("quantity_or_word", f"{Problem.shown(value)} is not a {dimension}; {allowed}")
         if not low <= number <= high:
             nearest = f"{low:g}" if number < low else above
             nearest = meant_in(dimension, number, low, high) or nearest
             hint = f"; closest valid choice is {nearest}" if number == number else ""  # NaN has no closest value
-            raise PydanticCustomError("quantity_or_word", f"{shown(value)} is out of range; {allowed}{hint}")
+            raise PydanticCustomError("quantity_or_word", f"{Problem.shown(value)} is out of range; {allowed}{hint}")
         return float(number)
 
     return parse
@@ -169,10 +170,10 @@ def _gas_amount(value: object) -> object:
     if isinstance(value, str):
         match = _QUANTITY.fullmatch(value)
         if match is None or match.group(2) not in ("ppm", "ppb", "DU") or not float(match.group(1)) > 0.0:
-            raise PydanticCustomError("gas_amount", f"{shown(value)} is not an amount of a gas; {allowed}")
+            raise PydanticCustomError("gas_amount", f"{Problem.shown(value)} is not an amount of a gas; {allowed}")
         return f"{match.group(1)} {match.group(2)}"
     if not isinstance(value, int | float) or not 0.0 < value <= 100.0:
-        raise PydanticCustomError("gas_amount", f"{shown(value)} is not an amount of a gas; {allowed}")
+        raise PydanticCustomError("gas_amount", f"{Problem.shown(value)} is not an amount of a gas; {allowed}")
     return float(value)
 
 
@@ -234,16 +235,19 @@ def parse_accuracy(value: Any) -> float | str:
     if isinstance(value, str):
         match = _ACCURACY_TEXT.fullmatch(value)
         if match is None:
-            raise PydanticCustomError("not_an_accuracy", f"{shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}")
+            raise PydanticCustomError(
+                "not_an_accuracy", f"{Problem.shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}"
+            )
         number, unit = float(match.group(1)), match.group(2)
         if unit not in _ACCURACY_FACTORS:
             closest = "K" if any(map(str.isalpha, unit)) else "%"
             raise PydanticCustomError(
                 "not_an_accuracy",
-                f"{shown(value)}: {shown(unit)} is not a unit of accuracy; {_ACCURACY_ALLOWED}; closest is '{closest}'",
+                f"{Problem.shown(value)}: {Problem.shown(unit)} is not a unit of accuracy; {_ACCURACY_ALLOWED}; "
+                f"closest is '{closest}'",
             )
     if isinstance(number, bool) or not isinstance(number, int | float):
-        raise PydanticCustomError("not_an_accuracy", f"{shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}")
+        raise PydanticCustomError("not_an_accuracy", f"{Problem.shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}")
     try:
         plain = float(number) * _ACCURACY_FACTORS[unit]
     except OverflowError:  # an integer too large for a float
@@ -254,8 +258,8 @@ def parse_accuracy(value: Any) -> float | str:
         nearest = most if plain > most else least
         raise PydanticCustomError(
             "accuracy_range",
-            f"{shown(value)} is out of range; allowed: {MIN_ACCURACY:g} to {MAX_ACCURACY:g} of the radiance, or text "
-            f"from '{MIN_ACCURACY_K:g} K' to '{MAX_ACCURACY_K:g} K'; closest valid choice is "
+            f"{Problem.shown(value)} is out of range; allowed: {MIN_ACCURACY:g} to {MAX_ACCURACY:g} of the radiance, "
+            f"or text from '{MIN_ACCURACY_K:g} K' to '{MAX_ACCURACY_K:g} K'; closest valid choice is "
             + (f"'{nearest:g} K'" if kelvin else f"{nearest:g}"),
         )
     return f"{plain:g} K" if kelvin else plain

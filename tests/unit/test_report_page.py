@@ -6,8 +6,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.reports.page import Markup, Page, Section, page_text, png_of
-from hcss_twin.reports.tables import WIDTH, Table, bound_text, labelled
+from hcss_twin.reports.figures import Figures
+from hcss_twin.reports.page import Markup, Page, Section, page_text
+from hcss_twin.reports.tables import WIDTH, Table, bound_text
 
 VOID = {"meta", "img", "br", "input", "link", "hr"}
 
@@ -74,7 +75,7 @@ def test_contents_link_to_every_section():
 
 
 def test_the_same_figure_gives_the_same_bytes():
-    assert png_of(figure()) == png_of(figure())
+    assert Figures.png(figure()) == Figures.png(figure())
 
 
 def test_markup_is_not_escaped_again_and_attributes_always_are():
@@ -116,11 +117,11 @@ def test_a_row_of_one_cell_is_a_heading_that_widens_no_column():
 
 
 def test_text_beside_a_label_is_wrapped_below_itself_and_words_stay_whole():
-    lines = labelled("sea", "word " * 60, 13, 4).splitlines()
+    lines = Table.labelled("sea", "word " * 60, 13, 4).splitlines()
     assert lines[0].startswith("  sea          word")
     assert all(line.startswith(" " * 19 + "word") for line in lines[1:])
     assert max(map(len, lines)) <= WIDTH
-    assert labelled("", "x" * 200, 13).endswith("x" * 200)
+    assert Table.labelled("", "x" * 200, 13).endswith("x" * 200)
 
 
 @pytest.mark.parametrize(

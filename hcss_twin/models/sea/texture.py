@@ -23,7 +23,7 @@ from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
 from hcss_twin.models.clouds.fractal.lattice import fold
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave, lifetime_s
+from hcss_twin.models.clouds.fractal.octaves import Octave, lifetime_s
 from hcss_twin.providers import Grid
 
 COARSE = 4
@@ -137,14 +137,14 @@ def octaves_of(shape: TextureShape, grid: Grid) -> tuple[Octave, ...]:
         step, k = grid.pixel_size_m / cell_m, round(math.log2(shape.outer_m / cell_m))
         # Mean correlation of two points of the pixel, along either axis.
         mean = float(np.mean(2.0 * (1.0 - apart) * correlation(apart * step)))
-        scale, still = AxisScale(step, False), not np.isfinite(shape.lifetime_s_per_m)
-        time = AxisScale(0.0 if still else 1.0 / lifetime_s(cell_m, shape.lifetime_s_per_m), False)
+        scale, still = Octave.AxisScale(step, False), not np.isfinite(shape.lifetime_s_per_m)
+        time = Octave.AxisScale(0.0 if still else 1.0 / lifetime_s(cell_m, shape.lifetime_s_per_m), False)
         octaves.append(Octave(k, variance * mean**2, scale, scale, time, False))
     return tuple(octaves)
 
 
 def _at_every(pixels: int, octave: Octave) -> Octave:
-    scale = AxisScale(pixels * octave.x.step, False)
+    scale = Octave.AxisScale(pixels * octave.x.step, False)
     return Octave(octave.k, octave.variance, scale, scale, octave.t, False)
 
 

@@ -33,7 +33,7 @@ from scipy.ndimage import gaussian_filter
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.sea.pierson_moskowitz import spectrum_m2_s
 from hcss_twin.physics.paths import to_space
-from hcss_twin.reports.page import png_of
+from hcss_twin.reports.figures import Figures
 
 FITTED = "reproduced with fitted inputs"
 MISSING = "not reproducible"
@@ -425,7 +425,7 @@ def test_small_pictures_are_smaller_and_look_the_same():
     figure = figure_base.blank(4.0, 3.0)
     rng = np.random.default_rng(7)
     figure_base.image_panel(figure.subplots(), gaussian_filter(rng.standard_normal((200, 200)), 4.0), "title")
-    whole, small = png_of(figure), small_png(figure)
+    whole, small = Figures.png(figure), small_png(figure)
     assert len(small) < 0.9 * len(whole)
     assert small == small_png(figure)
     before, after = (np.asarray(Image.open(BytesIO(picture)).convert("RGB"), dtype=float) for picture in (whole, small))

@@ -14,7 +14,7 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.providers import Grid
 
@@ -88,7 +88,9 @@ def test_covariance_of_a_step_is_that_of_sheppard():
 
 def test_variance_of_means_and_between_points_is_that_of_the_field():
     step = 1.0 / 16.0
-    octave = Octave(0, 1.0, AxisScale(step, False), AxisScale(step, False), AxisScale(0.0, False), False)
+    octave = Octave(
+        0, 1.0, Octave.AxisScale(step, False), Octave.AxisScale(step, False), Octave.AxisScale(0.0, False), False
+    )
     field = FractalField(5, (octave,), 1).window(0.0, PixelWindow(0, 1600, 0.0), PixelWindow(0, 1600, 0.0))
     for cells in (0.5, 1.5):
         points = int(16 * cells)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, MAX_BLOCKS, BlockCache, NodeWindow
 from hcss_twin.models.clouds.fractal.lattice import lattice_normals, plane_key, unit_offset
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.rows import add_nodes, add_octave, cubic_weights, split
 
 __all__ = ["FractalField", "Lattice", "PixelWindow"]
@@ -314,7 +314,7 @@ class _Cells:
     offsets: NDArray[np.float64]
 
     @classmethod
-    def of(cls, seed: int, octaves: Sequence[Octave], axis: int, scales: Sequence[AxisScale]) -> _Cells:
+    def of(cls, seed: int, octaves: Sequence[Octave], axis: int, scales: Sequence[Octave.AxisScale]) -> _Cells:
         """Without interpolation, nodes are half a cell from the next rounding."""
         offsets = []
         for octave, scale in zip(octaves, scales, strict=True):

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.coverage import FrameSummary, summarise
 from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.models.clouds.fractal.octaves import Octave, describe_skipped, merge_noise
+from hcss_twin.models.clouds.fractal.octaves import Octave, describe_skipped
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, thickness_in_frame
 from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Motion
@@ -118,7 +118,7 @@ class FractalClouds:
         self.parameters = complete_parameters(parameters, inputs.type_parameters)
         is_one_sky = inputs.layer.coverage_mode == "field"
         separate = Octave.separate(self.parameters, inputs.grid, motion, noise=not is_one_sky)
-        self.octaves = merge_noise(separate)
+        self.octaves = Octave.merge_noise(separate)
         self.skipped = describe_skipped(separate, self.octaves)
         self._field = FractalField(inputs.seed, self.octaves, threads)
         wind_x, wind_y = motion.cloud_velocity_m_s

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar, Literal
@@ -26,7 +27,8 @@ from hcss_twin.providers import Grid
 
 __all__ = ["SatelliteImage"]
 
-CloudIs = Literal["auto", "bright", "dark"]
+CLEAR_PERCENTILE, COLD_K = 99.0, 2.0
+"""Of the brightness temperature of an image, that of the clear sky; how much colder a pixel is certainly cloudy."""
 
 # Relative difference of pixel sizes that is accepted as equal.
 _SAME_SIZE = 0.01
@@ -108,6 +110,32 @@ class SatelliteImage:
 
     WINDOW_UM: ClassVar = (10.0, 12.6)
 
+    CloudIs = Literal["auto", "bright", "dark"]
+
+    class SeveralImagesError(CatalogError):
+        """A file has several images, and none of them is chosen.
+
+        Parameters
+        ----------
+        path : Path
+            The file.
+        planes : iterable of str
+            Names of the images.
+        hint : str
+            What is known of them.
+        option : str
+            What chooses one of them.
+        """
+
+        def __init__(self, path: Path, planes: Iterable[str], hint: str = "", option: str = "variable") -> None:
+            self._parts = path, tuple(planes), hint
+            listed = ", ".join(sorted(planes))
+            super().__init__(f"{path}: several images; set {option} to one of: {listed}{f'; {hint}' if hint else ''}")
+
+        def chosen_with(self, option: str) -> SatelliteImage.SeveralImagesError:
+            """Return the same error of a command whose option chooses the image."""
+            return SatelliteImage.SeveralImagesError(*self._parts, option)
+
     values: NDArray[np.float64]
     pixel_size_m: float | None
     bright_is_cloud: bool
@@ -146,6 +174,20 @@ class SatelliteImage:
         """Whether the image shows only cloud tops: "cloud top" in its name, and missing pixels elsewhere."""
         name = f"{self.variable} {self.long_name}".lower().replace("_", " ")
         return "cloud top" in name and bool(np.isnan(self.values).any())
+
+    def lost_cloud(self, level: Array, cloudy: NDArray[np.bool_], cloud_is: CloudIs) -> tuple[str, ...]:
+        """Return a note on cold pixels that are not ``cloudy``, for images of brightness temperature; else none."""
+        if not self.is_temperature or self.cloud_is_bright(cloud_is):
+            return ()
+        clear = float(np.nanpercentile(self.values, CLEAR_PERCENTILE))
+        cold = -level < clear - COLD_K
+        lost = np.count_nonzero(cold & ~cloudy) / max(int(np.count_nonzero(cold)), 1)
+        if lost < 5e-5:
+            return ()
+        return (
+            f"{lost:.2%} of the pixels that are {COLD_K:g} K colder than clear sky ({clear:.5g} K) are left out as "
+            "clear; the method 'temperature' of the generator imagery keeps them.",
+        )
 
     def cloud_is_bright(self, cloud_is: CloudIs) -> bool:
         """Whether large values are cloud, according to the user or else the quantity."""

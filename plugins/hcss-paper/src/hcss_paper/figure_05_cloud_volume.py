@@ -11,7 +11,7 @@ from hcss_paper.figure_base import scenario_of
 from hcss_paper.inputs import CLOUD_HEIGHTS_KM, in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_twin import make_plan, simulate
-from hcss_twin.models.clouds.coverage import cloud_fraction_value
+from hcss_twin.models.clouds.coverage import Coverage
 from hcss_twin.providers import Array, Catalog
 from hcss_twin.reports.cloud_columns import CloudColumns
 from hcss_twin.reports.cloud_volume import volume_figure
@@ -40,7 +40,7 @@ def eq_7(field: Array, cloudy: NDArray[np.bool_], thinnest_m: float, thickest_m:
     thinnest_m, thickest_m : float
         Th_min and Th_max.
     """
-    p = cloud_fraction_value(field)
+    p = Coverage.cloud_fraction_value(field)
     low, high = float(p[cloudy].min()), float(p[cloudy].max())
     mapped: Array = np.where(cloudy, thinnest_m + (thickest_m - thinnest_m) * (p - low) / (high - low), 0.0)
     return mapped

@@ -11,10 +11,10 @@ from hcss_paper.index import heading
 from hcss_paper.reproduction import Check, Reproduction, Row
 from hcss_paper.run import Outcome, relative, totals
 from hcss_twin import __version__
-from hcss_twin.reports.page import Block, Markup, Page, Section, Tone
+from hcss_twin.reports.page import Markup, Page, Section
 from hcss_twin.reports.tables import Table
 
-_TONES: dict[str, Tone] = {
+_TONES: dict[str, Markup.Tone] = {
     "reproduced": "good",
     "reproduced with fitted inputs": "fair",
     "not reproducible": "bad",
@@ -110,7 +110,7 @@ def _section(outcome: Outcome) -> Section:
     if outcome.result is None:
         return Section(title, [head, Markup.note(outcome.error, "bad")])
     result = outcome.result
-    content: list[Block] = [head, Markup.note(result.reason, _TONES[result.verdict])]
+    content: list[Markup.Block] = [head, Markup.note(result.reason, _TONES[result.verdict])]
     content += _checks(result.checks)
     content += _rows(result)
     if outcome.worst is not None:
@@ -127,7 +127,7 @@ def _section(outcome: Outcome) -> Section:
     return Section(title, content)
 
 
-def _checks(checks: Sequence[Check]) -> list[Block]:
+def _checks(checks: Sequence[Check]) -> list[Markup.Block]:
     if not checks:
         return []
     rows = [
@@ -137,7 +137,7 @@ def _checks(checks: Sequence[Check]) -> list[Block]:
     return [Table(["check", "statement"], rows, text_columns=2)]
 
 
-def _rows(result: Reproduction) -> list[Block]:
+def _rows(result: Reproduction) -> list[Markup.Block]:
     if not result.rows:
         return []
     # A column without numbers is omitted.

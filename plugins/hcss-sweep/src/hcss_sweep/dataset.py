@@ -19,7 +19,6 @@ from hcss_sweep.errors import SweepError
 from hcss_sweep.folder import INDEX, LOG, PointRecord, is_cube_name
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import Writing
-from hcss_twin.core.netcdf import open_with_xarray
 from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.metadata import creation_time
@@ -45,7 +44,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     if not os.path.isfile(path):
         raise CubeError(f"cannot read {os.fspath(path)}: there is no such file")
-    dataset = open_with_xarray(path, decode_coords="all", cache=False)
+    dataset = NetcdfFile.open_with_xarray(path, decode_coords="all", cache=False)
     if MARK not in dataset.attrs:
         dataset.close()
         raise CubeError(f"cannot read {os.fspath(path)}: it is not a sweep dataset; open_cube reads cubes")

@@ -13,7 +13,7 @@ from hcss_sweep.page_points import PointEntry, PointSummary, Sweep, SweepSummary
 from hcss_twin.reports.colour_scale import ColourScale
 from hcss_twin.reports.cube_frames import ImageQuantity
 from hcss_twin.reports.figures import Figures
-from hcss_twin.reports.page import Block, Markup, Page, Section, Tone
+from hcss_twin.reports.page import Markup, Page, Section
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table, frames_text
 
@@ -53,9 +53,9 @@ def sweep_page(path: Path) -> Page:
         return Page(title, f"Sweep {path.resolve().name}: {len(states)} points, {counts}", sections)
 
 
-def _axes(sweep: Sweep) -> Iterator[Block]:
+def _axes(sweep: Sweep) -> Iterator[Markup.Block]:
     states = {point.state for point in sweep.points}
-    verdict: tuple[str, Tone] = ("all done", "good")
+    verdict: tuple[str, Markup.Tone] = ("all done", "good")
     if states & {"failed", "missing"}:
         verdict = ("points failed", "bad")
     elif "pending" in states:
@@ -85,7 +85,7 @@ def _text(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def _against(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
+def _against(sweep: Sweep, summary: SweepSummary) -> Iterator[Markup.Block]:
     if not summary.points:
         yield Markup.note("No point has a cube.")
         return
@@ -146,7 +146,7 @@ def _scatter(
     return figure
 
 
-def _pictures(summary: SweepSummary) -> Iterator[Block]:
+def _pictures(summary: SweepSummary) -> Iterator[Markup.Block]:
     if not summary.looks:
         yield Markup.note("There is nothing to show.")
         return
@@ -170,7 +170,7 @@ def _values(point: PointEntry) -> str:
     return ", ".join(f"{key} {_text(value)}" for key, value in point.values.items())
 
 
-def _points(sweep: Sweep, summary: SweepSummary) -> Block:
+def _points(sweep: Sweep, summary: SweepSummary) -> Markup.Block:
     read_of = {entry.point.number: entry for entry in summary.points}
     headings = [
         " ".join(word for word in (quantity.label, part, f"({quantity.units})" if quantity.units else "") if word)
@@ -192,7 +192,7 @@ def _first_of(items: Sequence[object], name: str = "") -> str:
     return f" The first {LISTED} of {len(items)}{name}." if len(items) > LISTED else ""
 
 
-def _failed(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
+def _failed(sweep: Sweep, summary: SweepSummary) -> Iterator[Markup.Block]:
     failed = [
         (point, point.error or "reason unknown") for point in sweep.points if point.state in ("failed", "missing")
     ]
@@ -204,7 +204,7 @@ def _failed(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
     yield Table(["point", "values", "error"], rows, _first_of(failed).strip(), text_columns=3)
 
 
-def _provenance(sweep: Sweep) -> Iterator[Block]:
+def _provenance(sweep: Sweep) -> Iterator[Markup.Block]:
     yield Markup.facts((name, value) for name, value in sweep.about.items() if value)
     for point in sweep.points:
         if point.cube is not None:

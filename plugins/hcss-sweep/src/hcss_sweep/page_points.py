@@ -18,7 +18,7 @@ from hcss_sweep.errors import SweepError
 from hcss_sweep.folder import FORMAT, INDEX
 from hcss_twin import open_cube
 from hcss_twin.core.reading import Reading
-from hcss_twin.cube.coordinates import as_seen
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.providers import HcssError
 from hcss_twin.reports.cube_frames import CURVES, FrameNumbers, ImageQuantity, Reader, binned, quantities, spread
 from hcss_twin.reports.provenance import Provenance
@@ -255,7 +255,7 @@ def read(points: Sequence[PointEntry]) -> SweepSummary:
         assert point.cube is not None
         try:
             with point.cube() as opened:
-                dataset = as_seen(opened)
+                dataset = FrameSelection.as_seen(opened)
                 present = quantities(dataset)
                 reader = Reader.of(dataset)
                 frames = spread(dataset.sizes["time"], READ_FRAMES)

@@ -16,7 +16,6 @@ from typing import Any, Generic, TypeVar
 
 from hcss_sweep.design import Design, key_parts
 from hcss_twin import Scenario, make_plan
-from hcss_twin.core.errors import shown
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.simulate import run
@@ -89,7 +88,7 @@ def _described(wrong: Mapping[Problem, list[int]], typed: list[Mapping[str, Any]
             yield problem  # of the scenario alone, without swept keys
             continue
         shared = [
-            f"{key} = {shown(value)}"
+            f"{key} = {Problem.shown(value)}"
             for key, value in typed[numbers[0]].items()
             if all(typed[number][key] == value for number in numbers)
         ]

@@ -14,8 +14,8 @@ import click
 
 from hcss_evaluate.commands.image_options import image_options, refuse_image_options, worded_for_options
 from hcss_evaluate.matching import BUDGET
+from hcss_evaluate.numbers import json_number
 from hcss_twin.cli.options import Existing, Number, Output, Shared
-from hcss_twin.core.json_numbers import json_number
 
 if TYPE_CHECKING:
     from hcss_evaluate.matching.match import Match
