@@ -109,8 +109,8 @@ class Coverage:
         Returns
         -------
         ndarray of bool (rows, columns)
-            True in ``round(coverage * field.size)`` pixels (halves round to even). Pixels with equal values are ordered by
-            flat index.
+            True in ``round(coverage * field.size)`` pixels (halves round to even). Pixels with equal values are ordered
+            by flat index.
 
         Raises
         ------

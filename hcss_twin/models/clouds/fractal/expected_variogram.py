@@ -99,8 +99,8 @@ class KernelCorrelation:
         Raises
         ------
         ValueError
-            If ``parameters`` are incomplete, or a lag is not a whole number of pixels: a nearest-node octave has no values
-            between pixels.
+            If ``parameters`` are incomplete, or a lag is not a whole number of pixels: a nearest-node octave has no
+            values between pixels.
         """
         dx, dy = _whole("dx_pixels", dx_pixels), _whole("dy_pixels", dy_pixels)
         variance, step_x, step_y = _octave_arrays(_octaves(parameters, pixel_size_m))
@@ -112,8 +112,8 @@ class KernelCorrelation:
     def frame_variance(self, parameters: FractalParameters, pixel_size_m: float, rows: int, columns: int) -> float:
         """Return the expected variance of V within one frame, which is less than 1 for large cells.
 
-        It is the mean of the semivariogram over all pairs of pixels of the frame: the dispersion variance of geostatistics.
-        Raises ValueError if ``parameters`` are incomplete.
+        It is the mean of the semivariogram over all pairs of pixels of the frame: the dispersion variance of
+        geostatistics. Raises ValueError if ``parameters`` are incomplete.
         """
         octaves = _octaves(parameters, pixel_size_m)
         return 1.0 - math.fsum(

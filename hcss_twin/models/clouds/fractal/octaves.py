@@ -49,8 +49,8 @@ class Octave:
     class AxisScale:
         """Sampling of an octave along one axis.
 
-        ``step`` is in lattice cells per pixel, or per second on the time axis, and 0 on a frozen time axis; ``nearest`` is
-        True if the nearest node replaces the interpolation.
+        ``step`` is in lattice cells per pixel, or per second on the time axis, and 0 on a frozen time axis; ``nearest``
+        is True if the nearest node replaces the interpolation.
         """
 
         step: float
@@ -104,9 +104,9 @@ class Octave:
     def merge_noise(octaves: tuple[Octave, ...]) -> tuple[Octave, ...]:
         """Replace octaves that are white in space by the coarsest of them, with the sum of their variances.
 
-        A sum of independent white noises is white noise, so that the distribution within a frame is exact. Between frames,
-        the finer octaves would change faster than the coarsest. Where nodes belong to the sky, only negligible octaves are
-        merged.
+        A sum of independent white noises is white noise, so that the distribution within a frame is exact. Between
+        frames, the finer octaves would change faster than the coarsest. Where nodes belong to the sky, only negligible
+        octaves are merged.
         """
         white = [octave for octave in octaves if octave.is_white]
         if not all(octave.is_noise for octave in octaves):

@@ -80,9 +80,9 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
     """Fit gamma, H, L and kmax to the variogram of the field that underlies an image.
 
     The normal scores of a frame have unit variance within the frame; a field with large cells has less
-    (:meth:`KernelCorrelation.frame_variance`), and the expected variogram is divided by that variance. ``underlying`` is from
-    :func:`underlying_structure`; only the size and pixel size of the image are used. Raises ImageError if no parameters
-    fit.
+    (:meth:`KernelCorrelation.frame_variance`), and the expected variogram is divided by that variance. ``underlying``
+    is from :func:`underlying_structure`; only the size and pixel size of the image are used. Raises ImageError if no
+    parameters fit.
     """
     kernel = KernelCorrelation.tabulate()
     rows, columns = image.level.shape
