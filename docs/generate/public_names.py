@@ -43,14 +43,22 @@ class Topic(NamedTuple):
 
 
 TOPICS = (
-    Topic("Scenes and cubes", False, ("hcss_twin", "hcss_twin.cube.frame_selection")),
+    Topic("Scenes and cubes", False, ("hcss_twin", "hcss_twin.cube.frame_selection", "hcss_twin.engine.simulate",
+         "hcss_twin.engine.certificate.certificate", "hcss_twin.engine.cube_temperature")),
     Topic("Providers", False, ("hcss_twin.providers", "hcss_twin.providers.registry.registry")),
     Topic("Commands", False, ("hcss_twin.cli.options",)),
     Topic(
+        "Reports",
+        False,
+        ("hcss_twin.reports.page", "hcss_twin.reports.tables", "hcss_twin.reports.figures",
+         "hcss_twin.reports.provenance", "hcss_twin.reports.power_spectrum"),
+    ),
+    Topic(
         "Arguments, files and compiled loops",
         False,
-        ("hcss_twin.core.arguments", "hcss_twin.core.errors", "hcss_twin.core.files", "hcss_twin.core.json_numbers",
-         "hcss_twin.core.kernels", "hcss_twin.core.reading"),
+        ("hcss_twin.core.arguments", "hcss_twin.core.environment", "hcss_twin.core.errors", "hcss_twin.core.files",
+         "hcss_twin.core.json_numbers", "hcss_twin.core.kernels", "hcss_twin.core.reading",
+         "hcss_twin.core.result_cache"),
     ),
     Topic("Sections of scenarios", False, ("hcss_twin.scenario.section_types", "hcss_twin.scenario.units")),
     Topic("Geometry", False, ("hcss_twin.physics.geodesy", "hcss_twin.physics.sun")),
@@ -73,14 +81,14 @@ TOPICS = (
         "Frames in parts",
         True,
         ("hcss_twin.engine.compile", "hcss_twin.engine.tables.radiance_tables", "hcss_twin.engine.tables.look_up",
-         "hcss_twin.engine.stream", "hcss_twin.engine.clouds", "hcss_twin.engine.scene_around",
-         "hcss_twin.engine.stages.element_paths"),
+         "hcss_twin.engine.parts", "hcss_twin.engine.stream", "hcss_twin.engine.clouds",
+         "hcss_twin.engine.scene_around", "hcss_twin.engine.stages.element_paths"),
     ),
     Topic(
         "Sensors",
         True,
         ("hcss_twin.plan.sensor_geometry", "hcss_twin.plan.sensor_stages",
-         "hcss_twin.models.sensor.noise", "hcss_twin.models.sensor.parameters", "hcss_twin.models.sensor.philox"),
+         "hcss_twin.models.sensor.noise", "hcss_twin.models.sensor.parameters"),
     ),
     Topic(
         "Fractal clouds",
@@ -88,13 +96,14 @@ TOPICS = (
         ("hcss_twin.models.clouds.fractal.parameters", "hcss_twin.models.clouds.fractal.octaves",
          "hcss_twin.models.clouds.fractal.field",
          "hcss_twin.models.clouds.fractal.generator", "hcss_twin.models.clouds.fractal.expected_variogram",
-         "hcss_twin.models.clouds.thickness"),
+         "hcss_twin.models.clouds.coverage", "hcss_twin.models.clouds.thickness"),
     ),
     Topic(
         "Images of clouds",
         True,
-        ("hcss_twin.models.clouds.imagery.image", "hcss_twin.models.clouds.imagery.reader",
-         "hcss_twin.models.clouds.imagery.parameters"),
+        ("hcss_twin.models.clouds.database", "hcss_twin.models.clouds.imagery.image",
+         "hcss_twin.models.clouds.imagery.reader", "hcss_twin.models.clouds.imagery.parameters",
+         "hcss_twin.models.clouds.imagery.cloudiness"),
     ),
     Topic(
         "Air and radiance",

@@ -11,7 +11,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.gases import with_factors
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.air_over_field import Air, Climate
+from hcss_twin.plan.air_over_field import AirOverField, Climate
 from hcss_twin.plan.assemble_air import (
     AIRS,
     air_with_provider,
@@ -126,12 +126,12 @@ def assemble(
         over_field = climate(lambda profile: air_of_place(around.finished(profile)), sea_of)
 
     @lru_cache(maxsize=AIRS)
-    def moister(air: Air, factor: float) -> Air:
+    def moister(air: AirOverField.Air, factor: float) -> AirOverField.Air:
         profile = with_factors(air.profile, {"h2o": factor})
         moist = air_with_provider(of_models, scenario, catalog, around, profile)
         return replace(air, profile=profile, transmittance=moist.transmittance, memory=None)
 
-    def air_of(view: View, vapour_factor: float) -> Air:
+    def air_of(view: View, vapour_factor: float) -> AirOverField.Air:
         air = over_field.of(view)
         return air if vapour_factor == 1.0 else moister(air, vapour_factor)
 

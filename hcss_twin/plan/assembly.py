@@ -13,7 +13,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid, dense_grid
 from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.air_over_field import Air, AirOverField
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.builder import Built
 from hcss_twin.plan.directions import sun_toward
 from hcss_twin.plan.scene_plane import ScenePlane
@@ -115,7 +115,7 @@ class Assembly:
     optics: Optics
     optics_of_layers: tuple[Optics, ...]
     model_at: Callable[[int, int], RadianceModel]
-    air_of: Callable[[View, float], Air]
+    air_of: Callable[[View, float], AirOverField.Air]
     sea_of: Callable[[float], SeaModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float

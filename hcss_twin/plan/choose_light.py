@@ -16,7 +16,7 @@ from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
 from hcss_twin.plan.clouds import sums_up
-from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, present, require_none
+from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, present
 from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.plan import Plan, PlannedLight
@@ -74,7 +74,7 @@ def with_light(plan: Plan) -> Plan:
         for package in sorted({LIGHT[light] for light in ({name} if known else LIGHT.keys() - of_one.keys())}):
             message += f". {'It comes' if known else 'Others come'} with {package}: {how_to_install(package)}"
         raise ScenarioError([Problem(_FIELD, message)])
-    require_none(f"{_FIELD} = '{name}'", table, f"{_FIELD} = '{COLUMNS}'")
+    Excluded.require_none(f"{_FIELD} = '{name}'", table, f"{_FIELD} = '{COLUMNS}'")
     if not cloudy:
         return plan
     light, transport = _loaded(plan, name, *offered[name])

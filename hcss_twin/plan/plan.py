@@ -14,7 +14,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.cube.variables import LAYER, VariableSpec
 from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
-from hcss_twin.plan.air_over_field import PlacedView
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import Omission
@@ -179,7 +179,7 @@ class Plan:
     def toward(self, view: View) -> Plan:
         """Return the plan of the same scene in orthographic view from another direction."""
         toward = replace(self, assembly=self.assembly.toward(view), view=view, views=ONE_VIEW)
-        if not (isinstance(view, PlacedView) and view.own_sun):
+        if not (isinstance(view, AirOverField.PlacedView) and view.own_sun):
             return toward
         track = replace(self.sun_track, latitude_deg=view.latitude_deg, longitude_deg=view.longitude_deg)
         zenith, azimuth, _ = track.positions(self.frame_times_s)

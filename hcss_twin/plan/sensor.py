@@ -19,7 +19,7 @@ from hcss_twin.plan.builder import attribute_to_field, scene_info
 from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.output import cube_variables
-from hcss_twin.plan.sensor_stages import Source, Stage, build_stages, with_points
+from hcss_twin.plan.sensor_stages import Source, Stage, with_points
 from hcss_twin.plan.windows import Window, length, relative
 from hcss_twin.providers import Grid, Points, SceneInfo, SensorBand, SensorInputs
 from hcss_twin.providers.registry.discovery import Entry
@@ -195,7 +195,7 @@ def make_sensor(
     ProviderError
         If the sensor model is broken.
     """
-    stages = build_stages(section, inputs, source, scene)
+    stages = Stage.build(section, inputs, source, scene)
     variables = measured_variables(_wanted(section.variables, stages))
     return BuiltSensor(section, stages, variables, inputs, _extent(inputs), scene=scene)
 

@@ -25,7 +25,7 @@ from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.sensor import NamedSensor, SensorSection, StageSection, choose_sensor, load_sensor
 
-__all__ = ["build_stages", "smear_of_sensor"]
+__all__ = ["Stage"]
 
 Source = Callable[[int, float, slice, slice], tuple[Array, Points | None]]
 """Radiance (B, rows, columns) of the scene, and its small elements apart: number of a frame, time in s, rows and
@@ -181,6 +181,69 @@ class Stage:
             "sources": {} if self.named is None else dict(self.named.sources),
         }
 
+    @staticmethod
+    def smear_of_sensor(sensor: SensorSection, catalog: Catalog) -> tuple[float, str] | None:
+        """Return the integration time in which motion smears a measurement, s, and its key; None if there is none.
+
+        For those who need it before the sensor is built, which is after the rays of the scene.
+
+        Raises
+        ------
+        CatalogError, ScenarioError
+            If there is no such sensor file, or it is wrong.
+        ProviderError
+            If no installed package has the model.
+        """
+        registry = Registry.discover()
+        for index, stage in enumerate(sensor.stages or (sensor,)):
+            choice = choose_sensor(stage, catalog)
+            model = registry.parameters_model(registry.resolve(Kind.SENSORS, choice.model))
+            defaults = (
+                {} if model is None else {name: parameter.default for name, parameter in model.model_fields.items()}
+            )
+            time_s = _smear_time_s({**defaults, **choice.parameters})
+            if time_s is not None:
+                return time_s, f"sensor{f'.stages[{index}]' if sensor.stages else ''}.parameters.integration_time"
+        return None
+
+    @staticmethod
+    def build(
+        section: SensorSection, inputs: SensorInputs, source: Source | None = None, about: SceneInfo | None = None
+    ) -> tuple[Stage, ...]:
+        """Build the stages of a section; a section without ``stages`` is the only one.
+
+        Parameters
+        ----------
+        inputs : SensorInputs
+            With the scenario's seed, which the section may override. Later stages have seeds of their own.
+        source : callable, optional
+            The scene at other instants.
+        about : SceneInfo, optional
+            For sensors that take it.
+
+        Raises
+        ------
+        ScenarioError
+            Names the invalid key.
+        ProviderError
+            If a sensor model is broken.
+        """
+        base = inputs.seed if section.seed is None else section.seed
+        stages: list[Stage] = []
+        for index, stage_section in enumerate(section.stages or (section,)):
+            field = f"sensor.stages[{index}]" if section.stages else "sensor"
+            seed = _later_seed(base, index) if stage_section.seed is None else stage_section.seed
+            with _of_stage(field):
+                stages.append(_build(stage_section, field, replace(inputs, seed=seed), source, stages, about))
+            remembers = [stage for stage in stages[:-1] if stage.provider.declares.remembers]
+            if stages[-1].instants is not None and remembers:
+                message = (
+                    f"'{stages[-1].entry.name}' asks for the scene at other instants, as the stages before it measure "
+                    f"it, and '{remembers[0].entry.name}' remembers earlier frames; allowed: the other order"
+                )
+                raise ScenarioError([Problem(f"{field}.model", message)])
+        return tuple(stages)
+
 
 def _smear_time_s(parameters: Mapping[str, Any]) -> float | None:
     """Return the integration time in which motion smears what a stage measures; None if there is none.
@@ -192,67 +255,6 @@ def _smear_time_s(parameters: Mapping[str, Any]) -> float | None:
     if not isinstance(time_s, int | float) or not parameters.get("smear", True) or (exposures or 1) != 1:
         return None
     return float(time_s) if time_s > 0 else None
-
-
-def smear_of_sensor(sensor: SensorSection, catalog: Catalog) -> tuple[float, str] | None:
-    """Return the integration time in which motion smears what a sensor measures, s, and its key; None if there is none.
-
-    For those who need it before the sensor is built, which is after the rays of the scene.
-
-    Raises
-    ------
-    CatalogError, ScenarioError
-        If there is no such sensor file, or it is wrong.
-    ProviderError
-        If no installed package has the model.
-    """
-    registry = Registry.discover()
-    for index, stage in enumerate(sensor.stages or (sensor,)):
-        choice = choose_sensor(stage, catalog)
-        model = registry.parameters_model(registry.resolve(Kind.SENSORS, choice.model))
-        defaults = {} if model is None else {name: parameter.default for name, parameter in model.model_fields.items()}
-        time_s = _smear_time_s({**defaults, **choice.parameters})
-        if time_s is not None:
-            return time_s, f"sensor{f'.stages[{index}]' if sensor.stages else ''}.parameters.integration_time"
-    return None
-
-
-def build_stages(
-    section: SensorSection, inputs: SensorInputs, source: Source | None = None, about: SceneInfo | None = None
-) -> tuple[Stage, ...]:
-    """Build the stages of a section; a section without ``stages`` is the only one.
-
-    Parameters
-    ----------
-    inputs : SensorInputs
-        With the scenario's seed, which the section may override. Later stages have seeds of their own.
-    source : callable, optional
-        The scene at other instants.
-    about : SceneInfo, optional
-        For sensors that take it.
-
-    Raises
-    ------
-    ScenarioError
-        Names the invalid key.
-    ProviderError
-        If a sensor model is broken.
-    """
-    base = inputs.seed if section.seed is None else section.seed
-    stages: list[Stage] = []
-    for index, stage_section in enumerate(section.stages or (section,)):
-        field = f"sensor.stages[{index}]" if section.stages else "sensor"
-        seed = _later_seed(base, index) if stage_section.seed is None else stage_section.seed
-        with _of_stage(field):
-            stages.append(_build(stage_section, field, replace(inputs, seed=seed), source, stages, about))
-        remembers = [stage for stage in stages[:-1] if stage.provider.declares.remembers]
-        if stages[-1].instants is not None and remembers:
-            message = (
-                f"'{stages[-1].entry.name}' asks for the scene at other instants, as the stages before it measure it, "
-                f"and '{remembers[0].entry.name}' remembers earlier frames; allowed: the other order"
-            )
-            raise ScenarioError([Problem(f"{field}.model", message)])
-    return tuple(stages)
 
 
 def _build(

@@ -19,7 +19,7 @@ from hcss_twin.models.atmosphere.profile_file import load_profile, load_profiles
 from hcss_twin.models.atmosphere.same_profile import difference
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.scenario import Scenario
 
@@ -207,7 +207,9 @@ def _with_inversion(
         _refuse_bound(scenario, bound, [field], "temperatures")
     if of_places is not None:
         several = "a field of profiles, which have boundary layers of their own,"
-        require_none(f"[{field}]", [Excluded("atmosphere.profile", True, several, "one profile")], "no inversion")
+        Excluded.require_none(
+            f"[{field}]", [Excluded("atmosphere.profile", True, several, "one profile")], "no inversion"
+        )
     kelvin = section.surface_temperature
     if kelvin is None:
         kelvin, why = float(profile.temperature_K[0]), "of the profile; the climatology has none there"

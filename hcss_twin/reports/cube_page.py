@@ -15,7 +15,7 @@ from hcss_twin.cube.zarr_writer import cube_bytes
 from hcss_twin.reports.cube_frames import CURVES, WINDOW_PIXELS, Reader, Series, quantities, read_all
 from hcss_twin.reports.cube_viewer import viewer, viewer_script
 from hcss_twin.reports.figures import Figures
-from hcss_twin.reports.page import Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.scene_section import scene_blocks
 from hcss_twin.reports.tables import Table, bound_text, frames_text
@@ -38,31 +38,31 @@ def cube_page(path: Path) -> Page:
         attributes = {str(name): value for name, value in dataset.attrs.items()}
         sections, scripts = _frames(dataset)
         if SENSOR_ATTRIBUTE in attributes:
-            sections.append(Section("Sensor", [_sensor(attributes)]))
+            sections.append(Page.Section("Sensor", [_sensor(attributes)]))
         file = f"{path.name}, {cube_bytes(path) / 1e6:.1f} MB"
         keys = {"id": "identifier", "date_created": "written", "hcss_seed": "seed"}
         about = Provenance.blocks(
             attributes, file, keys, shown=Provenance.names_in((), "hcss_", "geospatial_", "time_coverage_")
         )
         sections += [
-            Section("Scene", list(scene_blocks(dataset))),
-            Section("Certificate", list(_certificate(attributes))),
-            Section("Plan and approximations", list(_plan(attributes))),
-            Section("Provenance", [*about, *Provenance.origin(attributes)]),
+            Page.Section("Scene", list(scene_blocks(dataset))),
+            Page.Section("Certificate", list(_certificate(attributes))),
+            Page.Section("Plan and approximations", list(_plan(attributes))),
+            Page.Section("Provenance", [*about, *Provenance.origin(attributes)]),
         ]
         return Page(str(attributes.get("title", path.name)), _subtitle(dataset, path), sections, scripts)
 
 
-def _frames(dataset: xr.Dataset) -> tuple[list[Section], list[str]]:
+def _frames(dataset: xr.Dataset) -> tuple[list[Page.Section], list[str]]:
     shown = quantities(dataset)
     if not shown or not all(dataset.sizes.values()):
-        return [Section("Frames", [Markup.note("The cube holds no variable with frames.")])], []
+        return [Page.Section("Frames", [Markup.note("The cube holds no variable with frames.")])], []
     reader = Reader.of(dataset)
     series, first, others = read_all(reader, shown)
     window = (min(WINDOW_PIXELS, dataset.sizes["y"]), min(WINDOW_PIXELS, dataset.sizes["x"]))
     return [
-        Section("Frames", [viewer(reader, series, first, others)]),
-        Section("Numbers and curves", [_curves(dataset, series, window), _numbers(series)]),
+        Page.Section("Frames", [viewer(reader, series, first, others)]),
+        Page.Section("Numbers and curves", [_curves(dataset, series, window), _numbers(series)]),
     ], [viewer_script(dataset, series)]
 
 

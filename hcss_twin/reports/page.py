@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-__all__ = ["Markup", "Page", "Section"]
+__all__ = ["Markup", "Page"]
 
 _VOID = {"br", "img", "input"}
 
@@ -188,34 +188,33 @@ def data_address(content: bytes, media_type: str = "image/png") -> str:
 
 
 @dataclass(frozen=True)
-class Section:
-    """A heading and the blocks below it; text is escaped unless it is markup."""
-
-    title: str
-    content: Sequence[Markup.Block]
-
-    @property
-    def anchor(self) -> str:
-        """Anchor of the section in links."""
-        return re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-")
-
-
-@dataclass(frozen=True)
 class Page:
     """A report.
 
     Attributes
     ----------
     title, subtitle : str
-    sections : sequence of Section
+    sections : sequence of Page.Section
         Sections; a list of links at the top if there are more than two.
     scripts : sequence of str
         Optional JavaScript at the end of the page, for interactive parts.
     """
 
+    @dataclass(frozen=True)
+    class Section:
+        """A heading and the blocks below it; text is escaped unless it is markup."""
+
+        title: str
+        content: Sequence[Markup.Block]
+
+        @property
+        def anchor(self) -> str:
+            """Anchor of the section in links."""
+            return re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-")
+
     title: str
     subtitle: str
-    sections: Sequence[Section]
+    sections: Sequence[Page.Section]
     scripts: Sequence[str] = ()
 
     def write(self, path: Path) -> None:

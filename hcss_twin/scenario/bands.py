@@ -17,7 +17,7 @@ from hcss_twin.core.errors import CatalogError, Problem, choose_from, closest
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.providers import SensorBand
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import Number
+from hcss_twin.scenario.units import QuantityParser
 
 __all__ = ["spectral_band"]
 
@@ -107,8 +107,8 @@ class GaussianBand(ScenarioSection):
     """A band with a Gaussian response over wavelength, peak 1, truncated at 1e-4."""
 
     name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")
-    center_um: Number = Field(ge=SHORTEST_UM, le=LONGEST_UM, description="Wavelength of the peak, um.")
-    fwhm_um: Number = Field(gt=0, le=LONGEST_UM, description="Full width at half of the maximum, um.")
+    center_um: QuantityParser.Number = Field(ge=SHORTEST_UM, le=LONGEST_UM, description="Wavelength of the peak, um.")
+    fwhm_um: QuantityParser.Number = Field(gt=0, le=LONGEST_UM, description="Full width at half of the maximum, um.")
 
     @property
     def ends_um(self) -> Limits:

@@ -23,8 +23,8 @@ from hcss_twin.scenario.units import (
     Angle,
     Fraction,
     Length,
-    Number,
     ParticleRadius,
+    QuantityParser,
     Speed,
     Temperature,
     WaterContent,
@@ -85,7 +85,7 @@ class Layer(ScenarioSection):
     effective_radius: ParticleRadius | None = Field(
         None, ge=SMALLEST_UM, le=LARGEST_UM, description="Area-weighted mean radius of the particles, um."
     )
-    effective_variance: Number | None = Field(
+    effective_variance: QuantityParser.Number | None = Field(
         None, ge=NARROWEST, le=WIDEST, description="Relative variance of the area-weighted distribution of radii."
     )
     water_content: WaterContent | None = Field(

@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.core.errors import Problem
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.physics.viewing import GEOSTATIONARY_M
-from hcss_twin.scenario.units import Angle, InstrumentLength, Length, Speed, Whole, quantity_or_word
+from hcss_twin.scenario.units import Angle, InstrumentLength, Length, QuantityParser, Speed, quantity_or_word
 
 __all__ = ["ScenarioSection"]
 
@@ -114,7 +114,7 @@ def _refused(value: object, why: str) -> PydanticCustomError:
 Instant = Annotated[AwareDatetime, BeforeValidator(parse_instant)]
 
 
-Range = tuple[Whole, Whole]
+Range = tuple[QuantityParser.Whole, QuantityParser.Whole]
 
 
 class ImageWindow(ScenarioSection):

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem, closest
 
-__all__ = ["Number", "QuantityParser", "Whole"]
+__all__ = ["QuantityParser"]
 
 # unit -> (factor, offset): SI value = factor * value + offset. The first unit is the plain number's.
 UNITS: dict[str, dict[str, tuple[float, float]]] = {
@@ -134,6 +134,16 @@ def _refuse_bool(value: object, kind: str) -> None:
         raise PydanticCustomError(kind, "not a number")
 
 
+def _plain(kind: str) -> Callable[[object], object]:
+    def parse(value: object) -> object:
+        _refuse_bool(value, kind)
+        if isinstance(value, str):
+            raise PydanticCustomError(kind, "text, not a number")
+        return value
+
+    return parse
+
+
 @dataclass(frozen=True)
 class QuantityParser:
     """Parser of quantities in plain units, such as metres, for ``BeforeValidator`` in a field's annotation.
@@ -144,7 +154,12 @@ class QuantityParser:
     ----------
     dimension : str
         Of :data:`UNITS`: ``length`` (m), ``angle`` (deg), ``duration`` (s), ``length in an instrument`` (m) and others.
+    Number, Whole
+        Types of a number and of a whole number without unit: no text or boolean.
     """
+
+    Number = Annotated[float, BeforeValidator(_plain("float_type"))]
+    Whole = Annotated[int, BeforeValidator(_plain("int_type"))]
 
     dimension: str
 
@@ -152,16 +167,6 @@ class QuantityParser:
         """Return the value in plain units; raises PydanticCustomError."""
         _refuse_bool(value, "float_type")
         return parse_quantity(value, self.dimension)
-
-
-def _plain(kind: str) -> Callable[[object], object]:
-    def parse(value: object) -> object:
-        _refuse_bool(value, kind)
-        if isinstance(value, str):
-            raise PydanticCustomError(kind, "text, not a number")
-        return value
-
-    return parse
 
 
 def _gas_amount(value: object) -> object:
@@ -179,12 +184,6 @@ def _gas_amount(value: object) -> object:
 
 GasAmount = Annotated[float | str, BeforeValidator(_gas_amount)]
 """A factor on the amount in the profile, or text with an amount."""
-
-Number = Annotated[float, BeforeValidator(_plain("float_type"))]
-"""A number without unit; no text or boolean."""
-
-Whole = Annotated[int, BeforeValidator(_plain("int_type"))]
-"""A whole number; no text or boolean."""
 
 Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
 """Metres: a number, or text with m, km, cm or ft."""

@@ -45,7 +45,7 @@ from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
-from hcss_twin.models.clouds.fractal.field import FractalField, Lattice, PixelWindow
+from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
@@ -55,22 +55,22 @@ from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.models.radiance.physical.sunlight_in_air import scattered_once
-from hcss_twin.models.sensor.noise import key_of, standard_normal
+from hcss_twin.models.sensor.noise import Noise
 from hcss_twin.models.sensor.parameters import OfBands
 from hcss_twin.models.sensor.philox import fill_normals
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn, to_plane
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.physics.sun import sun_position
-from hcss_twin.plan.air_over_field import Air, AirOverField, PlacedView
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.choose_light import light_inputs
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.omissions import texture_of_sea
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.sensor_geometry import examine_geometry
-from hcss_twin.plan.sensor_stages import build_stages, smear_of_sensor
+from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import views_over_image
 from hcss_twin.providers import (
@@ -92,7 +92,7 @@ from hcss_twin.providers.light import LightInputs
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import Number, QuantityParser, Whole
+from hcss_twin.scenario.units import QuantityParser
 
 SOURCE = Path(__file__).read_text(encoding="utf-8")
 
@@ -192,8 +192,8 @@ def test_a_section_takes_quantities_with_units_and_refuses_unknown_keys():
         field: Annotated[float, BeforeValidator(QuantityParser("angle"))] = Field(1.0, gt=0)
         altitude: Annotated[float, BeforeValidator(QuantityParser("length"))] = 1.0
         exposure: Annotated[float, BeforeValidator(QuantityParser("duration"))] = 1.0
-        gain: Number = 1.0
-        lines: Whole = 1
+        gain: QuantityParser.Number = 1.0
+        lines: QuantityParser.Whole = 1
 
     given = {"focal_length": "50 mm", "altitude": "500 km", "exposure": "2 ms", "field": f"{math.pi / 4} rad"}
     scope = Scope.model_validate(given)
@@ -209,14 +209,14 @@ def test_a_section_takes_quantities_with_units_and_refuses_unknown_keys():
 
 def test_the_plane_of_the_scene_is_where_the_earth_is():
     x, y = np.array([-3e5, 0.0, 2e5]), np.array([1e5, 0.0, -2e5])
-    latitude, longitude, turn = to_geographic_with_turn(x, y, 40.0, 10.0)
-    back = to_plane(latitude, longitude, 40.0, 10.0)
+    latitude, longitude, turn = Ellipsoid.to_geographic_with_turn(x, y, 40.0, 10.0)
+    back = Ellipsoid.to_plane(latitude, longitude, 40.0, 10.0)
     assert np.max(np.abs(np.stack(back) - [x, y])) < 1e-3
     assert turn[1] == 0.0
-    position = to_earth_centred(latitude, longitude)
-    east, north, up = east_north_up(latitude, longitude)
+    position = Ellipsoid.to_earth_centred(latitude, longitude)
+    east, north, up = Ellipsoid.east_north_up(latitude, longitude)
     np.testing.assert_allclose(np.cross(east, north), up, atol=1e-12)
-    higher = to_earth_centred(latitude, longitude, 1e3)
+    higher = Ellipsoid.to_earth_centred(latitude, longitude, 1e3)
     np.testing.assert_allclose(higher - position, 1e3 * up, atol=1e-6)
 
 
@@ -263,14 +263,14 @@ def test_rays_place_their_pixels_and_name_what_excludes_them():
     assert rays.filled_in[0].field == "wide.pixels"
     table = (Excluded("elements", False, "elements", "none"), Excluded("view.zenith", True, "another view", "0"))
     with pytest.raises(ScenarioError, match=r"view\.zenith: another view cannot be computed with wide; allowed: 0"):
-        require_none("wide", table)
-    require_none("wide", table[:1])
+        Excluded.require_none("wide", table)
+    Excluded.require_none("wide", table[:1])
 
 
 def test_air_over_a_field_is_that_of_the_place_of_a_view(plan):
-    air = {latitude: Air(plan.assembly.profile, plan.assembly.transmittance) for latitude in (10.0, 60.0)}
+    air = {latitude: AirOverField.Air(plan.assembly.profile, plan.assembly.transmittance) for latitude in (10.0, 60.0)}
     over = AirOverField((10.0, 0.0), lambda latitude, longitude: air[latitude], lambda: iter(()))
-    assert over.of(PlacedView(0.0, 0.0, 60.0, 0.0)) is air[60.0]
+    assert over.of(AirOverField.PlacedView(0.0, 0.0, 60.0, 0.0)) is air[60.0]
     assert over.of(View(0.0, 0.0)) is air[10.0]
 
 
@@ -377,21 +377,21 @@ def test_the_stages_of_a_sensor_are_built_and_examined(plan, scenario):
         seed=1,
         catalog=plan.catalog,
     )
-    (stage,) = build_stages(scenario.sensor, inputs)
+    (stage,) = Stage.build(scenario.sensor, inputs)
     measured, _ = stage.measure(np.full((1, 16, 20), 8.0, np.float32), 0, 0.0)
     assert np.mean(measured.radiance) == pytest.approx(8.0, rel=1e-2)
     assert np.std(measured.radiance) > 0.0
     assert isinstance(examine_geometry({}, (stage,)), tuple)
-    assert smear_of_sensor(scenario.sensor, plan.catalog) is None
+    assert Stage.smear_of_sensor(scenario.sensor, plan.catalog) is None
     smeared = scenario.sensor.model_copy(update={"parameters": {"integration_time": 0.01}})
-    time_s, key = smear_of_sensor(smeared, plan.catalog)
+    time_s, key = Stage.smear_of_sensor(smeared, plan.catalog)
     assert (time_s, key) == (0.01, "sensor.parameters.integration_time")
 
 
 def test_random_numbers_of_pixels_depend_on_their_place_alone():
-    key = key_of(7, "ours", "lwir")
-    assert key != key_of(7, "ours", "mwir")
-    whole, part = standard_normal(key, (40, 50), (-5, -5)), standard_normal(key, (3, 4), (10, 20))
+    key = Noise.key_of(7, "ours", "lwir")
+    assert key != Noise.key_of(7, "ours", "mwir")
+    whole, part = Noise.standard_normal(key, (40, 50), (-5, -5)), Noise.standard_normal(key, (3, 4), (10, 20))
     np.testing.assert_array_equal(part, whole[15:18, 25:29])
     numbers, tail = np.empty(64 * 200, np.float32), np.empty(64, np.float32)
     fill_normals(numbers, 3, 0, np.uint64(key))
@@ -427,8 +427,8 @@ def test_octaves_share_the_variance_of_the_field(octaves):
 
 def test_a_window_of_the_field_is_a_part_of_the_whole(octaves, plan):
     field = FractalField(5, octaves)
-    whole = field.window(0.0, PixelWindow(0, 30, 0.0), PixelWindow(0, 40, 0.0))
-    part = field.window(0.0, PixelWindow(10, 5, 0.0), PixelWindow(20, 8, 0.0))
+    whole = field.window(0.0, FractalField.PixelWindow(0, 30, 0.0), FractalField.PixelWindow(0, 40, 0.0))
+    part = field.window(0.0, FractalField.PixelWindow(10, 5, 0.0), FractalField.PixelWindow(20, 8, 0.0))
     np.testing.assert_array_equal(part, whole[10:15, 20:28])
     layer = replace(plan.layers[0], coverage=0.5)
     thickness = field_thickness(whole[None].astype(np.float32), layer)[0]
@@ -438,7 +438,7 @@ def test_a_window_of_the_field_is_a_part_of_the_whole(octaves, plan):
 
 def test_weights_between_nodes_have_unit_norm_and_correlate_as_tabulated():
     fraction = np.linspace(0.0, 1.0, 11)
-    weights = Lattice.weights(fraction)
+    weights = FractalField.Lattice.weights(fraction)
     np.testing.assert_allclose(np.sum(weights**2, axis=1), 1.0)
     correlation = KernelCorrelation.tabulate()
     assert correlation(np.array([0.0])) == pytest.approx(1.0)
@@ -449,12 +449,12 @@ def test_weights_between_nodes_have_unit_norm_and_correlate_as_tabulated():
 
 
 def test_nodes_of_a_lattice_are_those_of_any_part_of_it():
-    lattice, places = Lattice(7, 2), np.arange(-3, 60)
+    lattice, places = FractalField.Lattice(7, 2), np.arange(-3, 60)
     whole = lattice.normals(0, places, places)
     np.testing.assert_array_equal(lattice.normals(0, places[5:9], places[20:]), whole[5:9, 20:])
     assert np.mean(whole) == pytest.approx(0.0, abs=0.05)
     assert not np.any(lattice.normals(1, places, places) == whole)
-    assert len({Lattice(7, octave).offset(axis) for octave in (1, 2) for axis in (0, 1)}) == 4
+    assert len({FractalField.Lattice(7, octave).offset(axis) for octave in (1, 2) for axis in (0, 1)}) == 4
 
 
 def test_an_image_of_celsius_is_one_of_kelvin_in_which_cold_is_cloud(tmp_path):

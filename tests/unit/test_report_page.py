@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from hcss_twin.core.errors import HcssError
 from hcss_twin.reports.figures import Figures
-from hcss_twin.reports.page import Markup, Page, Section, page_text
+from hcss_twin.reports.page import Markup, Page, page_text
 from hcss_twin.reports.tables import WIDTH, Table, bound_text
 
 VOID = {"meta", "img", "br", "input", "link", "hr"}
@@ -46,12 +46,14 @@ def parsed(text):
 
 
 SECTIONS = (
-    Section(
+    Page.Section(
         "First & <last>",
         [Markup.paragraph("a < b & c"), Markup.badge("passed", "good"), Markup.picture(figure(), "a line", "x")],
     ),
-    Section("Second", [Table(["name", "value"], [["<x>", "1"]]), Markup.folded("more", Markup.facts([("k", "v")]))]),
-    Section("Third", ["plain <text>"]),
+    Page.Section(
+        "Second", [Table(["name", "value"], [["<x>", "1"]]), Markup.folded("more", Markup.facts([("k", "v")]))]
+    ),
+    Page.Section("Third", ["plain <text>"]),
 )
 
 
@@ -89,7 +91,7 @@ def test_rows_and_titles_that_do_not_fit_are_refused():
     with pytest.raises(ValueError, match="a row of 1 cells in a table of 2"):
         Table(["a", "b"], [["1"]])
     with pytest.raises(ValueError, match="titles that differ"):
-        page_text(Page("t", "s", [Section("A b", []), Section("a-B", [])]))
+        page_text(Page("t", "s", [Page.Section("A b", []), Page.Section("a-B", [])]))
 
 
 def test_a_page_that_cannot_be_written_is_an_error_and_leaves_nothing(tmp_path):
@@ -106,7 +108,7 @@ def test_a_page_that_cannot_be_written_is_an_error_and_leaves_nothing(tmp_path):
 def test_a_table_is_one_on_a_page_and_aligned_lines_on_a_terminal():
     data = Table(["name", "value"], [["<x>", "1"], ["longer", "23.5"]], "All of them.")
     assert list(data.lines()) == ["All of them.", "  name    value", "  <x>         1", "  longer   23.5"]
-    found = parsed(page_text(Page("t", "s", [Section("A", [data])])))
+    found = parsed(page_text(Page("t", "s", [Page.Section("A", [data])])))
     for text in ("All of them.", "<x>", "23.5"):
         assert text in found.text
 

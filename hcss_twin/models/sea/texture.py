@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
-from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.lattice import fold
 from hcss_twin.models.clouds.fractal.octaves import Octave, lifetime_s
 from hcss_twin.providers import Grid
@@ -117,9 +117,9 @@ class TextureField:
             _add_interpolated(field, nodes, y.first % COARSE, x.first % COARSE, _WEIGHTS)
         return field
 
-    def _window(self, pixels: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
+    def _window(self, pixels: slice, size: int, speed_m_s: float, time_s: float) -> FractalField.PixelWindow:
         shift = self._grid.displacement_pixels(speed_m_s, time_s)
-        return PixelWindow(pixels.start, pixels.stop - pixels.start, (0.5 - 0.5 * size) + shift)
+        return FractalField.PixelWindow(pixels.start, pixels.stop - pixels.start, (0.5 - 0.5 * size) + shift)
 
 
 def cells_of(shape: TextureShape, grid: Grid) -> list[tuple[float, float]]:
@@ -148,10 +148,10 @@ def _at_every(pixels: int, octave: Octave) -> Octave:
     return Octave(octave.k, octave.variance, scale, scale, octave.t, False)
 
 
-def _nodes_around(pixels: PixelWindow) -> PixelWindow:
+def _nodes_around(pixels: FractalField.PixelWindow) -> FractalField.PixelWindow:
     """Return every COARSE-th pixel, from the second before the first to the second after the last."""
     first, last = pixels.first // COARSE - 1, (pixels.first + pixels.count - 1) // COARSE + 2
-    return PixelWindow(first, last - first + 1, pixels.origin / COARSE)
+    return FractalField.PixelWindow(first, last - first + 1, pixels.origin / COARSE)
 
 
 _WEIGHTS = np.array(

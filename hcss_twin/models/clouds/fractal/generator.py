@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.coverage import FrameSummary, summarise
-from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.octaves import Octave, describe_skipped
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, thickness_in_frame
@@ -223,11 +223,11 @@ class FractalClouds:
             summary = replace(summary, last=first + field.shape[0] * width + field.shape[1])
         return thickness_in_frame(field, first, width, summary, layer, exponent)
 
-    def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
+    def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> FractalField.PixelWindow:
         if window.start is None or window.stop is None or window.step not in (None, 1):
             raise ValueError(f"{name}: {window} given, allowed: a slice with start and stop and no step")
         shift = self._grid.displacement_pixels(speed_m_s, time_s)
-        return PixelWindow(window.start, max(0, window.stop - window.start), (0.5 - 0.5 * size) + shift)
+        return FractalField.PixelWindow(window.start, max(0, window.stop - window.start), (0.5 - 0.5 * size) + shift)
 
 
 def _noise_notes(octaves: Sequence[Octave]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from hcss_sweep.page_points import PointEntry, PointSummary, Sweep, SweepSummary
 from hcss_twin.reports.colour_scale import ColourScale
 from hcss_twin.reports.cube_frames import ImageQuantity
 from hcss_twin.reports.figures import Figures
-from hcss_twin.reports.page import Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table, frames_text
 
@@ -38,12 +38,12 @@ def sweep_page(path: Path) -> Page:
     with opened(path) as sweep:
         summary = read(sweep.points)
         sections = [
-            Section("Axes", list(_axes(sweep))),
-            Section("Against each axis", list(_against(sweep, summary))),
-            Section("Pictures", list(_pictures(summary))),
-            Section("Points", [_points(sweep, summary)]),
-            Section("Failed points", list(_failed(sweep, summary))),
-            Section("Provenance", list(_provenance(sweep))),
+            Page.Section("Axes", list(_axes(sweep))),
+            Page.Section("Against each axis", list(_against(sweep, summary))),
+            Page.Section("Pictures", list(_pictures(summary))),
+            Page.Section("Points", [_points(sweep, summary)]),
+            Page.Section("Failed points", list(_failed(sweep, summary))),
+            Page.Section("Provenance", list(_provenance(sweep))),
         ]
         states = [point.state for point in sweep.points]
         counts = ", ".join(

@@ -11,7 +11,7 @@ import numpy as np
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.providers import Array
 from hcss_twin.reports.figures import Figures
-from hcss_twin.reports.page import Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
 from hcss_uncertainty import tables
 from hcss_uncertainty.pixel_maps import MAP
@@ -49,15 +49,15 @@ def propagation_page(path: Path) -> Page:
     """
     contents = read_contents(path)
     sections = [
-        Section("Spread", list(_spread(contents))),
-        *([Section("Sensor", list(_sensor(contents)))] if contents.has_sensor else []),
-        *([Section("Maps", list(_maps(contents)))] if contents.mapped else []),
-        Section("Inputs and models", list(_budget(contents))),
-        Section("Which input matters", list(_shares(contents))),
-        Section("Image metrics", list(_metrics(contents))),
-        Section("Inputs", list(_inputs(contents))),
-        Section("Scenes and tables", list(_scenes(contents))),
-        Section("Provenance", list(_provenance(contents, path))),
+        Page.Section("Spread", list(_spread(contents))),
+        *([Page.Section("Sensor", list(_sensor(contents)))] if contents.has_sensor else []),
+        *([Page.Section("Maps", list(_maps(contents)))] if contents.mapped else []),
+        Page.Section("Inputs and models", list(_budget(contents))),
+        Page.Section("Which input matters", list(_shares(contents))),
+        Page.Section("Image metrics", list(_metrics(contents))),
+        Page.Section("Inputs", list(_inputs(contents))),
+        Page.Section("Scenes and tables", list(_scenes(contents))),
+        Page.Section("Provenance", list(_provenance(contents, path))),
     ]
     title = str(contents.dataset.attrs.get("title") or f"Propagation {path.name}")
     return Page(title, f"Propagation {path.name}: {contents.dataset.sizes['draw']} draws", sections)

@@ -19,7 +19,7 @@ from hcss_evaluate.pages.evaluation_text import (
     signed,
 )
 from hcss_twin import __version__
-from hcss_twin.reports.page import Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.tables import Table
 
 _ERRORS = (("EV", "entropy"), ("Den", "density"), ("DP", "diagonal_peak"), ("FD", "fractal_dimension"))
@@ -35,18 +35,18 @@ _PRINTED_RMSE = (
 def evaluation_page(evaluation: Evaluation) -> Page:
     """Return the page."""
     sections = [
-        Section("In short", _summary(evaluation)),
-        Section("Pictures", _pictures(evaluation)),
-        Section("Neighbouring grey levels", _pairs(evaluation)),
-        Section(f"Histograms of {evaluation.quantity}", _values(evaluation)),
-        Section("Spectra and directions", _spectra(evaluation)),
+        Page.Section("In short", _summary(evaluation)),
+        Page.Section("Pictures", _pictures(evaluation)),
+        Page.Section("Neighbouring grey levels", _pairs(evaluation)),
+        Page.Section(f"Histograms of {evaluation.quantity}", _values(evaluation)),
+        Page.Section("Spectra and directions", _spectra(evaluation)),
     ]
     if len(evaluation.real.frames) > 1 or len(evaluation.sim.frames) > 1:
-        sections.append(Section("Change over time", _over_time(evaluation)))
+        sections.append(Page.Section("Change over time", _over_time(evaluation)))
     sections += [
-        Section("All measures", _all_metrics(evaluation)),
-        Section("Definitions", _definitions()),
-        Section("What was compared", _compared(evaluation)),
+        Page.Section("All measures", _all_metrics(evaluation)),
+        Page.Section("Definitions", _definitions()),
+        Page.Section("What was compared", _compared(evaluation)),
     ]
     names = f"simulated: {_short(evaluation.sim.name)} | real: {_short(evaluation.real.name)}"
     return Page("Simulated and real clouds compared", f"{names} | hcss {__version__}", sections)

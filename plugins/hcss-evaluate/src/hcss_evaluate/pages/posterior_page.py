@@ -16,7 +16,7 @@ from hcss_evaluate.pages.posterior_figures import QUANTILES, Variogram
 from hcss_evaluate.posterior.posterior_file import SUSPICIOUS, VERSION_ATTRIBUTE, Posterior, read_posterior
 from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array
-from hcss_twin.reports.page import Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table
 
@@ -120,16 +120,16 @@ def posterior_page(path: Path) -> Page:
     contents = read_contents(path)
     shape = next(iter(contents.posterior.chains.values())).shape
     sections = [
-        Section("Parameters", [_parameters(contents), *_doubts(contents)]),
-        Section("Corner plot", list(_corner(contents))),
+        Page.Section("Parameters", [_parameters(contents), *_doubts(contents)]),
+        Page.Section("Corner plot", list(_corner(contents))),
     ]
     if contents.parameters(3):
-        sections.append(Section("Images", list(_images(contents))))
+        sections.append(Page.Section("Images", list(_images(contents))))
     sections += [
-        Section("Convergence", list(_convergence(contents))),
-        Section("Priors and posteriors", [_priors(contents)]),
-        Section("Prediction", list(_prediction(contents))),
-        Section("Provenance", list(_provenance(contents, path))),
+        Page.Section("Convergence", list(_convergence(contents))),
+        Page.Section("Priors and posteriors", [_priors(contents)]),
+        Page.Section("Prediction", list(_prediction(contents))),
+        Page.Section("Provenance", list(_provenance(contents, path))),
     ]
     title = str(contents.posterior.attributes.get("title") or f"Posterior {path.name}")
     return Page(title, f"Posterior {path.name}: {shape[0]} chains of {shape[1]} draws", sections)

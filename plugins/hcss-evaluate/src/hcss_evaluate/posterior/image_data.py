@@ -25,7 +25,7 @@ from hcss_evaluate.matching.structure import STILL, CloudImage, image_structure,
 from hcss_evaluate.measures.images import SMALLEST_SIDE
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.coverage import Coverage
-from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Array, Grid, ImageError
@@ -70,7 +70,7 @@ def still_field(parameters: FractalParameters, grid: Grid, seed: int) -> NDArray
     """
     octaves = Octave.merge_noise(Octave.separate(parameters, grid, STILL))
     once = tuple(replace(octave, t=Octave.AxisScale(0.0, nearest=True)) for octave in octaves)
-    y, x = (PixelWindow(0, count, 0.5 - count / 2) for count in (grid.rows, grid.columns))
+    y, x = (FractalField.PixelWindow(0, count, 0.5 - count / 2) for count in (grid.rows, grid.columns))
     return FractalField(seed, once, threads=1).window(0.0, y, x)
 
 

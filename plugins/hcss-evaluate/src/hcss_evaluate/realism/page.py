@@ -10,7 +10,7 @@ from hcss_evaluate.realism.coherence import WAVELENGTHS
 from hcss_evaluate.realism.score import Curve, Realism
 from hcss_twin import __version__
 from hcss_twin.reports.figures import Figures
-from hcss_twin.reports.page import Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
@@ -22,12 +22,12 @@ _FEATURES = 15
 def realism_page(realism: Realism) -> Page:
     """Return the page."""
     sections = [
-        Section("Can a classifier tell them apart?", _scores(realism)),
-        Section("Features that tell most", _features(realism)),
-        Section("Spectra and structure functions", _curves(realism)),
+        Page.Section("Can a classifier tell them apart?", _scores(realism)),
+        Page.Section("Features that tell most", _features(realism)),
+        Page.Section("Spectra and structure functions", _curves(realism)),
     ]
     if any(realism.coherence.values()):
-        sections.append(Section("Change over time", _coherence(realism)))
+        sections.append(Page.Section("Change over time", _coherence(realism)))
     counts = " and ".join(
         f"{patches} {side} patches of {scenes} scenes"
         for side, patches, scenes in zip(("measured", "simulated"), realism.patches, realism.scenes, strict=True)

@@ -16,7 +16,7 @@ from hcss_payload.pose import Pose
 from hcss_payload.rays import meet
 from hcss_twin.engine.stages.element_paths import ElementPaths
 from hcss_twin.models.clouds.thickness import field_thickness
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, View
 
@@ -89,8 +89,8 @@ class PointTarget:
     def position_m(self, time_s: float) -> Array:
         """Return the Earth-fixed position at a time."""
         latitude, longitude = np.float64(self.latitude_deg), np.float64(self.longitude_deg)
-        start = to_earth_centred(latitude, longitude, self.altitude_m)  # type: ignore[arg-type]
-        toward = np.stack(east_north_up(latitude, longitude))  # type: ignore[arg-type]
+        start = Ellipsoid.to_earth_centred(latitude, longitude, self.altitude_m)  # type: ignore[arg-type]
+        toward = np.stack(Ellipsoid.east_north_up(latitude, longitude))  # type: ignore[arg-type]
         position: Array = start + time_s * (np.array(self.velocity_m_s) @ toward)
         return position
 
