@@ -144,11 +144,11 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
     try:
         with announce_compilation(partial(click.echo, err=True)):
             if (check := check_of(scenario)) is not None:
-                checked = check(scenario, Shared.assigned(assignments))
+                text, values = check(scenario, Shared.assigned(assignments))
                 if as_json:
-                    Shared.write_json({"valid": True, **checked.values})
+                    Shared.write_json({"valid": True, **values})
                 else:
-                    click.echo(f"valid: {checked.text}")
+                    click.echo(f"valid: {text}")
                 return
             loaded = Shared.load(scenario, assignments)
             make_plan(loaded)

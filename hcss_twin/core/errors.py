@@ -96,6 +96,25 @@ class Problem:
                 text = "a number of thousands of digits"
         return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
+    @staticmethod
+    def closest(name: str, choices: Iterable[str]) -> str | None:
+        """Return the choice that ``name`` probably misspells or abbreviates, or a synonym of it; None if there is none.
+
+        Names are compared word by word, so that ``sensor_zenith`` is not taken for a misspelt ``solar_zenith``. Of
+        choices that differ in their numbers alone, the one with the nearest numbers is closest: ``table-10`` to
+        ``table-12``.
+        """
+        known = list(choices)
+        best = max(known, key=lambda choice: _similarity(name, choice), default=None)
+        if best is None or _similarity(name, best) <= 0.0:
+            same = {other for names in SYNONYMS if name.casefold() in names for other in names}
+            return next((choice for choice in known if choice.casefold() in same), None)
+        alike = [choice for choice in known if _without_numbers(choice) == _without_numbers(best)]
+        numbers = _numbers(name)
+        if len(alike) == 1 or [each is None for each in numbers] != [each is None for each in _numbers(best)]:
+            return best
+        return min(alike, key=lambda choice: [abs(one - other) for one, other in _pairs(numbers, _numbers(choice))])
+
 
 class ScenarioError(HcssError):
     """A scenario is invalid; lists every problem, not only the first."""
@@ -115,24 +134,6 @@ SPELLING_CUTOFF = 0.65
 
 SYNONYMS = frozenset({"normal", "gaussian", "gauss"}), frozenset({"uniform", "flat", "rectangular"})
 """Names of one thing that are spelt differently: distributions."""
-
-
-def closest(name: str, choices: Iterable[str]) -> str | None:
-    """Return the choice that ``name`` probably misspells or abbreviates, or a synonym of it; None if there is none.
-
-    Names are compared word by word, so that ``sensor_zenith`` is not taken for a misspelt ``solar_zenith``. Of choices
-    that differ in their numbers alone, the one with the nearest numbers is closest: ``table-10`` to ``table-12``.
-    """
-    known = list(choices)
-    best = max(known, key=lambda choice: _similarity(name, choice), default=None)
-    if best is None or _similarity(name, best) <= 0.0:
-        same = {other for names in SYNONYMS if name.casefold() in names for other in names}
-        return next((choice for choice in known if choice.casefold() in same), None)
-    alike = [choice for choice in known if _without_numbers(choice) == _without_numbers(best)]
-    numbers = _numbers(name)
-    if len(alike) == 1 or [each is None for each in numbers] != [each is None for each in _numbers(best)]:
-        return best
-    return min(alike, key=lambda choice: [abs(one - other) for one, other in _pairs(numbers, _numbers(choice))])
 
 
 def _numbers(name: str) -> list[int | None]:
@@ -185,7 +186,7 @@ def _ratio(one: str, other: str) -> float:
 def choose_from(name: str, choices: Iterable[str]) -> str:
     """Return text with the allowed choices and the one closest to ``name``."""
     known = sorted(choices)
-    guess = closest(name, known)
+    guess = Problem.closest(name, known)
     hint = f"; closest is '{guess}'" if guess else ""
     return f"allowed: {', '.join(known) if known else 'none'}{hint}"
 

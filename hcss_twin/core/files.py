@@ -103,6 +103,16 @@ class Writing:
     def __exit__(self, *raised: Any) -> bool | None:
         return self._drafted.__exit__(*raised)
 
+    @staticmethod
+    def remove_orphans(folder: Path, every: bool = False) -> None:
+        """Remove the drafts that killed processes of this machine left in a folder, or ``every`` draft."""
+        for path in folder.glob(".*.partial"):
+            about = _DRAFT.fullmatch(path.name)
+            if about and (every or (about["machine"] == _machine() and not _is_running(int(about["process"])))):
+                shutil.rmtree(path, ignore_errors=True)
+                with contextlib.suppress(OSError):
+                    path.unlink()
+
     @contextmanager
     def _draft(self) -> Iterator[Path]:
         path, draft = self._path, draft_of(self._path)
@@ -147,16 +157,6 @@ def draft_of(path: Path) -> Path:
 
 
 _DRAFT = re.compile(r"\.(?P<name>.+)\.[0-9a-f]{16}-[0-9a-f]{4}-(?P<machine>[0-9a-f]{8})-(?P<process>[0-9]+)\.partial")
-
-
-def remove_orphans(folder: Path, every: bool = False) -> None:
-    """Remove the drafts that killed processes of this machine left in a folder, or ``every`` draft."""
-    for path in folder.glob(".*.partial"):
-        about = _DRAFT.fullmatch(path.name)
-        if about and (every or (about["machine"] == _machine() and not _is_running(int(about["process"])))):
-            shutil.rmtree(path, ignore_errors=True)
-            with contextlib.suppress(OSError):
-                path.unlink()
 
 
 def require_first(draft: Path, path: Path, error: type[HcssError]) -> None:

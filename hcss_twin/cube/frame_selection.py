@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError, choose_from
 from hcss_twin.core.reading import Reading
-from hcss_twin.cube.coordinates import frame_times_s, with_plane_axes
+from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, frame_times_s, with_plane_axes
 from hcss_twin.cube.pixel_grid import PixelGrid, first_and_step
 from hcss_twin.cube.variables import LAYER
 
@@ -51,6 +51,8 @@ class FrameSelection:
         The variable.
     chosen : tuple of int
         Indices of the planes along their dimension.
+    GRID_MAPPING : str
+        Name of the variable with the CF grid mapping.
     """
 
     @dataclass(frozen=True)
@@ -90,6 +92,13 @@ class FrameSelection:
     attributes: dict[str, Any]
     data: xr.DataArray
     chosen: tuple[int, ...]
+
+    GRID_MAPPING: ClassVar = GRID_MAPPING
+
+    @staticmethod
+    def coordinates(dataset: xr.Dataset) -> list[str]:
+        """Return the names of the variables that are coordinates, though not all of a dimension."""
+        return [spec.name for spec in COORDINATES if spec.name in dataset]
 
     @staticmethod
     def as_seen(dataset: xr.Dataset) -> xr.Dataset:

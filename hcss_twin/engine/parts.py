@@ -15,17 +15,18 @@ from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from threading import Lock
 from typing import Any, TypeVar
 
 from hcss_twin.core.errors import HcssError, ProviderError
 from hcss_twin.core.memory import naming_memory, out_of_memory
-from hcss_twin.core.processes import worker_pool
+from hcss_twin.core.processes import start_worker, worker_pool
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.part_sample import DrawnPixels
 from hcss_twin.engine.clouds import summaries_of
-from hcss_twin.engine.cluster import Cluster, connected
+from hcss_twin.engine.cluster import Cluster
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stages.stage import Frame
 from hcss_twin.engine.stream import PartMaker
@@ -92,7 +93,7 @@ class ClusterExecutor(Executor):
 
 @contextmanager
 def _cluster(scheduler: str) -> Iterator[tuple[Executor, int]]:
-    with connected(scheduler, HcssError, NO_WORKERS_S) as cluster:
+    with Cluster.connected(scheduler, HcssError, NO_WORKERS_S) as cluster:
         count = len(cluster.workers())
         if count == 0:
             raise HcssError(f"--scheduler {scheduler}: the cluster has no workers")
@@ -121,6 +122,17 @@ class Workers:
 
     executor: Executor | None = None
     count: int = 1
+
+    @staticmethod
+    def start(work: Callable[..., None], *given: Any) -> BaseProcess:
+        """Start one process that calls ``work(*given)``, leaves Ctrl-C to this one and never outlives it.
+
+        Raises
+        ------
+        OSError
+            If the system starts no more processes.
+        """
+        return start_worker(work, *given)
 
     @staticmethod
     @contextmanager

@@ -12,13 +12,13 @@ from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import cube_bytes
-from hcss_twin.reports.cube_frames import CURVES, WINDOW_PIXELS, Reader, Series, quantities, read_all
+from hcss_twin.reports.cube_frames import WINDOW_PIXELS, Reader, Series, read_all
 from hcss_twin.reports.cube_viewer import viewer, viewer_script
 from hcss_twin.reports.figures import Figures
 from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.scene_section import scene_blocks
-from hcss_twin.reports.tables import Table, bound_text, frames_text
+from hcss_twin.reports.tables import Table, bound_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +54,7 @@ def cube_page(path: Path) -> Page:
 
 
 def _frames(dataset: xr.Dataset) -> tuple[list[Page.Section], list[str]]:
-    shown = quantities(dataset)
+    shown = Reader.quantities(dataset)
     if not shown or not all(dataset.sizes.values()):
         return [Page.Section("Frames", [Markup.note("The cube holds no variable with frames.")])], []
     reader = Reader.of(dataset)
@@ -70,7 +70,7 @@ def _subtitle(dataset: xr.Dataset, path: Path) -> str:
     sizes = dataset.sizes
     parts = []
     if "time" in sizes:
-        parts.append(frames_text(sizes["time"]))
+        parts.append(Table.frames_text(sizes["time"]))
     if {"y", "x"} <= set(sizes):
         parts.append(f"{sizes['y']} x {sizes['x']} pixels")
     if "band" in sizes:
@@ -109,7 +109,7 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
     """
     # one row per kind of curve: radiance and temperature are side by side
     kinds: list[list[Markup]] = [[], [], []]
-    for name in CURVES:
+    for name in Reader.CURVES:
         of_quantity = [one for one in series if one.quantity.name == name]
         group = [one for one in of_quantity if one.histogram is not None]
         if not group:
@@ -117,7 +117,7 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
         shown, label, frames = (
             group[: Figures.DRAWN_BANDS],
             of_quantity[0].quantity.label,
-            frames_text(len(of_quantity[0].frames)),
+            Table.frames_text(len(of_quantity[0].frames)),
         )
         more = f" The first {Figures.DRAWN_BANDS} of {len(group)} bands." if len(group) > Figures.DRAWN_BANDS else ""
         if len(group) < len(of_quantity):

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from datetime import datetime
 from typing import Any, TypeVar
 
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
+from hcss_twin.cube.metadata import creation_time
 from hcss_twin.reports.page import Markup
 from hcss_twin.reports.tables import Table
 
@@ -72,6 +74,11 @@ class Provenance:
         others = [(name, value) for name, value in others if value not in ("", "unknown")]
         if others:
             yield Markup.folded("All other global attributes", Markup.facts(others))
+
+    @staticmethod
+    def creation_time() -> datetime:
+        """Return the current time, or the time set by the environment variable SOURCE_DATE_EPOCH; raises CubeError."""
+        return creation_time()
 
     @staticmethod
     def versions(versions: Mapping[str, Any]) -> str:

@@ -92,6 +92,11 @@ class Table:
             text, WIDTH, initial_indent=start, subsequent_indent=after, break_on_hyphens=False, break_long_words=False
         )
 
+    @staticmethod
+    def frames_text(count: int) -> str:
+        """Return ``one frame`` or ``N frames``."""
+        return "one frame" if count == 1 else f"{count} frames"
+
 
 def bound_text(bound: float | None) -> str:
     """Return the bound of omitted physics relative to the radiance: a percentage, or a factor if 1 or more."""
@@ -100,8 +105,3 @@ def bound_text(bound: float | None) -> str:
     if bound == 0.0:
         return "nothing"
     return f"{bound:.2g} x" if bound >= 1.0 else f"{100.0 * bound:.2g} %"
-
-
-def frames_text(count: int) -> str:
-    """Return ``one frame`` or ``N frames``."""
-    return "one frame" if count == 1 else f"{count} frames"

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, Problem, choose_from, closest
+from hcss_twin.core.errors import CatalogError, Problem, choose_from
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.providers import SensorBand
 from hcss_twin.scenario.section_types import ScenarioSection
@@ -147,7 +147,7 @@ def _form_of_band(value: object) -> str:
 def _meant(table: dict[Any, Any]) -> str:
     """Return the form whose key a table misspells; a response if there is none."""
     form_of = {key: form for form, keys in _FORMS.items() for key in keys}
-    meant = [closest(key, form_of) for key in table if isinstance(key, str) and key != "name"]
+    meant = [Problem.closest(key, form_of) for key in table if isinstance(key, str) and key != "name"]
     return next((form_of[key] for key in meant if key is not None), "a response")
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.core.errors import Problem, closest
+from hcss_twin.core.errors import Problem
 from hcss_twin.scenario.section_types import (
     LARGEST_UM,
     MAX_WATER_KG_M3,
@@ -162,7 +162,7 @@ def single_layer(data: Any) -> Any:
             "[clouds] or in [[clouds.layers]], not in both",
         )
     for key in short:
-        if isinstance(key, str) and key not in keys and closest(key, (*keys, "layers")) == "layers":
+        if isinstance(key, str) and key not in keys and Problem.closest(key, (*keys, "layers")) == "layers":
             raise PydanticCustomError(
                 "layers", f"unknown key {Problem.shown(key)}; closest is 'layers', as in [[clouds.layers]]"
             )

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.core.errors import Problem, closest
+from hcss_twin.core.errors import Problem
 
 __all__ = ["QuantityParser"]
 
@@ -70,7 +70,7 @@ def quantity_or_word(dimension: str, low: float, high: float, *words: str, above
     def parse(value: object) -> object:
         if value in words:
             return value
-        if isinstance(value, str) and (word := closest(value, words)):
+        if isinstance(value, str) and (word := Problem.closest(value, words)):
             raise PydanticCustomError(
                 "quantity_or_word", f"{Problem.shown(value)} is not a {dimension}; {allowed}; closest is '{word}'"
             )
@@ -126,7 +126,7 @@ def _closest_unit(unit: str, dimension: str) -> str | None:
     names = [name for name in UNITS[dimension] if name]
     bare = unit.casefold().lstrip("°")
     # "C" and "°C" mean degC, though few of their letters agree.
-    return closest(unit, names) or next((name for name in names if name.casefold().endswith(bare)), None)
+    return Problem.closest(unit, names) or next((name for name in names if name.casefold().endswith(bare)), None)
 
 
 def _refuse_bool(value: object, kind: str) -> None:

@@ -12,9 +12,10 @@ from typing import Any, Self
 
 from hcss_sweep.axis import FORMS, SweptAxis, axis_of
 from hcss_twin import Scenario
-from hcss_twin.core.errors import closest
 from hcss_twin.providers import Problem, ScenarioError
-from hcss_twin.scenario.scenario import SWEEP, read_scenario_file
+
+SWEEP = "sweep"
+"""Section of a file that describes many scenarios."""
 
 FOLDERS = ("sweeps", "scenarios")
 """Catalog folders in which names are looked up."""
@@ -151,7 +152,7 @@ def joined_keys(
 def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
     combine, dataset = options.get("combine", "product"), options.get("dataset")
     if combine not in _COMBINATIONS:
-        guess = closest(str(combine), _COMBINATIONS)
+        guess = Problem.closest(str(combine), _COMBINATIONS)
         hint = f"; closest is '{guess}'" if guess else ""
         yield Problem(
             f"{SWEEP}.combine", f"{Problem.shown(combine)}; allowed: {', '.join(map(repr, _COMBINATIONS))}{hint}"
@@ -181,7 +182,7 @@ def read_keys(
     elif isinstance(source, Mapping):
         raw, base, origin = source, Path.cwd(), kind
     else:
-        (raw, base), origin = read_scenario_file(source, folders), str(source)
+        (raw, base), origin = Scenario.read_file(source, folders), str(source)
     if not isinstance(raw, Mapping):
         raise ScenarioError([Problem(kind, f"{Problem.shown(raw)} is not a table of keys")], origin)
     return dict(raw), base, origin
@@ -206,7 +207,7 @@ def key_problems(
                 yield Problem(f"{section}.{key}", message)
         first = key.partition(".")[0]
         if first not in Scenario.model_fields:
-            guess = closest(first, (*Scenario.model_fields, *options))
+            guess = Problem.closest(first, (*Scenario.model_fields, *options))
             hint = f"; closest is '{guess}'" if guess else ""
             yield Problem(f"{section}.{key}", f"not a scenario key; {allowed}{hint}")
 

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hcss_sweep.page_points import PointEntry, PointSummary, Sweep, SweepSummary, opened, read
-from hcss_twin.reports.colour_scale import ColourScale
-from hcss_twin.reports.cube_frames import ImageQuantity
+from hcss_twin.reports.cube_frames import Reader
 from hcss_twin.reports.figures import Figures
 from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
-from hcss_twin.reports.tables import Table, frames_text
+from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,7 +94,7 @@ def _against(sweep: Sweep, summary: SweepSummary) -> Iterator[Markup.Block]:
         return
     others = ", the line their mean over all other axes" if len(sweep.keys) > 1 else ", joined by a line"
     pixels = "all pixels" if summary.step == 1 else f"one in {summary.step} rows and columns"
-    frames = "the one frame" if summary.frames == 1 else f"up to {frames_text(summary.frames)}, evenly spread"
+    frames = "the one frame" if summary.frames == 1 else f"up to {Table.frames_text(summary.frames)}, evenly spread"
     count = sum(point.cube is not None for point in sweep.points)
     points = (
         "" if len(summary.points) == count else f" {len(summary.points)} of {count} points, evenly spread, were read."
@@ -115,7 +114,7 @@ def _against(sweep: Sweep, summary: SweepSummary) -> Iterator[Markup.Block]:
 
 
 def _scatter(
-    sweep: Sweep, summaries: Sequence[PointSummary], key: str, quantity: ImageQuantity, parts: Sequence[str]
+    sweep: Sweep, summaries: Sequence[PointSummary], key: str, quantity: Reader.Quantity, parts: Sequence[str]
 ) -> Figure:
     values = _distinct(sweep, key)
     # seeds are unordered, so no line connects their values
@@ -156,7 +155,7 @@ def _pictures(summary: SweepSummary) -> Iterator[Markup.Block]:
         name = " ".join(word for word in (quantity.label, quantity.parts[look.part]) if word)
         # images of a sweep may differ in size
         pixels = np.concatenate([plane.ravel() for _, plane in look.planes])[None]
-        scale = ColourScale.of(pixels, quantity.colours[look.part], quantity.flags)
+        scale = Reader.scale(quantity, look.part, pixels)
         shown = [
             Markup.picture(scale.png(plane), f"{name}, {_values(point)}", _values(point))
             for point, plane in look.planes
