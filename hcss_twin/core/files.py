@@ -104,6 +104,16 @@ class Writing:
         return self._drafted.__exit__(*raised)
 
     @staticmethod
+    def flush(path: Path) -> None:
+        """Flush a file, or the entries of a folder, to disk."""
+        if path.is_dir():
+            # some systems cannot open folders; the rename may then not be durable
+            with contextlib.suppress(OSError):
+                _flush_handle(os.open(path, os.O_RDONLY))
+            return
+        _flush_handle(os.open(path, os.O_RDWR))
+
+    @staticmethod
     def remove_orphans(folder: Path, every: bool = False) -> None:
         """Remove the drafts that killed processes of this machine left in a folder, or ``every`` draft."""
         for path in folder.glob(".*.partial"):
@@ -213,16 +223,6 @@ def require_not_read(output: Path, read: Iterable[Path], error: type[HcssError])
         same = output.is_file() and path.is_file() and os.path.samefile(output, path)
         if same or (output.is_dir() and path.resolve().is_relative_to(output.resolve())):
             raise error(f"cannot write {output}: it is an input of this command ({path}); give another name")
-
-
-def flush(path: Path) -> None:
-    """Flush a file, or the entries of a folder, to disk."""
-    if path.is_dir():
-        # some systems cannot open folders; the rename may then not be durable
-        with contextlib.suppress(OSError):
-            _flush_handle(os.open(path, os.O_RDONLY))
-        return
-    _flush_handle(os.open(path, os.O_RDWR))
 
 
 def _flush_handle(handle: int) -> None:

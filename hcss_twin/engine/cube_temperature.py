@@ -21,7 +21,7 @@ from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.engine.cube_sensor import bands_of
 from hcss_twin.engine.provenance import Recorded
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.models.radiance.spectral_grid import dense_grid
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.scenario.bands import Bands, spectral_band
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def brightness_temperature(cube: str | os.PathLike[str] | xr.Dataset, base: Path
     bands = bands_of(cube, name, base)
     ends = [1e4 / band.upper_um for band in bands], [1e4 / band.lower_um for band in bands]
     native = np.arange(np.floor(min(ends[0])), np.ceil(max(ends[1])) + RESPONSE_STEP_CM1, RESPONSE_STEP_CM1)
-    temperature = BrightnessTemperature(dense_grid(bands, native), [band.name for band in bands])
+    temperature = BrightnessTemperature(SpectralGrid.dense(bands, native), [band.name for band in bands])
     axis = radiance.get_axis_num("band")
     values = np.moveaxis(np.asarray(radiance, dtype=np.float64), axis, 0)
     kelvin = temperature.where_known(values.reshape(len(bands), -1)).reshape(values.shape).astype(np.float32)
@@ -99,7 +99,7 @@ def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Arra
     bands = [candidate for candidate in (spectral_band(entry, catalog) for entry in entries) if candidate.name == band]
     if not bands:
         raise CubeError(f"{path}: its scenario has no band '{band}'")
-    temperature = BrightnessTemperature(dense_grid(bands, None), [band])
+    temperature = BrightnessTemperature(SpectralGrid.dense(bands, None), [band])
 
     def kelvin(radiance: Array) -> Array:
         return temperature.where_known(radiance.reshape(1, -1)).reshape(radiance.shape)

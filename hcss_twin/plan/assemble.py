@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.gases import with_factors
-from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
+from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import AirOverField, Climate
 from hcss_twin.plan.assemble_air import (
@@ -149,7 +149,7 @@ def assemble(
     radiance = scenario.radiance
     generators, slant = generators_of([LayerBrightness(model_at, setting, index) for index in range(len(layers))])
     builder.raise_problems()
-    spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
+    spectral_grid = SpectralGrid.dense(bands, transmittance.declares.native_grid_cm1)
     elements = build_elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
     derived = build_derived(builder, scenario, catalog, sensor_bands(bands), image or grid, slant.view)
     surfaces = _surfaces(builder, scenario, catalog, bands, around, grid)

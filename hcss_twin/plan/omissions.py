@@ -34,8 +34,6 @@ from hcss_twin.plan.sunlight import SunFrames, low_sun, toward_glint
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
 
-__all__ = ["texture_of_sea"]
-
 
 def unrequested(
     requested: tuple[VariableSpec, ...], possible: tuple[VariableSpec, ...], certificate: bool

@@ -16,6 +16,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.plan.builder import Built, attribute_to_field
+from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.providers import Measured, Points, SceneInfo, SensorInputs
 from hcss_twin.providers import Sensor as SensorModel
 from hcss_twin.providers.registry.discovery import Entry
@@ -180,6 +181,20 @@ class Stage:
             "worked_out": dict(getattr(self.provider, "worked_out", {})),
             "sources": {} if self.named is None else dict(self.named.sources),
         }
+
+    @staticmethod
+    def examine_geometry(data: Mapping[str, Any], stages: Sequence[Stage], binned: float = 1.0) -> tuple[str, ...]:
+        """Return what is doubtful about the geometry of a sensor; raises ScenarioError for contradictions.
+
+        Parameters
+        ----------
+        data : mapping
+            A scenario as JSON, with the sections of plugins; any of these may have ``focal_length`` and
+            ``detector_pitch``, and ``integration_time``.
+        binned : float
+            Pixels of the scenario along the side of a measured one.
+        """
+        return examine_geometry(data, stages, binned)
 
     @staticmethod
     def smear_of_sensor(sensor: SensorSection, catalog: Catalog) -> tuple[float, str] | None:

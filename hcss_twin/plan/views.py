@@ -30,9 +30,6 @@ from hcss_twin.plan.waves import TiltedSea, tilted_seas
 from hcss_twin.providers import Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
 
-__all__ = ["views_over_image"]
-
-
 EXTREMES = ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
 """Middle and corners of the image."""
 

@@ -20,6 +20,7 @@ from hcss_twin.models.parameters import DEFAULT_COEFFICIENTS
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.atmosphere import BAND_MODEL
+from hcss_twin.scenario.cloud_types import CloudType, load_cloud_type
 from hcss_twin.scenario.clouds import Layer, has_single_layer
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.names import SECTIONS, misplaced_parameters, name_problems, normalise, provider_sections
@@ -204,6 +205,11 @@ class Scenario(ScenarioModel):
 
         raw = _parse_json(scenario_text(path), str(path))
         return cls.from_dict(raw, overrides, base=base, origin=str(path))
+
+    @staticmethod
+    def cloud_type(name: str, catalog: Catalog) -> CloudType:
+        """Read a cloud type by catalog name or from a user's TOML file; raises CatalogError and ScenarioError."""
+        return load_cloud_type(name, catalog)
 
     def named_providers(self) -> set[tuple[Kind, str]]:
         """Return kind and name of each provider that the scenario selects."""

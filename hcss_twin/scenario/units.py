@@ -168,6 +168,50 @@ class QuantityParser:
         _refuse_bool(value, "float_type")
         return parse_quantity(value, self.dimension)
 
+    @staticmethod
+    def parse_accuracy(value: Any) -> float | str:
+        """Validate an accuracy: a fraction of the radiance as a number, or kelvin as text, ``"0.1 K"``.
+
+        Raises
+        ------
+        PydanticCustomError
+            If it is not an accuracy, or out of range.
+        """
+        unit, number = "", value
+        if isinstance(value, str):
+            match = _ACCURACY_TEXT.fullmatch(value)
+            if match is None:
+                raise PydanticCustomError(
+                    "not_an_accuracy", f"{Problem.shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}"
+                )
+            number, unit = float(match.group(1)), match.group(2)
+            if unit not in _ACCURACY_FACTORS:
+                closest = "K" if any(map(str.isalpha, unit)) else "%"
+                raise PydanticCustomError(
+                    "not_an_accuracy",
+                    f"{Problem.shown(value)}: {Problem.shown(unit)} is not a unit of accuracy; {_ACCURACY_ALLOWED}; "
+                    f"closest is '{closest}'",
+                )
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise PydanticCustomError(
+                "not_an_accuracy", f"{Problem.shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}"
+            )
+        try:
+            plain = float(number) * _ACCURACY_FACTORS[unit]
+        except OverflowError:  # an integer too large for a float
+            plain = float("inf") if number > 0 else -float("inf")
+        kelvin = unit.endswith("K")
+        least, most = (MIN_ACCURACY_K, MAX_ACCURACY_K) if kelvin else (MIN_ACCURACY, MAX_ACCURACY)
+        if not least <= plain <= most:
+            nearest = most if plain > most else least
+            raise PydanticCustomError(
+                "accuracy_range",
+                f"{Problem.shown(value)} is out of range; allowed: {MIN_ACCURACY:g} to {MAX_ACCURACY:g} of the "
+                f"radiance, or text from '{MIN_ACCURACY_K:g} K' to '{MAX_ACCURACY_K:g} K'; closest valid choice is "
+                + (f"'{nearest:g} K'" if kelvin else f"{nearest:g}"),
+            )
+        return f"{plain:g} K" if kelvin else plain
+
 
 def _gas_amount(value: object) -> object:
     _refuse_bool(value, "gas_amount")
@@ -222,51 +266,9 @@ def kelvin_of(accuracy: float | str) -> float | None:
     return float(accuracy.removesuffix(" K")) if isinstance(accuracy, str) else None
 
 
-def parse_accuracy(value: Any) -> float | str:
-    """Validate an accuracy: a fraction of the radiance as a number, or kelvin as text, ``"0.1 K"``.
-
-    Raises
-    ------
-    PydanticCustomError
-        If it is not an accuracy, or out of range.
-    """
-    unit, number = "", value
-    if isinstance(value, str):
-        match = _ACCURACY_TEXT.fullmatch(value)
-        if match is None:
-            raise PydanticCustomError(
-                "not_an_accuracy", f"{Problem.shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}"
-            )
-        number, unit = float(match.group(1)), match.group(2)
-        if unit not in _ACCURACY_FACTORS:
-            closest = "K" if any(map(str.isalpha, unit)) else "%"
-            raise PydanticCustomError(
-                "not_an_accuracy",
-                f"{Problem.shown(value)}: {Problem.shown(unit)} is not a unit of accuracy; {_ACCURACY_ALLOWED}; "
-                f"closest is '{closest}'",
-            )
-    if isinstance(number, bool) or not isinstance(number, int | float):
-        raise PydanticCustomError("not_an_accuracy", f"{Problem.shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}")
-    try:
-        plain = float(number) * _ACCURACY_FACTORS[unit]
-    except OverflowError:  # an integer too large for a float
-        plain = float("inf") if number > 0 else -float("inf")
-    kelvin = unit.endswith("K")
-    least, most = (MIN_ACCURACY_K, MAX_ACCURACY_K) if kelvin else (MIN_ACCURACY, MAX_ACCURACY)
-    if not least <= plain <= most:
-        nearest = most if plain > most else least
-        raise PydanticCustomError(
-            "accuracy_range",
-            f"{Problem.shown(value)} is out of range; allowed: {MIN_ACCURACY:g} to {MAX_ACCURACY:g} of the radiance, "
-            f"or text from '{MIN_ACCURACY_K:g} K' to '{MAX_ACCURACY_K:g} K'; closest valid choice is "
-            + (f"'{nearest:g} K'" if kelvin else f"{nearest:g}"),
-        )
-    return f"{plain:g} K" if kelvin else plain
-
-
 Accuracy = Annotated[
     float | str,
-    BeforeValidator(parse_accuracy),
+    BeforeValidator(QuantityParser.parse_accuracy),
     WithJsonSchema(
         {
             "anyOf": [

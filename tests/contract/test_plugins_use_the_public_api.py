@@ -114,7 +114,7 @@ def test_private_imports_are_seen():
         "from hcss_twin import Plan, sense\nfrom hcss_twin.plan import windows\n"
     )
     assert set(private_imports(text)) == {
-        "hcss_twin.plan.windows", "hcss_twin.core.files.flush", "hcss_twin.Plan"
+        "hcss_twin.plan.windows", "hcss_twin.core.files.Writing.flush", "hcss_twin.Plan"
     }  # fmt: skip
 
 

@@ -19,8 +19,6 @@ from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.coverage import Coverage, Field, FrameSummary, exceedance
 from hcss_twin.providers import CloudLayer
 
-__all__ = ["field_thickness"]
-
 _f4 = np.float32
 
 

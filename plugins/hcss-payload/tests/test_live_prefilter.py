@@ -14,8 +14,8 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.models.clouds.fractal.field import FractalField
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.octaves import Octave
-from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.providers import Grid
 
 PIXELS, FINE, SEED = 128, 8, 11
@@ -31,7 +31,9 @@ def field_radiance(plan):
     look_up, exponent = LookUp(table), shape_of(plan).brightness_exponent
 
     def radiance(field):
-        thickness = field_thickness(np.ascontiguousarray(field, np.float32).reshape(1, -1), plan.layers[0], exponent)
+        thickness = FractalClouds.field_thickness(
+            np.ascontiguousarray(field, np.float32).reshape(1, -1), plan.layers[0], exponent
+        )
         values = np.empty((table.clear.size, 1, field.size), np.float32)
         look_up.fill(values, [thickness])
         return values[: len(plan.bands), 0].astype(float)

@@ -17,7 +17,7 @@ from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.octaves import Octave, describe_skipped
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, thickness_in_frame
-from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Motion
+from hcss_twin.providers import CloudDeclaration, CloudInputs, CloudLayer, Grid, Motion
 
 __all__ = ["FractalClouds"]
 
@@ -109,6 +109,17 @@ class FractalClouds:
 
     declares: CloudDeclaration
     honours = ("coverage_mode", "edge_taper")
+
+    @staticmethod
+    def field_thickness(
+        field: NDArray[np.float32], layer: CloudLayer, exponent: float = 1.0, in_place: bool = False
+    ) -> NDArray[np.float32]:
+        """Return the thickness in m where V exceeds a fixed threshold, the normal quantile of the coverage (eqs 5, 7).
+
+        The coverage is exact on average over an unbounded field, and a pixel does not depend on others. ``exponent`` is
+        that of the parameters; with ``in_place`` the result replaces the field (any shape).
+        """
+        return field_thickness(field, layer, exponent, in_place)
 
     def __init__(self, inputs: CloudInputs, parameters: FractalParameters, threads: int | None = None) -> None:
         self._grid = inputs.grid

@@ -14,8 +14,6 @@ from scipy.ndimage import uniform_filter
 
 from hcss_twin.core.arrays import Array
 
-__all__ = ["Cloudiness"]
-
 Method = Literal["otsu", "local", "coverage"]
 
 # Cloudy pixels above this percentile of grey levels get the maximum thickness: otherwise a few glinting or noisy pixels

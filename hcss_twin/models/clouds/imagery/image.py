@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.clouds.imagery.cloudiness import Cloudiness
 from hcss_twin.models.clouds.imagery.examination import (
     KELVIN_LIMITS,
     MOST_FILLS,
@@ -106,11 +107,14 @@ class SatelliteImage:
         What the user should know of pixels that show nothing although the file does not say so.
     WINDOW_UM : (float, float)
         Wavelengths at which the air is transparent enough for the inversion of brightness temperature at 10.8 um.
+    CloudIs, Cloudy
+        Whether cloud has the larger values, and what is cloud: threshold, relative grey level and thickness.
     """
 
     WINDOW_UM: ClassVar = (10.0, 12.6)
 
     CloudIs = Literal["auto", "bright", "dark"]
+    Cloudy = Cloudiness
 
     class SeveralImagesError(CatalogError):
         """A file has several images, and none of them is chosen.

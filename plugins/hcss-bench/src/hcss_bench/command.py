@@ -17,10 +17,10 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
         return ()
     from pydantic_core import PydanticCustomError
 
-    from hcss_twin.scenario.units import parse_accuracy
+    from hcss_twin.scenario.units import QuantityParser
 
     try:
-        return tuple(map(parse_accuracy, given))
+        return tuple(map(QuantityParser.parse_accuracy, given))
     except PydanticCustomError as error:
         raise click.BadParameter(str(error), context, option) from error
 

@@ -14,7 +14,7 @@ from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method
 from hcss_evaluate.comparison.image_measures import TemporalAutocorrelation, measure_image, temporal_autocorrelation
 from hcss_evaluate.comparison.result import FrameResult, Pictured
 from hcss_evaluate.measures.histogram_metrics import joint_histogram, to_grey_levels
-from hcss_twin.models.clouds.imagery.cloudiness import Cloudiness
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.providers import Array, ImageError
 from hcss_twin.reports.tables import Table
 
@@ -58,14 +58,16 @@ def grey_clouds(
         assert method != "auto"
         coverage = 0.5 if choice.coverage is None else choice.coverage
         try:
-            threshold, lowest = Cloudiness.threshold(level, method, choice.window_pixels, coverage, level)
+            threshold, lowest = SatelliteImage.Cloudy.threshold(level, method, choice.window_pixels, coverage, level)
         except ValueError as error:
             raise ImageError(f"method '{method}': {error}") from error
         cloudy = level > threshold
     if not cloudy.any():
         raise ImageError(f"no pixel is cloudy by the method '{method}'; allowed: another method or frame")
     grey = np.zeros(values.shape, dtype=np.float32)
-    grey[cloudy] = Cloudiness.thickness_of(Cloudiness.relative_grey(level[cloudy], lowest), *LEVELS)
+    grey[cloudy] = SatelliteImage.Cloudy.thickness_of(
+        SatelliteImage.Cloudy.relative_grey(level[cloudy], lowest), *LEVELS
+    )
     return grey
 
 

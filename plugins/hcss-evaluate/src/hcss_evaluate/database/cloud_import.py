@@ -18,7 +18,6 @@ from hcss_evaluate.measures.box_counting import box_counting_dimension
 from hcss_evaluate.measures.fractal_dimension import DimensionEstimate, variogram_dimension
 from hcss_twin import __version__
 from hcss_twin.models.clouds.database import CloudEntry
-from hcss_twin.models.clouds.imagery.cloudiness import Cloudiness
 from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import CatalogError, ImageError
@@ -96,7 +95,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         missing = np.zeros_like(missing)
     else:
         try:
-            threshold, lowest = Cloudiness.threshold(
+            threshold, lowest = SatelliteImage.Cloudy.threshold(
                 level, options.method, options.window, options.coverage or 0.0, level
             )
         except ValueError as error:
@@ -111,9 +110,9 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         )
     grey = np.zeros(level.shape, dtype=np.uint8)
     # In a product with values in cloud only, closing and filling add pixels without values.
-    grey[mask] = 1 + np.rint(254.0 * Cloudiness.relative_grey(np.nan_to_num(level[mask], nan=lowest), lowest)).astype(
-        np.uint8
-    )
+    grey[mask] = 1 + np.rint(
+        254.0 * SatelliteImage.Cloudy.relative_grey(np.nan_to_num(level[mask], nan=lowest), lowest)
+    ).astype(np.uint8)
     surface = _dimension(lambda: variogram_dimension(level, mask=mask & ~np.isnan(level)))
     boxes = _dimension(lambda: box_counting_dimension(grey))
     sign = 1.0 if bright else -1.0

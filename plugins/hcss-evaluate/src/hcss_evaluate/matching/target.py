@@ -18,7 +18,6 @@ from hcss_twin.core.arguments import checked
 from hcss_twin.core.reading import Reading
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.models.clouds.database import CloudEntry
-from hcss_twin.models.clouds.imagery.cloudiness import Cloudiness
 from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.parameters import ImageReading
 from hcss_twin.models.clouds.imagery.reader import read_image
@@ -291,5 +290,7 @@ def _masked(
     window = ImageReading.Window((rows, columns), grid, STILL, origins, turned)
     cloudy = ~np.isnan(level)
     grey = np.zeros(level.shape, dtype=np.float32)
-    grey[cloudy] = Cloudiness.thickness_of(Cloudiness.relative_grey(level[cloudy], float(np.nanmin(level))), *LEVELS)
+    grey[cloudy] = SatelliteImage.Cloudy.thickness_of(
+        SatelliteImage.Cloudy.relative_grey(level[cloudy], float(np.nanmin(level))), *LEVELS
+    )
     return grey[window.at(0.0)].copy(), cloud

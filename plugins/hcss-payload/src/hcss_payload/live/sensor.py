@@ -13,7 +13,6 @@ from hcss_payload.checks import PayloadError
 from hcss_payload.live.measure import Kernels, Weights, measure_rows
 from hcss_twin.models.sensor.noise import Noise
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.providers import Grid, Points, SensorBand, SensorInputs
 
@@ -72,7 +71,7 @@ class LiveSensor:
         )
         stages = Stage.build(section, inputs)
         optics = {"focal_length": camera.focal_length_m, "detector_pitch": camera.pitch_m}
-        examine_geometry({"camera": optics}, stages)
+        Stage.examine_geometry({"camera": optics}, stages)
         self._sensor: Any
         self._sensor = sensor = _unchecked(stages[0].provider)
         if len(stages) > 1 or not hasattr(sensor, "measure_into"):

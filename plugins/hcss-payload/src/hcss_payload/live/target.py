@@ -15,7 +15,7 @@ from hcss_payload.live.octaves import shape_of
 from hcss_payload.pose import Pose
 from hcss_payload.rays import meet
 from hcss_twin.engine.stages.element_paths import ElementPaths
-from hcss_twin.models.clouds.thickness import field_thickness
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, View
@@ -223,7 +223,9 @@ class TargetLight:
         """Return the shares (1 + N, B) in the clear, and at the values of the field."""
         paths, layer = self._paths, self._plan.layers[0]
         exponent = shape_of(self._plan).brightness_exponent
-        thickness = field_thickness(self._field[None].astype(np.float32), layer, exponent, in_place=True)[0]
+        thickness = FractalClouds.field_thickness(self._field[None].astype(np.float32), layer, exponent, in_place=True)[
+            0
+        ]
         thickness[0] = max(thickness[0], np.float32(layer.thickness_min_m))
         air = paths.air(altitude, zenith_deg)
         heights = paths.heights_above([thickness], altitude)

@@ -21,7 +21,6 @@ from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
 from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.few_columns import Omission
-from hcss_twin.plan.omissions import texture_of_sea
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.providers import Catalog, choose_from
@@ -179,7 +178,7 @@ class LiveTwin:
         wanted = [what for what, value in zip(_NOT_FAST, by_default, strict=True) if value == "auto"]
         omissions = tuple(item for item in plan.omissions if item.what in wanted and item.bound != 0.0)
         if plan.texture is not None:
-            texture = texture_of_sea(plan.assembly, _ONE_TEMPERATURE)
+            texture = plan.texture_of_sea(_ONE_TEMPERATURE)
             omissions = (texture, *omissions)
             plan = replace(plan, texture=None, omissions=(*plan.omissions, texture))
         return plan, omissions
