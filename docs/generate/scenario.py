@@ -90,9 +90,18 @@ def _bands() -> Iterator[str]:
         '`{name = "narrow", limits = [3.4, 4.1]}`), Gaussian responses (`{name = "g", center_um = 4.0, '
         "fwhm_um = 0.2}`, "
         "peak 1, truncated where they fall to 1e-4, 1.82 widths from the centre, which omits 2e-5 of the area), or "
-        'measured responses (`{name = "channel 7", response = "channel7.csv"}`, a CSV with columns '
-        "`wavelength_um`, ascending, and `response`, 0 to 1). Radiance in a band is the integral of spectral "
-        "radiance times response over wavelength, not divided by the integral of the response.\n"
+        'measured responses (`{name = "channel 7", response = "channel7.csv"}`). Radiance in a band is the integral of '
+        "spectral radiance times response over wavelength, not divided by the integral of the response.\n"
+    )
+    yield (
+        "A response file is text as agencies publish it: rows of numbers, separated by comma, semicolon, tab or "
+        "blanks, below lines that label them. The labels name the column of wavelength or wavenumber and its unit "
+        "(um, nm, cm-1). Without labels it is the first column, in um up to 100, else an error asks for a label or "
+        "`unit`. The response is the only other column, the only one labelled as response, RSR, SRF or "
+        "transmission, the one with the name of the band, or `column` (label or number). It is a fraction of 1, or "
+        "in percent if the label or a peak above 1.5 says so. Negative values down to 1 % of the peak count as 0. "
+        "`hcss plan` and the notes of the cube state how a file was read, unless its labels are `wavelength_um` and"
+        " `response`.\n"
     )
     yield "| name | um | |\n|---|---|---|"
     for name, band in named_bands(Catalog()).items():

@@ -24,18 +24,29 @@ KINDS = {"tables": ".npz", "plans": ".npz", "references": ".npz", "optics": ".nc
 @click.option(
     "-o", "--output", type=Output(dir_okay=False), help="Page to write; default: NAME.html beside the source."
 )
+@click.option(
+    "--evidence",
+    is_flag=True,
+    help="Of a cube: what stands behind its numbers. Certificate, error of each model with its reference, comparisons "
+    "(how many, which blind), what no measurement supports; default page: NAME.evidence.html.",
+)
 @Shared.force
 @Shared.json
-def report_command(source: Path, output: Path | None, force: bool, as_json: bool) -> None:
+def report_command(source: Path, output: Path | None, evidence: bool, force: bool, as_json: bool) -> None:
     """Write one HTML page about a cube, a sweep (folder or dataset), a posterior or a propagation.
 
     The page needs no other files and no network.
     """
     from hcss_twin.reports.report import report
 
-    page = report(source, output, replace=force)
+    page = report(source, output, replace=force, evidence=evidence)
     if as_json:
-        Shared.write_json({"report": str(page), "bytes": page.stat().st_size})
+        answer: dict[str, Any] = {"report": str(page), "bytes": page.stat().st_size}
+        if evidence:
+            from hcss_twin.reports.evidence import Evidence
+
+            answer["evidence"] = Evidence.of(source).as_dict()
+        Shared.write_json(answer)
     else:
         click.echo(with_size(page))
 

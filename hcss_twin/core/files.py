@@ -91,7 +91,7 @@ class Writing:
 
     def arrays(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Write arrays of numbers or text as an archive of numpy with their checksum, for :meth:`Reading.arrays`."""
-        from hcss_twin.core.archives import write_arrays
+        from hcss_twin.core.records import write_arrays
 
         with self as draft:
             write_arrays(draft, arrays)

@@ -114,7 +114,7 @@ class Reading:
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of an archive that :meth:`Writing.arrays` wrote, whose checksum must agree."""
-        from hcss_twin.core.archives import read_arrays
+        from hcss_twin.core.records import read_arrays
 
         with self:
             return read_arrays(self._path)

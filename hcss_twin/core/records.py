@@ -1,8 +1,12 @@
-"""Records in files: trees of dataclasses, tuples, arrays, numbers and text, bit for bit and without code."""
+"""Records in files: trees of dataclasses, tuples, arrays, numbers and text, bit for bit and without code.
+
+The files are NumPy archives with a checksum of all arrays.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.archives import read_arrays, write_arrays
+_DIGEST = "digest"
 
 
 def write_record(path: Path, record: Any, classes: tuple[type, ...]) -> None:
@@ -59,3 +63,29 @@ def _decode(value: Any, classes: Mapping[str, type], arrays: Mapping[str, NDArra
         return tuple(_decode(item, classes, arrays) for item in value["tuple"])
     fields = {name: _decode(encoded, classes, arrays) for name, encoded in value["fields"].items()}
     return classes[value["class"]](**fields)
+
+
+def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Write an archive of arrays of numbers or text, with a checksum of all.
+
+    The checksums of the format itself detect flipped bytes, but not an archive that another program has written.
+    """
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays, **{_DIGEST: np.array(_digest(arrays))})
+
+
+def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """Read what :func:`write_arrays` wrote; raises exceptions of many kinds if the file is anything else."""
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+        arrays = dict(archive)
+    if str(arrays.pop(_DIGEST)) != _digest(arrays):
+        raise ValueError("the checksum differs")
+    return arrays
+
+
+def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
+    digest = hashlib.sha256()
+    for name, array in sorted(arrays.items()):
+        digest.update(f"{name} {array.dtype} {array.shape}\n".encode())
+        digest.update(np.ascontiguousarray(array).view(np.uint8).data if array.size else b"")
+    return digest.hexdigest()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -11,9 +11,10 @@ import numpy as np
 
 from hcss_twin.core.cache import TABLES, recall_or_compute
 from hcss_twin.core.one_thread import in_one_thread
-from hcss_twin.engine.tables.columns import BandColumns
+from hcss_twin.engine.tables.columns import Axes, BandColumns
 from hcss_twin.engine.tables.over_views import plans_over_views
 from hcss_twin.engine.tables.radiance_tables import (
+    NO_WAVES,
     InstantTable,
     Quantities,
     RadianceTables,
@@ -34,7 +35,7 @@ from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.numerics import MANY_STREAMS, for_spectra
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Sun, View
+from hcss_twin.providers import ColumnSetting, Sun, View
 
 __all__ = ["tables_of"]
 
@@ -153,16 +154,15 @@ def _tables(
         for number, view in enumerate(some):
             at = slice(number, None, len(some))
             toward = plan.toward(view) if several else plan
-            texture, shadows = None, None
-            if plan.texture is not None:
-                before, middle = len(columns.known.bands), len(suns) // 2 * len(some)
-                texture = _texture(columns.of(toward), axes, exact[at], settings[at])
-                if number > 0:  # the first texture has no other one as a guess, and may need more columns than others
-                    columns.also_in(settings[middle + number + 1 : middle + len(some)], before)
-            if plan.has_shadows:
-                shadows = compile_shadows(toward, columns.quantities, times, columns.clear(settings[at]))
-            every.append((tables[at], shadows, texture))
-    waves: Sequence[WaveTables | None] = [None] * len(views)
+            before, middle = len(columns.known.bands), len(suns) // 2 * len(some)
+            of_view = columns.of(toward), axes, exact[at], settings[at], times
+            of_effects = {
+                effect.kind: OF_EFFECTS[effect.kind](*of_view) for effect in plan.effects if effect.kind in OF_EFFECTS
+            }
+            if number > 0:  # the first texture has no other one as a guess, and may need more columns than others
+                columns.also_in(settings[middle + number + 1 : middle + len(some)], before)
+            every.append((tables[at], of_effects))
+    waves = [NO_WAVES] * len(views)
     if plan.waves.varies:
         waves = compile_waves(plan, columns.quantities, tuple(suns), views, extreme, allowed.waves)
     alone_error = max((axis.estimated_error for axis in axes if axis is not None), default=0.0)
@@ -172,16 +172,16 @@ def _tables(
         wavenumbers=spectrum.estimated_error,
         thickness=alone_error + whole - share if alone_error else 0.0,
         layers=sum(axis.estimated_error for axis in axes if axis is not None) + cross if clouds > 1 else 0.0,
-        waves=max((of_view.estimated_error for of_view in waves if of_view is not None), default=0.0),
+        waves=max(of_view.estimated_error for of_view in waves),
         views=plan.views.estimated_error,
         shadows=allowed.shadows if plan.has_shadows else 0.0,
         time=time_error,
         other_instants=drift,
-        faint_sunlight=plan.faint_sunlight or 0.0,
+        faint_sunlight=plan.sunlight.share,
     )
     of_views = tuple(
-        RadianceTables(columns.quantities, times, axes, tables, spectrum, errors, shadows, of_waves, texture)
-        for (tables, shadows, texture), of_waves in zip(every, waves, strict=True)
+        RadianceTables(columns.quantities, times, axes, tables, spectrum, errors, waves=of_waves, **of_effects)
+        for (tables, of_effects), of_waves in zip(every, waves, strict=True)
     )
     return dataclasses.replace(of_views[0], over=of_views) if several else of_views[0]
 
@@ -213,10 +213,28 @@ def _under_suns(
     return {middle: first} | {sun: away[n * len(views) : (n + 1) * len(views)] for n, sun in enumerate(others)}
 
 
-def _texture(*columns: Any) -> TextureTables | None:
+Settings = Sequence[ColumnSetting]
+
+
+def _texture(
+    columns: BandColumns, axes: Axes, exact: Sequence[TensorTrain], settings: Settings, _: Sequence[float]
+) -> TextureTables:
     from hcss_twin.engine.tables.texture import compile_texture  # not for scenes without texture
 
-    return compile_texture(*columns)
+    return compile_texture(columns, axes, exact, settings)
+
+
+def _shadows(
+    columns: BandColumns, axes: Axes, exact: Sequence[TensorTrain], settings: Settings, time_s: Sequence[float]
+) -> ShadowTables:
+    return compile_shadows(columns.plan, columns.quantities, time_s, columns.clear(settings))
+
+
+OF_EFFECTS: Mapping[str, Callable[..., Any]] = {"texture": _texture, "shadows": _shadows}
+"""Tables of the effects of a plan toward one view, by :attr:`~hcss_twin.plan.effects.Effect.kind`.
+
+From the columns of the view, the axes of thickness, and exact columns, settings and time at the nodes of time.
+"""
 
 
 CLASSES = (

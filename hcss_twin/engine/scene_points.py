@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
+from hcss_twin.plan.clear_sky import EvenFields
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
-from hcss_twin.plan.windows import Window
+from hcss_twin.plan.windows import Window, pixel_sums
 
 Values = TypeVar("Values", bound=NDArray[Any])
 
@@ -81,6 +82,32 @@ def _linear(result, fields, row, column, first_row, first_column):  # type: igno
                 near = (1.0 - x) * fields[k, up, side] + x * fields[k, up, side + 1]
                 far = (1.0 - x) * fields[k, up + 1, side] + x * fields[k, up + 1, side + 1]
                 result[k, i, j] = np.float32((1.0 - y) * near + y * far)
+
+
+def seen_fields(
+    plan: Plan, fields: EvenFields, time_s: float, window: Window
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return how far the pixels (y, x) of a window of the image are perturbed by texture, as :meth:`.EvenFields.at`.
+
+    The fields are means over the pixels of the scene. Other rays than those of a grid see them between the centres of
+    these, and their pixels are means over their points.
+    """
+    if plan.is_grid:
+        return fields.at(time_s, *window)
+    samples = plan.scene.samples
+
+    def of_scene(below: Window) -> NDArray[np.float32]:
+        around = (slice(pixels.start - 1, pixels.stop + 1) for pixels in below)  # to interpolate within the outer ones
+        return np.stack(fields.at(time_s, *around))
+
+    def between(fields: NDArray[np.float32], row: Array, column: Array, corner: tuple[int, int]) -> NDArray[np.float32]:
+        of_pixels = (row + 0.5) / samples - 0.5, (column + 0.5) / samples - 0.5
+        return linear(fields, *of_pixels, (corner[0] // samples - 1, corner[1] // samples - 1))
+
+    warmer, drier = at_rays(plan, window, time_s, 0.0, of_scene, between)
+    per = plan.samples_per_pixel
+    of_pixels = (np.asarray(pixel_sums(of_points, per) / per**2, np.float32) for of_points in (warmer, drier))
+    return next(of_pixels), next(of_pixels)
 
 
 def interpolated(

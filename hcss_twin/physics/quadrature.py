@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.kernels import inner
 
 
 @cache
@@ -73,3 +74,22 @@ def lagrange(nodes: Array, places: Array) -> Array:
     terms = 1.0 / (np.prod(apart, axis=1) * np.where(at_node, 1.0, distance))
     terms = np.where(np.any(at_node, axis=1, keepdims=True), at_node, terms)
     return np.asarray(terms / np.sum(terms, axis=1, keepdims=True), dtype=np.float64)
+
+
+@inner()
+def weigh_row(found, row, columns, values):  # type: ignore[no-untyped-def]
+    """Set R polynomials in the pixels of a row (x, R), from values at nodes (Y, X, R).
+
+    The order of the sums is fixed, so that a pixel has the same bits in every window.
+
+    ``row`` (Y,) and ``columns`` (x, X) are the weights of the nodes.
+    """
+    for r in range(values.shape[2]):
+        for x in range(columns.shape[0]):
+            found[x, r] = 0.0
+        for k in range(values.shape[1]):
+            along = 0.0
+            for n in range(values.shape[0]):
+                along += row[n] * values[n, k, r]
+            for x in range(columns.shape[0]):
+                found[x, r] += columns[x, k] * along

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -104,14 +104,14 @@ def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedL
 
 def _over_views(plan: Plan, name: str, transport: LightTransport) -> tuple[Sequence[float], str]:
     """Return the errors and the note of a transport for an image whose view varies."""
-    over_views, field = getattr(transport, "over_views", None), "platform.altitude"
-    if over_views is None:
-        message = f"'{name}' needs one view for all pixels; allowed: a smaller image, or {_FIELD} = '{COLUMNS}'"
-        raise ScenarioError([Problem(field, message)])
+
+    def refuse(_: Plan) -> NoReturn:
+        raise HcssError(f"'{name}' needs one view for all pixels; allowed: a smaller image, or {_FIELD} = '{COLUMNS}'")
+
     try:
-        errors, note = over_views(plan)
+        errors, note = getattr(transport, "over_views", refuse)(plan)
     except HcssError as error:
-        raise ScenarioError([Problem(field, str(error))]) from error
+        raise ScenarioError([Problem("platform.altitude", str(error))]) from error
     return errors, note
 
 

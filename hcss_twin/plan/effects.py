@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.windows import whole_image
 
 
 class Effect:
@@ -34,3 +35,13 @@ class Effect:
     def described(self) -> Mapping[str, Any]:
         """Return what the plan says as plain values, by name; by default nothing."""
         return {}
+
+
+class Shadows(Effect):
+    """Shadows that the clouds of a scene cast; where they fall is decided in each frame."""
+
+    kind = "shadows"
+
+    def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
+        """Return the image, by which the longest path of sunlight through a layer is limited."""
+        return {"image": whole_image(scenario)}

@@ -22,6 +22,7 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import numbered
+from hcss_twin.plan.clear_sky import EVEN_SKY, EvenSky
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
@@ -51,7 +52,6 @@ if TYPE_CHECKING:
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.scene_family import SceneFamily
     from hcss_twin.plan.surfaces import PlannedSurfaces
-    from hcss_twin.plan.texture import Texture
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 """Years that a time axis can represent in nanoseconds, the resolution of cube readers."""
@@ -121,7 +121,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
             reach_m=given.reach_m(float(times[0]), float(times[-1])),
         )
     texture = _texture(scenario, assembly)
-    assembly = replace(assembly, has_texture=texture is not None)
+    assembly = replace(assembly, has_texture=texture.varies)
     beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns)
     assembly = replace(assembly, slant=assembly.slant.beside("shadows", beside_shadows))
     probe_last_frame(assembly, float(times[-1]))
@@ -156,8 +156,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     planned = tuple(plan_point_effect(scenario, assembly, effect, analysis.accuracy, sun) for effect in effects)
     assembly = assembly.at_level(analysis.numerics.level).on_grid(analysis.spectral_grid.refinement)
     assembly = assembly.with_finer_sunlight(analysis.numerics.sunlight_steps)
-    if analysis.faint_shadows is not None:
-        assembly = replace(assembly, slant=assembly.slant.without("shadows", analysis.faint_shadows))
+    assembly = replace(assembly, slant=assembly.slant.without("shadows", analysis.faint_shadows))
     waves = resolve_waves(scenario, assembly) if analysis.resolves_waves else MEAN_SEA
     point_m = image.pixel_size / image.samples_per_pixel
     own_views = analysis.views.varies or assembly.slant.differs(assembly.layers, point_m)
@@ -171,7 +170,6 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     computed = computed_variables(scenario, assembly, waves.varies, variables)
     variables = rays.variables(variables)
     land = 0.0 if assembly.surfaces else land_share(scenario, catalog, float(times[-1]))
-    sunlight = analysis.faint_sunlight is None and bool(np.any(zenith < 90.0))
     plan = Plan(
         scenario=scenario,
         catalog=catalog,
@@ -193,7 +191,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         omissions=analysis.omissions,
         filled_in=(*assembly.filled_in, *rays.filled_in),
         notes=(
-            *_notes(scenario, assembly, computed, waves.varies, sunlight),
+            *_notes(scenario, assembly, computed, waves.varies, analysis.sunlight.matters(zenith)),
             *analysis.notes,
             *viewing_notes(scenario),
             *doubts,
@@ -202,7 +200,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
             *rays.notes,
         ),
         waves=waves,
-        faint_sunlight=analysis.faint_sunlight,
+        sunlight=analysis.sunlight,
         sensor=sensor,
         views=analysis.views,
         numerics=analysis.numerics,
@@ -243,9 +241,9 @@ def _cloud_tops(
     return tuple(plan_tops(scenario, assembly, index, accuracy, sun) for index in assembly.hanging_layers)
 
 
-def _texture(scenario: Scenario, assembly: Assembly) -> Texture | None:
+def _texture(scenario: Scenario, assembly: Assembly) -> EvenSky:
     if scenario.sea.temperature_texture == scenario.atmosphere.water_vapour_texture == 0.0:
-        return None
+        return EVEN_SKY
     from hcss_twin.plan.texture import plan_texture  # not for scenes without texture
 
     return plan_texture(scenario, assembly)
@@ -308,4 +306,6 @@ def _notes(
     if assembly.air_over_field.varies and (assembly.elements or "cloud_top_temperature" in names):
         centre = ("cloud_top_temperature, and the air before elements, are those of the profile at the image centre",)
     unlike = air_unlike_sea(assembly.profile, assembly.sea_temperature_K) if radiance else ()
-    return (*narrow, *centre, *unlike, *of_providers, *((WAVE_NOTE,) if waves else ()), *detector_notes(scenario))
+    read_as = (f"band {band.name}: {band.read_as}" for band in assembly.bands if band.read_as)
+    of_waves = (WAVE_NOTE,) if waves else ()
+    return (*read_as, *narrow, *centre, *unlike, *of_providers, *of_waves, *detector_notes(scenario))

@@ -30,7 +30,7 @@ from hcss_twin.plan.few_columns import (
 from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.one_direction import one_direction
 from hcss_twin.plan.slant_paths import sea_sun_terms
-from hcss_twin.plan.sunlight import SunFrames, low_sun, toward_glint
+from hcss_twin.plan.sunlight import SunFrames, Sunlight, low_sun, toward_glint
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -160,7 +160,7 @@ def list_omissions(
     variables: tuple[VariableSpec, ...],
     possible: tuple[VariableSpec, ...],
     sun: SunFrames,
-    faint_sunlight: float | None,
+    sunlight: Sunlight,
     waves: bool,
     accuracy: float,
     views: bool = False,
@@ -171,8 +171,8 @@ def list_omissions(
     ----------
     variables, possible : tuple of VariableSpec
         Variables of the cube, and all that the scene can have.
-    faint_sunlight : float or None
-        Largest share of sunlight if sunlight is omitted; None if it is computed.
+    sunlight : Sunlight
+        Computed, or omitted because it is faint.
     waves : bool
         Whether waves are resolved.
     accuracy : float
@@ -182,11 +182,11 @@ def list_omissions(
     """
     radiance = any(spec.needs_radiance for spec in variables)
     # Terms of omitted sunlight are zero, whether they are looked up or not.
-    dark = not sun.up.size or faint_sunlight is not None
-    gone = {TERM_PREFIX + name for name in assembly.model.solar_terms} if dark else set()
+    lit = sunlight.matters(sun.zenith_deg)
+    gone = set() if lit else {TERM_PREFIX + name for name in assembly.model.solar_terms}
     possible = tuple(spec for spec in possible if spec.name not in gone)
     yield from unrequested(variables, possible, scenario.output.certificate > 0)
-    yield from _sunlight(sun, radiance, faint_sunlight)
+    yield from _sunlight(sun, radiance, sunlight)
     yield from _clouds(assembly)
     if not radiance:
         # Masks change by whole pixels, and there is no radiance to bound.
@@ -199,7 +199,7 @@ def list_omissions(
         accuracy,
     )
     frames = sun.extremes(assembly.view)
-    if faint_sunlight is not None:
+    if not sunlight.is_computed:
         frames = [(frames[0][0], None)]
     # Bounds are relative changes, which hardly depend on the numerical level.
     assembly = for_spectra(assembly)
@@ -247,13 +247,12 @@ def texture_of_sea(assembly: Assembly, why: str, needs: str = "") -> Omission:
 
 def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omission]:
     """Yield the texture of the sea's temperature, if the sea has one temperature."""
-    why = "sea.temperature_texture is 0"
+    why, needs = "sea.temperature_texture is 0", "sea.temperature_texture = 0.3"
     if scenario.sea.temperature_texture != 0.0:
         from hcss_twin.plan.texture import why_one_temperature  # not for scenes without texture
 
-        why = why_one_temperature(scenario, assembly)
+        why, needs = why_one_temperature(scenario, assembly), ""
     if assembly.surface is None and why:
-        needs = "sea.temperature_texture = 0.3" if scenario.sea.temperature_texture is not None else ""
         yield texture_of_sea(assembly, why, needs)
 
 
@@ -299,14 +298,14 @@ def _in_air(setting: ColumnSetting, air: AirOverField.Air) -> ColumnSetting:
     return replace(setting, profile=air.profile, transmittance=air.transmittance, air_memory=None)
 
 
-def _sunlight(sun: SunFrames, radiance: bool, faint: float | None) -> Iterator[Omission]:
+def _sunlight(sun: SunFrames, radiance: bool, sunlight: Sunlight) -> Iterator[Omission]:
     frames, lit = sun.time_s.size, sun.up.size
     if not lit:
         yield Omission("sunlight", "the sun is below the horizon in every frame", 0.0)
     elif lit < frames and radiance:
         yield Omission("sunlight in some frames", f"the sun is below the horizon in {frames - lit} of {frames}", 0.0)
-    if faint is not None:
-        yield Omission("sunlight", "in every band it is less than a tenth of the accuracy asked for", faint)
+    if not sunlight.is_computed:
+        yield Omission("sunlight", "in every band it is less than a tenth of the accuracy asked for", sunlight.share)
 
 
 def _clouds(assembly: Assembly) -> Iterator[Omission]:

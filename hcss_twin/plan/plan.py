@@ -16,8 +16,9 @@ from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.clear_sky import EVEN_SKY, EvenSky
 from hcss_twin.plan.directions import Views
-from hcss_twin.plan.effects import Effect
+from hcss_twin.plan.effects import Effect, Shadows
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.numerics import GridRefinement, NumericalLevel
@@ -26,7 +27,7 @@ from hcss_twin.plan.output import wants_radiance
 from hcss_twin.plan.rays import GridRays, Rays
 from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.sensor import BuiltSensor
-from hcss_twin.plan.shadows import Shadows
+from hcss_twin.plan.sunlight import COMPUTED, Sunlight
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.plan.views import ONE_VIEW, ViewAxis, views_over_image
 from hcss_twin.plan.waves import MEAN_SEA, PlannedWaves
@@ -39,7 +40,6 @@ if TYPE_CHECKING:
     from hcss_twin.plan.point_effects import PlannedPointEffect
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.surfaces import PlannedSurfaces
-    from hcss_twin.plan.texture import Texture
 
 __all__ = ["Plan"]
 
@@ -119,8 +119,8 @@ class Plan:
         Refinement of the spectral grid.
     waves : PlannedWaves
         Resolved waves, or the mean sea.
-    faint_sunlight : float or None
-        Largest share of sunlight in any band if it is omitted by day; else None.
+    sunlight : Sunlight
+        Computed, or omitted because it is faint.
     sensor : BuiltSensor
         Sensor of the sensor cube; the clean cube does not depend on it, but for its integration time with a camera.
     views : ViewAxis
@@ -129,8 +129,8 @@ class Plan:
         States of the surfaces; none for sea everywhere.
     tops : tuple of CloudTops
         Altitudes of cloud tops of layers whose tops vary.
-    texture : Texture or None
-        Texture of clear sky; None if sea and air are the same everywhere.
+    texture : EvenSky
+        Clear sky: even, or with texture.
     land_share : float
         Share of land in the image of a scene without surfaces.
     probes : tuple of Probed
@@ -168,11 +168,11 @@ class Plan:
     rays: Rays
     sensor: BuiltSensor
     waves: PlannedWaves = MEAN_SEA
-    faint_sunlight: float | None = None
+    sunlight: Sunlight = COMPUTED
     views: ViewAxis = ONE_VIEW
     surfaces: tuple[PlannedSurfaces, ...] = ()
     tops: tuple[CloudTops, ...] = ()
-    texture: Texture | None = None
+    texture: EvenSky = EVEN_SKY
     land_share: float = 0.0
     probes: tuple[Probed, ...] = ()
     light: PlannedLight = COLUMNS
@@ -199,6 +199,10 @@ class Plan:
         """Return the same plan with the radiance model at another numerical level."""
         return replace(self, assembly=self.assembly.at_level(level))
 
+    def without_texture(self) -> Plan:
+        """Return the same plan with an even clear sky."""
+        return replace(self, texture=EVEN_SKY)
+
     @property
     def budget(self) -> Budget:
         """Largest allowed error of each approximation."""
@@ -223,9 +227,9 @@ class Plan:
     @property
     def effects(self) -> tuple[Effect, ...]:
         """What lets pixels differ beyond their clouds, in the order in which it changes their radiance."""
-        shadows = Shadows() if self.has_shadows else None
+        shadows = [Shadows()] * self.has_shadows
         of_columns = self.light, *self.surfaces, *self.tops, *self.point_effects, self.views, self.texture
-        return tuple(effect for effect in (*of_columns, shadows, self.waves, self.sensor) if effect and effect.varies)
+        return tuple(effect for effect in (*of_columns, *shadows, self.waves, self.sensor) if effect.varies)
 
     @property
     def has_shadows(self) -> bool:
@@ -255,7 +259,7 @@ class Plan:
     @property
     def sun_matters(self) -> bool:
         """Whether the sun is above the horizon in at least one frame and its light is not omitted."""
-        return self.faint_sunlight is None and bool(np.any(self.sun_zenith_deg < 90.0))
+        return self.sunlight.matters(self.sun_zenith_deg)
 
     def sun_at(self, time_s: float) -> Sun | None:
         """Sun for radiance at a time; None below the horizon or if sunlight is omitted."""

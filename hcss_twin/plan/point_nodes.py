@@ -48,3 +48,8 @@ def place_point_nodes(
         )
         raise ScenarioError([Problem("accuracy", message)], scenario.origin)
     return replace(placed, error=SAFETY_FACTOR * placed.error)
+
+
+def at_nodes(accuracy: RequestedAccuracy) -> RequestedAccuracy:
+    """Return the accuracy that is left for the tables at each node."""
+    return replace(accuracy, relative=(1.0 - SHARE) * accuracy.relative)

@@ -16,7 +16,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.geometry import displacement_m
-from hcss_twin.physics.polynomial_rows import weigh_row
+from hcss_twin.physics.quadrature import weigh_row
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.providers import Grid
 

@@ -30,7 +30,7 @@ from hcss_twin.plan.omissions import list_omissions, negligible_shadows
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.packing import RadianceRange, radiance_range, widest
 from hcss_twin.plan.path_radiance import unused_path_radiance
-from hcss_twin.plan.sunlight import SunFrames, negligible_sunlight
+from hcss_twin.plan.sunlight import COMPUTED, SunFrames, Sunlight, negligible_sunlight
 from hcss_twin.plan.views import EDGES, EXTREMES, ONE_VIEW, OneView, ViewAxis, choose_views
 from hcss_twin.plan.waves import WAVES, choose_waves, wants_waves
 from hcss_twin.providers import Sun
@@ -54,8 +54,8 @@ class SceneAnalysis:
     ----------
     accuracy : RequestedAccuracy
         Relative to the radiance of every band.
-    faint_sunlight : float or None
-        Largest share of sunlight in any band if it is omitted by day; else None.
+    sunlight : Sunlight
+        Computed, or omitted because it is faint.
     resolves_waves : bool
         Whether clear pixels show resolved waves.
     numerics : NumericalLevel
@@ -73,7 +73,7 @@ class SceneAnalysis:
     """
 
     accuracy: RequestedAccuracy
-    faint_sunlight: float | None
+    sunlight: Sunlight
     resolves_waves: bool
     omissions: tuple[Omission, ...]
     numerics: NumericalLevel
@@ -92,15 +92,14 @@ def strictest(first: SceneAnalysis, analyses: Sequence[SceneAnalysis]) -> SceneA
     first : SceneAnalysis
         Its omissions are kept, and its notes come first.
     """
-    faint = [analysis.faint_sunlight for analysis in analyses]
     axes = [analysis.views for analysis in (first, *analyses)]
     most = {field.name: max(getattr(axis, field.name) for axis in axes) for field in dataclasses.fields(ViewAxis)}
     return replace(
         first,
         accuracy=min((analysis.accuracy for analysis in analyses), key=lambda accuracy: accuracy.relative),
-        faint_sunlight=None if None in faint else max(share or 0.0 for share in faint),
+        sunlight=max((analysis.sunlight for analysis in analyses), key=lambda light: (light.is_computed, light.share)),
         views=replace(max(axes, key=lambda axis: axis.varies), **most),
-        faint_shadows=None if any(analysis.faint_shadows is None for analysis in analyses) else first.faint_shadows,
+        faint_shadows=first.faint_shadows if all(analysis.faint_shadows for analysis in analyses) else None,
         notes=tuple(dict.fromkeys(note for analysis in (first, *analyses) for note in analysis.notes)),
         numerics=finest([analysis.numerics for analysis in analyses]),
         expected=widest(analysis.expected for analysis in (first, *analyses)),
@@ -141,6 +140,7 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
     key = result_key(parts, catalog.shelf)
     classes = (
         SceneAnalysis,
+        Sunlight,
         NotComputed,
         RequestedAccuracy,
         Omission,
@@ -169,14 +169,13 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     assembly = assembly.at_level(numerics.level).on_grid(refinement.refinement)
     left = LEFT_FOR_VIEWS * max(shares.spectral_grid - refinement.error, 0.0)
     faint_shadows = negligible_shadows(scenario, assembly, sun, accuracy.relative) if radiance else None
-    if faint_shadows is not None:
-        assembly = replace(assembly, slant=assembly.slant.without("shadows", faint_shadows))
+    assembly = replace(assembly, slant=assembly.slant.without("shadows", faint_shadows))
     left += shares.faint_sunlight + (0.0 if assembly.slant.shadows else shares.shadows)  # neither is there
     suns: list[Sun | None] = [position for _, position in sun.evenly(SUNS)] if radiance else []
-    omitted_waves: Omission | None = Omission(WAVES, "the surface is not the scenario's sea", 0.0)
+    omitted_waves: tuple[Omission, ...] = (Omission(WAVES, "the surface is not the scenario's sea", 0.0),)
     if assembly.surface is None:
         omitted_waves = choose_waves(scenario, assembly, suns, accuracy.relative)
-    waves = omitted_waves is None
+    waves = not omitted_waves
     views_for = partial(choose_views, scenario, assembly, extreme_suns, shares.views, left)
     try:
         views = views_for(waves)
@@ -194,21 +193,23 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     drawn = waves or assembly.surface is not None  # beside such a surface there may be sea with waves
     variables = quantized(cube_variables(scenario, assembly, drawn), scenario, accuracy)
     variables = computed_variables(scenario, assembly, drawn, variables)
-    faint = None
+    sunlight = COMPUTED
     # The share of sunlight is evaluated for one view.
     if radiance and not waves and not views.varies and _can_omit_sunlight(assembly, variables):
-        faint = negligible_sunlight(assembly, sun, shares.faint_sunlight)
+        sunlight = negligible_sunlight(assembly, sun, shares.faint_sunlight)
     possible = cube_variables(scenario, assembly, drawn, ("all",))
     omissions = tuple(
-        list_omissions(scenario, assembly, variables, possible, sun, faint, waves, accuracy.relative, views.varies)
+        list_omissions(scenario, assembly, variables, possible, sun, sunlight, waves, accuracy.relative, views.varies)
     )
     # Without radiance there are no waves to omit.
-    of_waves = (omitted_waves,) if omitted_waves is not None and radiance else ()
-    darkest = extreme_suns[-1] if radiance and faint is None else None
+    of_waves = omitted_waves if radiance else ()
+    darkest = extreme_suns[-1] if radiance and sunlight.is_computed else None
     notes = unused_path_radiance(assembly, darkest, accuracy.relative) if radiance else ()
     omissions = (*omissions, *of_waves)
     expected = radiance_range(scenario, assembly, extreme_suns, waves)
-    return SceneAnalysis(accuracy, faint, waves, omissions, numerics, refinement, views, faint_shadows, notes, expected)
+    return SceneAnalysis(
+        accuracy, sunlight, waves, omissions, numerics, refinement, views, faint_shadows, notes, expected
+    )
 
 
 def _can_omit_sunlight(assembly: Assembly, variables: tuple[VariableSpec, ...]) -> bool:

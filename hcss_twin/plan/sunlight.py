@@ -39,6 +39,27 @@ def checked_frames(parts: int, frames: int) -> list[int]:
 
 
 @dataclass(frozen=True)
+class Sunlight:
+    """Whether sunlight is computed, or omitted by day because it is faint.
+
+    Attributes
+    ----------
+    share : float
+        Largest share of omitted sunlight in any band.
+    """
+
+    is_computed: bool = True
+    share: float = 0.0
+
+    def matters(self, zenith_deg: Array) -> bool:
+        """Whether it is computed, and the sun is above the horizon at one of its zenith angles at least."""
+        return self.is_computed and bool(np.any(zenith_deg < 90.0))
+
+
+COMPUTED = Sunlight()
+
+
+@dataclass(frozen=True)
 class SunFrames:
     """The sun at the frames of a scene.
 
@@ -192,8 +213,8 @@ _THICKNESSES = 3
 """Number of cloud thicknesses per layer, from the thinnest to the thickest."""
 
 
-def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> float | None:
-    """Return the largest share of sunlight in any band of any column if it is below a limit.
+def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> Sunlight:
+    """Return whether sunlight is computed: not if its share in every band of all columns is below a limit.
 
     It is omitted in all bands or in none, because omitting it in some saves little.
 
@@ -201,15 +222,10 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> flo
     ----------
     limit : float
         Relative to the total of a band.
-
-    Returns
-    -------
-    float or None
-        None if sunlight is not negligible, or the sun is always below the horizon.
     """
     suns = [position for _, position in sun.extremes(assembly.view) if position is not None]
     if not suns:
-        return None
+        return COMPUTED
     largest = 0.0
     columns = few_columns(assembly, _PER_BAND)
     cloudy = replace(columns, clear=False, thickness_m=_thicknesses(assembly))
@@ -220,8 +236,8 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> flo
         for position in suns:
             largest = max(largest, SAFETY_FACTOR * _share(assembly, part, position))
             if largest > limit:
-                return None
-    return largest
+                return COMPUTED
+    return Sunlight(False, largest)
 
 
 def _share(assembly: Assembly, columns: FewColumns, sun: Sun) -> float:

@@ -24,6 +24,7 @@ from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns
 from hcss_twin.plan.scene_analysis import SceneAnalysis, strictest
+from hcss_twin.plan.sunlight import COMPUTED
 from hcss_twin.plan.surface_classes import SEA, SceneClass, SceneSurfaces, SurfaceState
 from hcss_twin.plan.waves import WAVES
 from hcss_twin.providers import Grid
@@ -221,7 +222,7 @@ def merged(
     strict = strictest(of_sea, of_states)
     return replace(
         strict,
-        faint_sunlight=None if field else strict.faint_sunlight,
+        sunlight=COMPUTED if field else strict.sunlight,
         resolves_waves=waves,
         omissions=tuple(omissions.values()),
     )

@@ -80,8 +80,8 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     if scenario.atmosphere.inversion is not None:
         profile = _with_inversion(scenario, profile, field, climatology, bound, filled)
     profile = _with_gases(scenario, profile, bound, filled)
-    if bound is not None and scenario.atmosphere.water_vapour_texture > 0.0:
-        _refuse_bound(scenario, bound, ["atmosphere.water_vapour_texture"], "water vapour")
+    textured = ["atmosphere.water_vapour_texture"] * (scenario.atmosphere.water_vapour_texture > 0.0)
+    _refuse_change(scenario, bound, textured, "water vapour")
 
     def finished(profile: Profile) -> Profile:
         return _with_gases(scenario, _scaled(scenario, profile, bound), bound, [])
@@ -184,8 +184,7 @@ def _scaled(scenario: Scenario, profile: Profile, bound: Profile | None) -> Prof
     if factor is None and column is None:
         return profile
     field = f"atmosphere.{'water_vapour_column' if factor is None else 'water_vapour_scale'}"
-    if bound is not None:
-        _refuse_bound(scenario, bound, [field], "water vapour")
+    _refuse_change(scenario, bound, [field], "water vapour")
     with attribute_to_field(field):
         return with_water_vapour(profile, factor=factor, column_kg_m2=column)
 
@@ -203,8 +202,7 @@ def _with_inversion(
 
     section, field = scenario.atmosphere.inversion, "atmosphere.inversion"
     assert section is not None
-    if bound is not None:
-        _refuse_bound(scenario, bound, [field], "temperatures")
+    _refuse_change(scenario, bound, [field], "temperatures")
     if of_places is not None:
         several = "a field of profiles, which have boundary layers of their own,"
         Excluded.require_none(
@@ -226,9 +224,9 @@ def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, fil
     """Return the profile with the given amounts of gases, and with the means of the scene's year."""
     section, field = scenario.atmosphere.gases, "atmosphere.gases"
     given = section.given()
+    asked = [*map(str.upper, given), *["others"] * section.asks_for_year]
+    _refuse_change(scenario, bound, [f"{field}.{name}" for name in asked], "gases")
     if bound is not None:
-        asked = [*map(str.upper, given), *(["others"] if section.asks_for_year else [])]
-        _refuse_bound(scenario, bound, [f"{field}.{name}" for name in asked], "gases")
         return profile
     factors: dict[str, float] = {}
     for gas, amount in given.items():
@@ -251,9 +249,9 @@ def _with_gases(scenario: Scenario, profile: Profile, bound: Profile | None, fil
     return with_factors(profile, factors)
 
 
-def _refuse_bound(scenario: Scenario, bound: Profile, fields: list[str], what: str) -> None:
+def _refuse_change(scenario: Scenario, bound: Profile | None, fields: list[str], what: str) -> None:
     """Raise an error if keys change the only profile that a provider supports."""
-    if fields:
+    if bound is not None and fields:
         message = (
             f"provider '{scenario.atmosphere.provider}' supports only the profile '{bound.name}' with its {what}; "
             "allowed: omit the key, or choose a provider that supports any profile"

@@ -7,9 +7,9 @@ drier and moister air. Beneath thick cloud the states agree, so that the texture
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, cells_of
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.clear_sky import EVEN_SKY, STEP, EvenFields, EvenSky, State
 from hcss_twin.plan.combinations import Excluded, present
-from hcss_twin.plan.effects import Effect
 from hcss_twin.providers import Grid, Sun
 from hcss_twin.providers.column_states import spectra_of
 from hcss_twin.scenario.scenario import Scenario
@@ -30,57 +30,39 @@ DEFAULT_K = 0.3
 LEAST_K = 0.02
 """Standard deviation within the image below which there is texture on request only: the noise of good sensors."""
 
-STEP = 3.0**0.5
-"""Perturbation of the tables in standard deviations: with 0, a node of Gaussian quadrature of a normal distribution."""
-
 VAPOUR_PLACES = (1.0, -1.0, 2.0, -2.0)
 """Perturbations of the vapour with tables, in steps toward dry air; the first two where a parabola is enough."""
 
-State: TypeAlias = tuple[float, float]
-"""Perturbation in steps: of the sea toward warm, of the vapour toward dry."""
+OWN_SPECTRA: Sequence[State] = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+"""States whose spectra tell which wavenumbers their differences from the scene need."""
 
 
-@dataclass(frozen=True)
-class Texture(Effect):
-    """Standard deviations of a scene's clear-sky texture; at least one is above 0.
+class Texture(EvenSky):
+    """Standard deviations of a scene's clear-sky texture; at least one is above 0."""
 
-    Attributes
-    ----------
-    temperature_K : float
-        Of the sea.
-    water_vapour : float
-        Relative, of the vapour at all levels.
-    """
-
-    kind = "texture"
-
-    temperature_K: float
-    water_vapour: float
+    varies = True
 
     def key(self, scenario: Mapping[str, Any], assembly: Assembly) -> Mapping[str, Any]:
         """Return the deviations; those of a small image are others."""
         return {"texture": astuple(self)}
 
-    @property
-    def steps(self) -> tuple[float, float]:
-        """Perturbation of the tables: K, and share of the vapour."""
-        return STEP * self.temperature_K, STEP * self.water_vapour
+    def with_own_spectra(self, assembly: Assembly) -> list[Assembly]:
+        """Return the perturbed scenes, unless all differences are proportional to terms of the scene."""
+        if self.water_vapour == 0.0 and self.sea_is_proportional(assembly):
+            return []
+        return [self.perturbed(assembly, state) for state in OWN_SPECTRA]
 
-    def without_flat(self, state: State) -> State:
-        """Return a state without what has no texture."""
-        return state[0] * (self.temperature_K > 0.0), state[1] * (self.water_vapour > 0.0)
+    def fields(self, scenario: Scenario, assembly: Assembly) -> EvenFields:
+        """Return the fields of the scene."""
+        return TextureFields(scenario, assembly, self)
 
-    def sea_is_proportional(self, assembly: Assembly) -> bool:
-        """Whether :func:`sea_factors` hold in cloud: models of other packages may have one term for sea and clouds."""
-        return self.temperature_K > 0.0 and assembly.entries["radiance"].is_own
-
-    def perturbed(self, assembly: Assembly, state: State) -> Assembly:
-        """Return the scene in a perturbed state everywhere."""
-        warmer_K, drier = (change * step for change, step in zip(state, self.steps, strict=True))
-        return assembly.perturbed(warmer_K, 1.0 - drier)
+    def change(self, perturbation: Array, in_states: Callable[[], Array]) -> Array | float:
+        """Return how quantities (N, Q, B) change at perturbations (N, 2), by the polynomial through the states."""
+        warmer, drier = perturbation.T[..., None, None]
+        return Expansion(in_states())(warmer, drier)
 
 
-class TextureFields:
+class TextureFields(EvenFields):
     """Both fields of a scene, in steps."""
 
     def __init__(self, scenario: Scenario, assembly: Assembly, texture: Texture) -> None:
@@ -91,7 +73,7 @@ class TextureFields:
 
     def at(self, time_s: float, rows: slice, columns: slice) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return how far pixels (y, x) are perturbed, in steps toward warm sea and toward dry air."""
-        warmer, drier = (np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.float32) for _ in range(2))
+        warmer, drier = super().at(time_s, rows, columns)
         if self._texture.temperature_K > 0.0:
             warmer = self._sea.at(time_s, rows, columns) / np.float32(STEP)
         if self._texture.water_vapour > 0.0:
@@ -196,8 +178,8 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
     return small if typical_K < LEAST_K else ""
 
 
-def plan_texture(scenario: Scenario, assembly: Assembly) -> Texture | None:
-    """Return the texture of a scene; None if it has none.
+def plan_texture(scenario: Scenario, assembly: Assembly) -> EvenSky:
+    """Return the texture of a scene; an even sky if it has none.
 
     Raises
     ------
@@ -210,4 +192,4 @@ def plan_texture(scenario: Scenario, assembly: Assembly) -> Texture | None:
             Excluded.require_none(f"{key} = {value:g}", excluded_beside_texture(assembly), f"{key} = 0")
     kelvin = 0.0 if why_one_temperature(scenario, assembly) else DEFAULT_K if given is None else given
     vapour = vapour if cells_of(WATER_VAPOUR, assembly.grid) else 0.0
-    return Texture(kelvin, vapour) if kelvin or vapour else None
+    return Texture(kelvin, vapour) if kelvin or vapour else EVEN_SKY

@@ -196,8 +196,8 @@ def wants_waves(scenario: Scenario) -> bool:
 
 def choose_waves(
     scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], accuracy: float, why: NotComputed | None = None
-) -> Omission | None:
-    """Return the omission if waves are not resolved; None if they are.
+) -> tuple[Omission, ...]:
+    """Return the omission if waves are not resolved; none if they are.
 
     Parameters
     ----------
@@ -216,16 +216,16 @@ def choose_waves(
     sea = assembly.sea
     left_out = why_not("sea.waves", scenario.sea.waves, excluded_beside_waves(scenario, assembly)) or why
     if not hasattr(sea, "wave_slope_rms"):
-        return Omission(WAVES, "the sea model does not know how long its waves are", None)
+        return (Omission(WAVES, "the sea model does not know how long its waves are", None),)
     points = _points(scenario, assembly)
     if max(sea.wave_slope_rms(points.pixel_size_m)) == 0.0:
         wind, size = assembly.sea_wind_speed_m_s, points.pixel_size_m
         short = f"a wind of {wind:.3g} m/s raises no waves longer than two points of {size:g} m; slopes are averaged"
-        return Omission(WAVES, short if wind > 0.0 else "no wind raises waves", 0.0)
+        return (Omission(WAVES, short if wind > 0.0 else "no wind raises waves", 0.0),)
     if left_out is None and wants_waves(scenario):
-        return None
+        return ()
     if not assembly.has_clear_sky:
-        return Omission(WAVES, "cloud covers every pixel, and waves are resolved in clear sky only", 0.0)
+        return (Omission(WAVES, "cloud covers every pixel, and waves are resolved in clear sky only", 0.0),)
     bound: float | None = None if suns else 0.0
     estimate: float | None = None
     if suns and hasattr(sea, "mean_square_slope"):
@@ -235,10 +235,10 @@ def choose_waves(
         )
     omission = Omission(WAVES, "", bound, estimate, "" if estimate is None else MOST)
     if left_out is not None:
-        return omitted(omission, left_out, "every clear pixel is the mean sea")
+        return (omitted(omission, left_out, "every clear pixel is the mean sea"),)
     if bound is not None and bound <= SKIP_SHARE * accuracy:
-        return replace(omission, why="they would change less than their share of the accuracy asked for")
-    return None
+        return (replace(omission, why="they would change less than their share of the accuracy asked for"),)
+    return ()
 
 
 def crosswind_sense(view: View, sun: Sun | None) -> float:

@@ -223,7 +223,7 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Markup.Block]:
     if SENSOR_ATTRIBUTE in attributes:
         yield Markup.note("The certificate is that of the clean cube, whose radiance the sensor measured.")
     if requested is not None:
-        yield _achieved(attributes)
+        yield achieved_table(attributes)
     strata = Provenance.value(attributes, "hcss_certificate_strata", [])
     if strata:
         bands = list(dict.fromkeys(band for stratum in strata for band in stratum.get("error", {})))
@@ -290,7 +290,8 @@ def _bound_text(omission: Mapping[str, Any], key: str) -> str:
     return "" if value is None else f"{bound_text(value)} ({omission.get('sense', '')})"
 
 
-def _achieved(attributes: Mapping[str, Any]) -> Table:
+def achieved_table(attributes: Mapping[str, Any]) -> Table:
+    """Return the requested, estimated and achieved accuracy by band."""
     requested, estimated = (
         _error(attributes.get(f"hcss_{key}")) for key in ("accuracy_requested", "table_error_estimated")
     )

@@ -104,7 +104,7 @@ def _view(plan: Plan) -> Rows:
     zenith, azimuth = plan.sun_zenith_deg, plan.sun_azimuth_deg
     down = int((zenith >= 90.0).sum())
     below = f"; below the horizon in {down} of {zenith.size} frames" if down else ""
-    faint = "; too faint to be computed" if plan.faint_sunlight is not None else ""
+    faint = "" if plan.sunlight.is_computed else "; too faint to be computed"
     yield "sun", f"zenith {_span(zenith)} deg, azimuth {_span(azimuth)} deg{below}{faint}"
 
 
@@ -247,7 +247,7 @@ def _budget(plan: Plan) -> str:
     used = {
         "thickness": any(cloudy),
         "layers": sum(cloudy) > 1,
-        "faint_sunlight": plan.faint_sunlight is not None,
+        "faint_sunlight": not plan.sunlight.is_computed,
         "waves": plan.waves.varies,
         "views": plan.views.varies,
         "shadows": plan.has_shadows,

@@ -1,4 +1,4 @@
-"""Reports: one HTML file about a cube, or a file or folder for which an installed package has a page.
+"""Reports: one HTML file about a cube or its evidence, or a file or folder for which an installed package has a page.
 
 A package names a function in the entry point group ``hcss_twin.pages``. It takes the path of a NetCDF file and returns
 a :class:`hcss_twin.reports.page.Page`; the name of the entry point is the global attribute that its files have. In the
@@ -32,7 +32,11 @@ GROUP, GROUP_OF_FOLDERS = "hcss_twin.pages", "hcss_twin.pages_of_folders"
 
 @checked
 def report(
-    source: str | os.PathLike[str], output: str | os.PathLike[str] | None = None, *, replace: bool = False
+    source: str | os.PathLike[str],
+    output: str | os.PathLike[str] | None = None,
+    *,
+    replace: bool = False,
+    evidence: bool = False,
 ) -> Path:
     """Write a self-contained HTML report of a cube, or a file or folder of a plugin, such as a sweep.
 
@@ -41,9 +45,13 @@ def report(
     source : path-like
         A cube (NetCDF or Zarr, clean or measured), or a file or folder for which an installed plugin has a page.
     output : path-like, optional
-        Name of the file; default: ``SOURCE.html``, without the suffix of the source, next to it.
+        Name of the file; default: ``SOURCE.html``, without the suffix of the source, next to it, or with ``evidence``
+        ``SOURCE.evidence.html``.
     replace : bool
         Replace an existing file.
+    evidence : bool
+        Of a cube, instead of the report: what stands behind its numbers (certificate, error of each model,
+        comparisons, what no measurement supports).
 
     Returns
     -------
@@ -57,7 +65,11 @@ def report(
     """
     path = Path(source)
     origin, entry = _page_of(path)
-    target = Path(output) if output is not None else _beside(path)
+    if evidence:
+        if entry != _of_cube()[1]:
+            raise HcssError(f"no evidence of {path}: it is not a cube; allowed: a cube of `hcss run` or `hcss sense`")
+        entry = EntryPoint(FORMAT_ATTRIBUTE, "hcss_twin.reports.evidence_page:evidence_page", GROUP)
+    target = Path(output) if output is not None else _beside(path, ".evidence.html" if evidence else ".html")
     require_not_read(target, [path], HcssError)
     Writing(target, HcssError, "HTML").check()
     if target.exists() and not replace:
@@ -121,7 +133,7 @@ def _why_not(path: Path) -> str:
     return "it is not a NetCDF file, or it is damaged"
 
 
-def _beside(path: Path) -> Path:
+def _beside(path: Path, suffix: str) -> Path:
     """Return the default name of a report; a dot in a folder name does not start a suffix."""
     named = path if path.name not in ("", "..") else path.resolve()
-    return named.with_name(f"{named.name if named.is_dir() and not is_zarr(named) else named.stem}.html")
+    return named.with_name(f"{named.name if named.is_dir() and not is_zarr(named) else named.stem}{suffix}")

@@ -11,11 +11,11 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, choose_from
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.providers import SensorBand
+from hcss_twin.scenario.response_file import LONGEST_UM, NARROWEST, SHORTEST_UM, Unit, read_response
 from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import QuantityParser
 
@@ -27,16 +27,19 @@ class ResponseBand(ScenarioSection):
 
     name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")
     response: str = Field(
-        min_length=1, description="CSV file with columns wavelength_um and response (0 to 1), relative to the scenario."
+        min_length=1,
+        description="Text file with columns of wavelength (um, nm) or wavenumber (cm-1) and response, as agencies "
+        "publish them, relative to the scenario.",
+    )
+    column: str | None = Field(
+        default=None, min_length=1, description="Label or number (from 1) of the response, if the file has several."
+    )
+    unit: Unit | None = Field(
+        default=None, description="Unit of wavelength or wavenumber, if the file does not say it."
     )
 
 
 Limits = tuple[float, float]
-
-NARROWEST = 1e-6
-"""Minimum relative bandwidth; below it, rounding affects the spectral grid."""
-
-SHORTEST_UM, LONGEST_UM = 0.1, 1000.0
 
 GAUSSIAN_CUT = 1e-4
 """Response, relative to its peak, at which a Gaussian is truncated; this omits 2e-5 of its area."""
@@ -59,7 +62,11 @@ def _band(value: object) -> object:
     raise PydanticCustomError("band", f"{Problem.shown(value)} is not a band; allowed: {_ALLOWED}")
 
 
-_FORMS = {"named limits": ("limits",), "a Gaussian": ("center_um", "fwhm_um"), "a response": ("response",)}
+_FORMS = {
+    "named limits": ("limits",),
+    "a Gaussian": ("center_um", "fwhm_um"),
+    "a response": ("response", "column", "unit"),
+}
 """Keys by which the forms of a table are told apart."""
 
 _ALLOWED = "a name, [shortest_um, longest_um], {name, response}, {name, limits} or {name, center_um, fwhm_um}"
@@ -243,8 +250,8 @@ def spectral_band(band: AnyBand, catalog: Catalog) -> SpectralBand:
         If a name is unknown or a response file is malformed.
     """
     if isinstance(band, ResponseBand):
-        wavelength, response = read_response(band.response, catalog)
-        return SpectralBand(band.name, wavelength, response)
+        measured = read_response(band.response, catalog, band.name, band.column, band.unit)
+        return SpectralBand(band.name, measured.wavelength_um, measured.response, measured.read_as)
     if isinstance(band, GaussianBand):
         wavelength = np.linspace(*band.ends_um, GAUSSIAN_NODES)
         distance = (wavelength - band.center_um) / band.fwhm_um
@@ -259,33 +266,6 @@ def spectral_band(band: AnyBand, catalog: Catalog) -> SpectralBand:
     else:
         limits = band
     return SpectralBand(band_name(band), np.array(limits, dtype=np.float64), np.ones(2))
-
-
-def read_response(file: str, catalog: Catalog) -> tuple[Array, Array]:
-    """Read a measured spectral response.
-
-    Returns
-    -------
-    wavelength_um, response : ndarray (N,)
-
-    Raises
-    ------
-    CatalogError
-        If the file is missing or malformed.
-    """
-    path = catalog.file(file)
-    columns = catalog.columns(path)
-    for required in ("wavelength_um", "response"):
-        if required not in columns:
-            raise CatalogError(f"{path}: column '{required}' is missing; the file has {', '.join(columns)}")
-    wavelength, response = columns["wavelength_um"], columns["response"]
-    if wavelength.size < 2 or np.any(np.diff(wavelength) <= 0) or wavelength[0] <= 0:
-        raise CatalogError(f"{path}: wavelength_um must be positive and ascend over at least two rows")
-    if wavelength[-1] - wavelength[0] < NARROWEST * wavelength[-1]:
-        raise CatalogError(f"{path}: too narrow; allowed: at least {NARROWEST:g} of the wavelength")
-    if np.any(response < 0) or np.any(response > 1) or not np.any(response > 0):
-        raise CatalogError(f"{path}: response must lie in 0..1 and be positive somewhere")
-    return wavelength, response
 
 
 def sensor_bands(bands: Sequence[SpectralBand]) -> tuple[SensorBand, ...]:

@@ -18,7 +18,7 @@ from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.atmosphere import Atmosphere
-from hcss_twin.scenario.bands import named_bands, read_response, unknown_band
+from hcss_twin.scenario.bands import ResponseBand, named_bands, unknown_band
 from hcss_twin.scenario.cloud_types import (
     CloudType,
     Extent,
@@ -32,6 +32,7 @@ from hcss_twin.scenario.key_paths import homes
 from hcss_twin.scenario.models import DerivedSection, ElementSection, Radiance, ScenarioModel, Sea, SurfaceSection
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import problems_from
+from hcss_twin.scenario.response_file import read_response
 from hcss_twin.scenario.section_types import ScenarioSection, own
 from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, StageSection, choose_sensor, load_sensor, raw_stages
 
@@ -236,8 +237,12 @@ def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) ->
         if isinstance(band, str) and band not in known:
             yield Problem(f"bands[{index}]", unknown_band(band, known))
         elif isinstance(band, Mapping) and isinstance(band.get("response"), str):
-            file = band["response"]
-            yield from _file_problems(f"bands[{index}].response", partial(read_response, file, catalog))
+            try:
+                given = ResponseBand.model_validate(band)
+            except ValidationError:  # reported with the other keys
+                given = ResponseBand(name="any", response=band["response"])
+            read = partial(read_response, given.response, catalog, given.name, given.column, given.unit)
+            yield from _file_problems(f"bands[{index}].response", read)
     sound: dict[str, tuple[Layer, Extent]] = {}
     for index, layer in enumerate(layers if isinstance(layers, list) else []):
         if isinstance(layer, Mapping):

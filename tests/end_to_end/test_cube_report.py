@@ -371,3 +371,60 @@ def test_other_netcdf_and_unfinished_cubes_are_refused(tmp_path):
         file.title = "x"
     with pytest.raises(HcssError, match="NetCDF without"):
         hcss_twin.report(tmp_path / "other.nc")
+
+
+def evidence_of(cube, *options):
+    """The page of a cube's evidence, and the answer of the command."""
+    page = cube.with_suffix(".evidence.html")
+    done = CliRunner().invoke(cli, ["report", "--evidence", str(cube), "--force", "--json", *options])
+    assert done.exit_code == 0, done.output
+    return read_page(page), json.loads(done.output)["evidence"]
+
+
+def test_the_evidence_of_a_cube_has_its_certificate_budget_and_comparisons(tmp_path):
+    cube = made(tmp_path, **{"frames.count": 1})
+    page, answer = evidence_of(cube)
+    with open_cube(cube) as opened:
+        budget = json.loads(opened.attrs["hcss_error_budget"])
+        achieved = json.loads(opened.attrs["hcss_accuracy_achieved"])
+        pixels = int(opened.attrs["hcss_certificate_pixels"])
+    assert answer["certificate"]["largest_error"] == achieved
+    assert answer["certificate"]["certificate_pixels"] == pixels
+    assert f"{pixels} random pixels were recomputed" in page.text
+    totals = {(row["class"], row["band"]): row["relative"] for row in answer["budget"] if row["model"] == "total"}
+    assert totals == {
+        (of, band): cell.get("total", cell.get("at_least"))
+        for of, bands in budget.items()
+        for band, cell in bands.items()
+    }
+    assert len(page.table("class", "band", "model")) == len(answer["budget"])
+    assert len(page.table("quantity", "reference")) == len(answer["comparisons"])
+    assert {"day", "water", "type stratus"} <= set(answer["scene"])
+    assert "No measurement supports these sunlit quantities of the scene: Sunlight reflected by clouds" in page.text
+
+
+def test_the_evidence_of_a_night_has_no_sunlight_and_that_of_ice_its_crystals(tmp_path):
+    cube = made(tmp_path, scenario="cirrus", **{"frames.count": 1, "time": "2024-04-20T23:30:00+10:00"})
+    page, answer = evidence_of(cube)
+    assert "sunlit quantities" not in page.text
+    assert not [row["quantity"] for row in answer["support"] if row["quantity"].startswith("Sunlight")]
+    assert "Optics of ice crystals" in page.text
+
+
+def test_a_cube_without_a_certificate_says_so_in_its_evidence(tmp_path):
+    cube = made(tmp_path, **{"frames.count": 1, "output.certificate": 0})
+    page, answer = evidence_of(cube)
+    assert "The cube has no certificate: no pixel was recomputed." in page.text
+    assert answer["budget"] == []
+
+
+def test_evidence_is_of_cubes_only_and_does_not_replace_the_report(tmp_path):
+    cube = made(tmp_path, **{"frames.count": 1, "output.variables": ["cloud_mask"]})
+    evidence_of(cube)
+    assert not cube.with_suffix(".html").exists()
+    with pytest.raises(HcssError, match=r"evidence\.html exists"):
+        hcss_twin.report(cube, evidence=True)
+    (tmp_path / "sweep").mkdir()
+    (tmp_path / "sweep" / "index.json").write_text("{}")
+    with pytest.raises(HcssError, match=r"no evidence of .*sweep: it is not a cube; allowed: a cube"):
+        hcss_twin.report(tmp_path / "sweep", evidence=True)

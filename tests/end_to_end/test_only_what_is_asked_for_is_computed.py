@@ -72,7 +72,7 @@ def test_at_night_no_model_is_asked_for_sunlight(tmp_path, asked, models):
 
 def test_faint_sunlight_is_asked_for_by_plan_and_certificate_only(asked):
     plan = make_plan(Scenario.load("stratus", {**SMALL, **CHEAP, "bands": ["lwir"], "accuracy": 2e-2}))
-    assert plan.faint_sunlight is not None
+    assert not plan.sunlight.is_computed
     assert any(each.sun is not None for each in asked)
     asked.clear()
     list(stream(plan, compile_tables(plan)))

@@ -253,7 +253,7 @@ def test_the_sea_has_texture_by_default_and_the_plan_says_where_not(changes: dic
         assert plan.texture.temperature_K == 0.3
         assert not omitted
         return
-    assert plan.texture is None
+    assert not plan.texture.varies
     (omission,) = omitted
     assert why in omission.why
     assert 0.0 < omission.bound < 0.05

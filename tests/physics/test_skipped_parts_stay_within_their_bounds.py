@@ -122,7 +122,7 @@ def test_faint_sunlight_by_day(models, name, time):
         SpectralGrid.reference_radiance(model, plan.assembly.setting(each), grid, columns, 8) for each in (sun, None)
     )
     assert 0.1 * bound < largest_change(with_sun, without) < bound
-    lit = dataclasses.replace(plan, faint_sunlight=None)
+    lit = dataclasses.replace(plan, sunlight=sunlight.COMPUTED)
     assert lit.sun_at(0.0) == sun
     errors = compile_tables(plan).estimated_error + compile_tables(lit).estimated_error
     assert largest_change(radiance_of(lit), radiance_of(plan)) < errors + ROUNDING
@@ -130,11 +130,11 @@ def test_faint_sunlight_by_day(models, name, time):
 
 def test_sunlight_is_not_faint_where_it_is_asked_for_or_makes_shadows():
     faint = {"bands": [[9.0, 12.0]], "accuracy": 1e-2}
-    assert plan_of(**faint).faint_sunlight is not None
-    assert plan_of(**faint, **{"output.variables": ["terms", "radiance"]}).faint_sunlight is None
-    assert plan_of(**faint, **FIELD, **{"slant.shadows": "on"}).faint_sunlight is None
-    assert plan_of(**faint | {"accuracy": 1e-5}).faint_sunlight is None
-    assert plan_of(**faint | {"bands": [[9.0, 12.0], "mwir"]}).faint_sunlight is None
+    assert not plan_of(**faint).sunlight.is_computed
+    assert plan_of(**faint, **{"output.variables": ["terms", "radiance"]}).sunlight.is_computed
+    assert plan_of(**faint, **FIELD, **{"slant.shadows": "on"}).sunlight.is_computed
+    assert plan_of(**faint | {"accuracy": 1e-5}).sunlight.is_computed
+    assert plan_of(**faint | {"bands": [[9.0, 12.0], "mwir"]}).sunlight.is_computed
 
 
 def test_sunlight_scattered_by_air_under_a_very_low_sun(monkeypatch):

@@ -36,7 +36,7 @@ from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.reports.cloud_columns import read_columns as read_cloud_columns
 from hcss_twin.reports.preview import draw_preview
 from hcss_twin.reports.report import report
-from hcss_twin.scenario.bands import read_response
+from hcss_twin.scenario.response_file import read_response
 from hcss_twin.scenario.scenario import Scenario
 
 

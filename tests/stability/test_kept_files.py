@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hcss_twin.core.archives import read_arrays, write_arrays
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import Writing
+from hcss_twin.core.records import read_arrays, write_arrays
 
 
 def test_an_archive_gives_what_was_written_or_an_error(tmp_path):

@@ -37,7 +37,7 @@ from hcss_twin.models.parameters import (
     RoughSeaParameters,
 )
 from hcss_twin.models.refractive_index import load_refractive_index
-from hcss_twin.scenario.bands import read_response
+from hcss_twin.scenario.response_file import read_response
 
 BAD_NUMBERS = (math.nan, math.inf, -math.inf)
 BAD_WORDS = st.sampled_from(["nan", "NaN", "inf", "-inf", "1e999", "", "x", "--", "1;2"])

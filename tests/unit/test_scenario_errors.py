@@ -126,7 +126,7 @@ WRONG = [
     ("bands = [['3 um', '5 um']]", "bands[0]", "two numbers from 0.1 to 1000"),
     ("bands = [[20, 30]]", "bands[0]", "20 to 30 um", "allowed: 0.70004 to 20 um"),
     ("bands = ['mwir', [3, 4], [3, 4.0]]", "bands", "'3-4um' given twice"),
-    ("bands = [{name = 'x'}]", "bands[0].response", "is missing", "wavelength_um and response"),
+    ("bands = [{name = 'x'}]", "bands[0].response", "is missing", "Text file with columns of wavelength"),
     ("bands = [{name = 'x', response = 'no.csv'}]", "bands[0].response", "no file 'no.csv'"),
     # names
     ("clouds.type = 'stratos'", "clouds.type", "neither in catalogs/cloud_types nor", "closest is 'stratus'"),
@@ -312,10 +312,10 @@ def test_a_cloud_type_file_of_the_user_is_checked_with_the_scenario(old, new, pa
 @pytest.mark.parametrize(
     ("content", "part"),
     [
-        (b"wavelength,response\n3,1\n4,1\n", "column 'wavelength_um' is missing"),
+        (b"wavelength_um,a,b\n3,1,1\n4,1,1\n", "column = one of a, b"),
         (b"wavelength_um,response\n3,1\n4,nan\n", "line 3: a value is not finite"),
         (b"wavelength_um,response\n3,one\n4,1\n", "line 2"),
-        (b"wavelength_um,response\n4,1\n3,1\n", "ascend"),
+        (b"wavelength_um,response\n4,1\n3,1\n3.5,1\n", "line 4: neither ascending nor descending"),
         (b"wavelength_um,response\n3,-1\n4,1\n", "0..1"),
         (b"wavelength_um,response\n3,0\n4,0\n", "positive somewhere"),
         (b"wavelength_um,response\n3,1\n3.0000000001,1\n", "too narrow"),

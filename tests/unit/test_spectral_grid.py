@@ -64,7 +64,7 @@ def test_measured_response_weights_the_band(tmp_path):
     "text",
     [
         "wavelength_um\n1\n2\n",
-        "wavelength_um,response\n2,1\n1,1\n",
+        "wavelength_um,response\n2,1\n1,1\n3,1\n",
         "wavelength_um,response\n1,0\n2,0\n",
         "wavelength_um,response\n1,1\n2,1.5\n",
         "wavelength_um,response\n1,1\n2,nan\n",

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hcss_twin.engine.tables.fewest_states import LOST
 from hcss_twin.engine.tables.radiance_tables import ShadowTables, WaveTables
+from hcss_twin.engine.tables.tensor_train import LOST
 from hcss_twin.engine.tables.view_states import view_states
 from hcss_twin.plan.views import ONE_VIEW, ViewAxis
 from hcss_twin.providers import Grid

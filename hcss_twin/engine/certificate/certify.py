@@ -22,6 +22,7 @@ from hcss_twin.engine.certificate.clear_points import ClearPoint, ClearPoints, c
 from hcss_twin.engine.certificate.many_points import solve_many
 from hcss_twin.engine.certificate.part_sample import strata_of
 from hcss_twin.engine.certificate.reference_columns import References, columns_afresh
+from hcss_twin.engine.scene_points import seen_fields
 from hcss_twin.engine.stages.scene_stages import SceneTables
 from hcss_twin.engine.stages.stage import NOT_SEEN, REASONS, WITH_ELEMENTS
 from hcss_twin.engine.tables.point_axis import PointAxis
@@ -144,7 +145,7 @@ class SampledPoint(NamedTuple):
     thickness_m : ndarray (L,)
     time_s : float
     view : View
-    perturbation : ndarray (2,) or (0,)
+    perturbation : ndarray (2,)
         By the texture of clear sky, in steps.
     states : tuple
         On each axis along which points differ.
@@ -219,15 +220,10 @@ def _thickness(plan: Plan, pixels: SampledPixels) -> Array:
 
 
 def _perturbations(plan: Plan, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> Array:
-    """Perturbation (M, 2) of each pixel by the texture of clear sky, in steps; (M, 0) without texture."""
-    if plan.texture is None:
-        return np.empty((len(rows), 0))
-    from hcss_twin.engine.stages.texture import texture_of  # not for scenes without texture
-    from hcss_twin.plan.texture import TextureFields
-
-    fields = TextureFields(plan.scenario, plan.assembly, plan.texture)
+    """Perturbation (M, 2) of each pixel by the texture of clear sky, in steps."""
+    fields = plan.texture.fields(plan.scenario, plan.assembly)
     at_pixels = [
-        np.ravel(texture_of(plan, fields, time_s, (slice(row, row + 1), slice(column, column + 1))))
+        np.ravel(seen_fields(plan, fields, time_s, (slice(row, row + 1), slice(column, column + 1))))
         for row, column in zip(rows, columns, strict=True)
     ]
     return np.array(at_pixels, dtype=np.float64).reshape(-1, 2)
@@ -260,13 +256,10 @@ def _columns(plan: Plan, quantities: Quantities, points: Sequence[SampledPoint],
         return np.moveaxis(few.reshape(len(columns), -1, len(quantities.names), few.shape[-1]), 1, 0)
 
     (known,) = solved(lambda *of_columns: references.terms(plan, *of_columns)[None])
-    of_points: Array = known[which.ravel()]
-    if plan.texture is not None:
-        from hcss_twin.plan.texture import Expansion  # not for scenes without texture
-
-        of_columns = solved(partial(references.perturbed, plan))
-        warmer, drier = np.array([point.perturbation for point in points]).T[..., None, None]
-        of_points = of_points + Expansion(of_columns[:, which.ravel()])(warmer, drier)
+    of_points: Array = known[which.ravel()] + plan.texture.change(
+        np.array([point.perturbation for point in points]),
+        lambda: solved(partial(references.perturbed, plan))[:, which.ravel()],
+    )
     return of_points
 
 

@@ -59,7 +59,7 @@ class ClearPoints:
     """Finds waves and shadows at the points of pixels."""
 
     def __init__(self, scene: SceneTables) -> None:
-        self._plan, self._tables, self._effects = scene.plan, scene.with_waves, scene.effects
+        self._plan, self._tables, self._effects = scene.plan, scene.of_sea, scene.effects
         self._shadows = [ShadowStage(scene.plan, [])] * scene.plan.has_shadows
 
     def of_pixel(self, time_s: float, row: int, column: int, view: View) -> list[ClearPoint] | None:
@@ -88,14 +88,13 @@ class ClearPoints:
         return next((of.in_cloud(pixel).reshape(shape).astype(np.float64) / mu0 for of in cast), np.zeros(shape))
 
     def _level(self, time_s: float, pixel: Window) -> Array:
-        """Return the level (K, B) of a pixel."""
+        """Return the level (K, B) of a pixel; 1 without waves."""
+        if not self._plan.waves.varies:
+            return np.ones((len(self._plan.assembly.model.terms), len(self._plan.bands)))
         of_views = []
         for tables in self._tables:
-            assert tables.waves is not None
             (index, weight), levels = interval(tables.time_s, time_s), tables.waves.level
             of_views.append((1.0 - weight) * levels[index] + weight * levels[min(index + 1, len(levels) - 1)])
-        if not of_views:
-            return np.ones((len(self._plan.assembly.model.terms), len(self._plan.bands)))
         states = point_states(self._plan, self._effects, np.array(of_views), time_s)
         level: Array = np.tensordot(states.weights(pixel)[0, 0], states.values, 1)
         return level

@@ -189,8 +189,7 @@ class References:
 
         def compute() -> Array:
             terms, _, spectra = _reference_terms(plan, thickness_m, suns, views, wavenumbers)
-            if plan.texture is not None:
-                self._spectra = {_digest(plan, thickness_m, suns, views): spectra}
+            self._spectra = {_digest(plan, thickness_m, suns, views): spectra}
             return terms
 
         return self.recalled(plan, compute, thickness_m, suns, views, same)
@@ -347,7 +346,6 @@ def _perturbed_terms(plan: Plan, thickness_m: Array, suns: Suns, views: Views, k
     """Return terms (9, N, K, B) in the states of the texture, from spectra (N, K, V) of the scene if they are known."""
     from hcss_twin.plan.texture import EXPANSION_STATES, sea_factors  # not for scenes without texture
 
-    assert plan.texture is not None
     texture, grid, few = plan.texture, plan.spectral_grid, for_spectra(plan.assembly)
     derived = texture.water_vapour == 0.0 and texture.sea_is_proportional(few)
     known, terms = known if derived else None, dict[tuple[float, float], Array]()

@@ -68,9 +68,9 @@ class SceneTables:
         return next((axis.ground.sea for axis in self.named("surfaces")), 0)
 
     @property
-    def with_waves(self) -> list[RadianceTables]:
-        """Tables of the scenario's sea, as :attr:`of_surfaces`; none if they have no waves."""
-        return [tables for tables in self.of_surfaces[self.sea] if tables.waves is not None]
+    def of_sea(self) -> list[RadianceTables]:
+        """Tables of the scenario's sea, as :attr:`of_surfaces`."""
+        return self.of_surfaces[self.sea]
 
 
 class LookUpStage(Stage):
@@ -148,7 +148,7 @@ def _shadows(_: Any, scene: SceneTables) -> Iterator[Stage]:
 def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.waves import WaveStage
 
-    yield WaveStage(scene.plan, waves, scene.with_waves, scene.sea, scene.effects)
+    yield WaveStage(scene.plan, waves, scene.of_sea, scene.sea, scene.effects)
 
 
 OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {

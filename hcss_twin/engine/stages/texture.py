@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import kernel
 from hcss_twin.cube.variables import SEA_TEMPERATURE, WATER_VAPOUR_FACTOR
-from hcss_twin.engine.scene_points import at_rays, linear
+from hcss_twin.engine.scene_points import seen_fields
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.frame_look_up import FrameLookUp, FrameLookUps
 from hcss_twin.engine.tables.point_axis import PointAxis
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.texture import VAPOUR_PLACES, Texture, TextureFields
-from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
+from hcss_twin.plan.texture import VAPOUR_PLACES, Texture
+from hcss_twin.plan.windows import Window, length, points_of
 
 Thickness = NDArray[np.float32]
 
@@ -47,9 +46,9 @@ class TextureStage(Stage):
         self, plan: Plan, texture: Texture, tables: RadianceTables | None, axes: Sequence[PointAxis[Any]]
     ) -> None:
         self._plan, self._texture, self._layers = plan, texture, len(plan.layers)
-        self._fields = TextureFields(plan.scenario, plan.assembly, texture)
+        self._fields = texture.fields(plan.scenario, plan.assembly)
         self._states: list[FrameLookUps] = []
-        if tables is not None and tables.texture is not None:
+        if tables is not None:
             self._states = [
                 FrameLookUps(plan, _in_state(tables, number), axes) for number in range(len(tables.texture.states))
             ]
@@ -71,7 +70,7 @@ class TextureStage(Stage):
     def _change(self, part: FramePart, in_part: Window, window: Window, thickness_m: Sequence[Thickness]) -> None:
         """Change radiance and truth at a place in a part, which is a window of the image."""
         radiance, truth, time_s, (rows, columns) = part.radiance, part.truth, part.time_s, window
-        warmer, drier = texture_of(self._plan, self._fields, time_s, window)
+        warmer, drier = seen_fields(self._plan, self._fields, time_s, window)
         if SEA_TEMPERATURE in truth:
             kelvin = np.float32(self._texture.steps[0]) * warmer
             truth[SEA_TEMPERATURE][in_part] = np.float32(self._plan.assembly.sea_temperature_K) + kelvin
@@ -99,35 +98,10 @@ class TextureStage(Stage):
         return [state.at(time_s) for state in self._states]
 
 
-def texture_of(plan: Plan, fields: TextureFields, time_s: float, window: Window) -> tuple[Thickness, Thickness]:
-    """Return how far the pixels (y, x) of a window of the image are perturbed, as :meth:`TextureFields.at`.
-
-    The fields are means over the pixels of the scene. Other rays than those of a grid see them between the centres of
-    these, and their pixels are means over their points.
-    """
-    if plan.is_grid:
-        return fields.at(time_s, *window)
-    samples = plan.scene.samples
-
-    def of_scene(below: Window) -> NDArray[np.float32]:
-        around = (slice(pixels.start - 1, pixels.stop + 1) for pixels in below)  # to interpolate within the outer ones
-        return np.stack(fields.at(time_s, *around))
-
-    def between(fields: NDArray[np.float32], row: Array, column: Array, corner: tuple[int, int]) -> Thickness:
-        of_pixels = (row + 0.5) / samples - 0.5, (column + 0.5) / samples - 0.5
-        return linear(fields, *of_pixels, (corner[0] // samples - 1, corner[1] // samples - 1))
-
-    warmer, drier = at_rays(plan, window, time_s, 0.0, of_scene, between)
-    per = plan.samples_per_pixel
-    of_pixels = (np.asarray(pixel_sums(of_points, per) / per**2, np.float32) for of_points in (warmer, drier))
-    return next(of_pixels), next(of_pixels)
-
-
 def _in_state(tables: RadianceTables, number: int) -> RadianceTables:
     """Return the tables of a perturbed state."""
     if tables.over:
         return replace(tables, over=tuple(_in_state(node, number) for node in tables.over))
-    assert tables.texture is not None
     return replace(tables, tables=tables.texture.states[number])
 
 

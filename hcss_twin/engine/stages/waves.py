@@ -82,7 +82,7 @@ class WaveStage(Stage):
 
         The second (2, 2) turns slopes along x and y to places in the tables, counted from their middle.
         """
-        waves = [(tables.waves, tables.time_s) for tables in self._tables if tables.waves is not None]
+        waves = [(tables.waves, tables.time_s) for tables in self._tables]
         sizes = np.max([of_view.change[0].shape[:2] for of_view, _ in waves], axis=0)
         toward_all = np.stack([of_view.at(time_s, times, tuple(sizes.tolist())) for of_view, times in waves])
         states = point_states(self._plan, self._effects, toward_all, time_s)

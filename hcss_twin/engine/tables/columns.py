@@ -93,7 +93,7 @@ class BandColumns:
         return np.stack([np.stack([self.known.bands[model, one, row] for row in rows]) for one in settings])
 
     def spectra(self, thickness_m: Array, settings: Sequence[ColumnSetting]) -> Array:
-        """Terms (S, N, K, V) of the same columns, which a plan with texture keeps."""
+        """Terms (S, N, K, V) of the same columns, which a plan keeps if those over a warmer sea follow from them."""
         self._compute(thickness_m, settings)
         model, rows = self.plan.assembly.model, list(map(tuple, thickness_m.tolist()))
         return np.stack([np.stack([self.known.spectra[model, one, row] for row in rows]) for one in settings])
@@ -109,7 +109,7 @@ class BandColumns:
         terms = model.columns(states, self.nodes.wavenumber_cm1)
         spectra = np.stack([np.asarray(terms[name]) for name in self.quantities.terms], axis=1)
         self.known.bands.update(zip(new, spectra @ self.nodes.weights_cm1.T, strict=True))
-        if self.plan.texture is not None:
+        if self.plan.texture.sea_is_proportional(self.plan.assembly):
             self.known.spectra.update(zip(new, spectra, strict=True))
 
     def also_in(self, settings: Sequence[ColumnSetting], before: int) -> None:

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.engine.tables.fewest_states import LOST, MANY_STATES
 from hcss_twin.engine.tables.look_up import LookUp, Thickness
 from hcss_twin.engine.tables.over_views import GridViews, views_of_frame
 from hcss_twin.engine.tables.point_axis import FrameAxis, Group, PointAxis
 from hcss_twin.engine.tables.radiance_tables import DenseTable, RadianceTables, TableReader, stacked_tables
+from hcss_twin.engine.tables.tensor_train import LOST, MANY_STATES
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 

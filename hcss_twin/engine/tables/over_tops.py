@@ -10,43 +10,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.engine.tables.point_axis import Group, PointAxis, groups_on
+from hcss_twin.engine.tables.point_axis import PlacedStates
 from hcss_twin.plan.cloud_tops import CloudTops
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.point_nodes import SHARE
+from hcss_twin.plan.point_nodes import at_nodes
 from hcss_twin.plan.windows import Window, points_of
 
 
-class TopStates(PointAxis[float]):
+class TopStates(PlacedStates):
     """Altitudes of one layer's cloud tops."""
 
     name = "tops"
 
     def __init__(self, plan: Plan, tops: CloudTops) -> None:
+        super().__init__(tops.placed)
         self.layer, self._generator = tops.layer, cast(Any, plan.assembly.generators[tops.layer])
-        self._samples, self.placed = plan.samples_per_pixel, tops.placed
-        self.nodes, self.estimated_error = tops.placed.nodes.tolist(), tops.placed.error
+        self._samples = plan.samples_per_pixel
 
     def plan_in(self, plan: Plan, state: float) -> Plan:
         """Return the plan of the same scene with all cloud tops at one altitude."""
-        assembly, accuracy = plan.assembly.hanging_from(state, self.layer), plan.accuracy
-        accuracy = replace(accuracy, relative=(1.0 - SHARE) * accuracy.relative)
+        assembly, accuracy = plan.assembly.hanging_from(state, self.layer), at_nodes(plan.accuracy)
         others = tuple(tops for tops in plan.tops if tops.layer != self.layer)
         return replace(plan, assembly=assembly, layers=assembly.layers, accuracy=accuracy, tops=others)
 
     def of_pixel(self, time_s: float, row: int, column: int, thickness_m: Array) -> Sequence[float]:
         """Return the altitude at each point; clear points share one, and so one model."""
-        tops = self.tops_m(time_s, (slice(row, row + 1), slice(column, column + 1)))
-        cloudy = thickness_m[:, self.layer] > 0.0
-        altitudes: list[float] = np.where(cloudy, tops.ravel().astype(np.float64), self.nodes[0]).tolist()
-        return altitudes
+        altitudes = super().of_pixel(time_s, row, column, thickness_m)
+        cloudy: list[float] = np.where(thickness_m[:, self.layer] > 0.0, altitudes, self.nodes[0]).tolist()
+        return cloudy
 
-    def groups(self, time_s: float, window: Window) -> list[Group]:
-        """Return the points of each segment of altitude."""
-        return groups_on(self.placed, self.tops_m(time_s, window).ravel().astype(np.float64))
+    def values(self, time_s: float, window: Window) -> Array:
+        """Return the altitudes of cloud tops at the points of a window of the image."""
+        return self.tops_m(time_s, window).astype(np.float64)
 
     def tops_m(self, time_s: float, window: Window) -> NDArray[np.float32]:
-        """Return the altitudes of cloud tops at the points of a window of the image."""
+        """Return the same in single precision, as the truth has them."""
         tops: NDArray[np.float32] = self._generator.cloud_top_m(
             time_s, *(points_of(pixels, self._samples) for pixels in window)
         )

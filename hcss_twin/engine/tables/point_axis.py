@@ -90,6 +90,27 @@ class PointAxis(ABC, Generic[State]):
         return _InFrame(self, time_s)
 
 
+class PlacedStates(PointAxis[float]):
+    """One number at each point, and tables for few of its values."""
+
+    def __init__(self, placed: PlacedAxis) -> None:
+        self._placed = placed
+        self.nodes, self.estimated_error = placed.nodes.tolist(), placed.error
+
+    @abstractmethod
+    def values(self, time_s: float, window: Window) -> Array:
+        """Return the values (y, x) at the points of a window of the image."""
+
+    def of_pixel(self, time_s: float, row: int, column: int, thickness_m: Array) -> Sequence[float]:
+        """Return the value at each point."""
+        values: list[float] = self.values(time_s, (slice(row, row + 1), slice(column, column + 1))).ravel().tolist()
+        return values
+
+    def groups(self, time_s: float, window: Window) -> list[Group]:
+        """Return the points of a window by segments of the axis."""
+        return groups_on(self._placed, self.values(time_s, window).ravel())
+
+
 @dataclass(frozen=True)
 class _InFrame:
     """A point axis at one instant."""

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
-from hcss_twin.engine.tables.fewest_states import fewest_states
 from hcss_twin.engine.tables.spectrum import Spectrum
 from hcss_twin.engine.tables.table_key import table_key
-from hcss_twin.engine.tables.tensor_train import TensorTrain, beside, stacked, total
+from hcss_twin.engine.tables.tensor_train import TensorTrain, beside, fewest_states, stacked, total
 from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
 from hcss_twin.physics.quadrature import lagrange
 from hcss_twin.plan.accuracy import Budget
@@ -290,6 +289,9 @@ def _resampled(table: NDArray[np.float32], sizes: tuple[int, int]) -> NDArray[np
     return table
 
 
+NO_WAVES = WaveTables((0.0, 0.0), (), (), 0.0)
+
+
 @dataclass(frozen=True)
 class TextureTables:
     """Tables of the perturbed states of clear-sky texture.
@@ -313,6 +315,9 @@ class TextureTables:
     estimated_error: float
 
 
+NO_TEXTURE = TextureTables((), np.empty((0, 0)), np.empty((2, 0, 0)), 0.0)
+
+
 @dataclass(frozen=True)
 class RadianceTables:
     """Tables of band radiance, W m-2 sr-1, at time nodes.
@@ -331,10 +336,10 @@ class RadianceTables:
         Relative errors of the total, measured for each approximation during node placement.
     shadows : ShadowTables or None
         None if no cloud casts shadows.
-    waves : WaveTables or None
-        Change of the clear column by resolved waves, at the same time nodes; None for a statistical sea.
-    texture : TextureTables or None
-        Perturbed states of the same columns; None without clear-sky texture.
+    waves : WaveTables
+        Change of the clear column by resolved waves, at the same time nodes; none for a statistical sea.
+    texture : TextureTables
+        Perturbed states of the same columns; none without clear-sky texture.
     over : tuple of RadianceTables
         Tables at each node of the first of the axes along which points differ (:mod:`.point_axis`); these tables are
         then one of them, with the largest errors of all.
@@ -349,8 +354,8 @@ class RadianceTables:
     spectrum: Spectrum
     errors: Budget
     shadows: ShadowTables | None = None
-    waves: WaveTables | None = None
-    texture: TextureTables | None = None
+    waves: WaveTables = NO_WAVES
+    texture: TextureTables = NO_TEXTURE
     over: tuple[RadianceTables, ...] = ()
     over_error: float = 0.0
 
@@ -362,8 +367,7 @@ class RadianceTables:
     @property
     def estimated_error(self) -> float:
         """Largest sum of the relative errors of the total."""
-        texture = 0.0 if self.texture is None else self.texture.estimated_error
-        return self.errors.total + self.over_error + texture
+        return self.errors.total + self.over_error + self.texture.estimated_error
 
     @property
     def leaves(self) -> tuple[RadianceTables, ...]:

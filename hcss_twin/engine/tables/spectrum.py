@@ -85,10 +85,7 @@ def _choose(plan: Plan, tolerance: float, views: Sequence[View], tested: Sequenc
     suns = _suns_over_time(plan, np.linspace(0.0, 1.0, 3)) if moves else _suns_that_hardly_move(plan)
     skies = _suns(plan, CLEAR_SKIES) if moves else suns
     # The difference of a perturbed state needs its own wavenumbers.
-    plans = [plan]
-    if plan.texture is not None and (plan.texture.water_vapour or not plan.texture.sea_is_proportional(plan.assembly)):
-        states = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-        plans += [replace(plan, assembly=plan.texture.perturbed(plan.assembly, state)) for state in states]
+    perturbed = [replace(plan, assembly=scene) for scene in plan.texture.with_own_spectra(plan.assembly)]
     first, trials, heights = _first_columns(plan), _trials(plan), CLEAR_SKIES if moves else 1
 
     def trial(number: int) -> tuple[Array, list[Sun | None], list[Sun | None]]:
@@ -99,7 +96,7 @@ def _choose(plan: Plan, tolerance: float, views: Sequence[View], tested: Sequenc
     # With those of the first trial: all suns together cost a model little more than some.
     tried_first = (tested, *trial(0))
     known, tried = _spectra(plan, (views, first, suns, skies), tried_first)
-    others = [_spectra(in_state, (views, first, suns, skies))[0] for in_state in plans[1:]]
+    others = [_spectra(in_state, (views, first, suns, skies))[0] for in_state in perturbed]
     known = np.concatenate((known, *others))
     for number in range(1, MAX_TRIALS + 1):
         nodes = grid.choose_nodes(known, CHOICE_SHARE * tolerance)

@@ -34,7 +34,7 @@ def table_key(plan: Plan) -> str:
         "view": [plan.view.zenith_deg, plan.view.azimuth_deg],
         "files": dict(plan.catalog.used),
         "terms": [spec.name for spec in plan.computed if spec.name.startswith(TERM_PREFIX)],
-        "sunlight": [plan.sun_matters, plan.faint_sunlight],
+        "sunlight": [plan.sun_matters, *dataclasses.astuple(plan.sunlight)],
         "layers": [
             dataclasses.asdict(dataclasses.replace(layer, coverage=float(cloudy), edge_taper=0.0, name=""))
             for layer, cloudy in zip(plan.layers, assembly.cloudy_layers, strict=True)

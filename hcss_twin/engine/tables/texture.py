@@ -13,8 +13,9 @@ from hcss_twin.core.error_norm import largest_error
 from hcss_twin.engine.tables.columns import Axes, BandColumns
 from hcss_twin.engine.tables.radiance_tables import InstantTable, TextureTables
 from hcss_twin.engine.tables.tensor_train import TensorTrain, total
+from hcss_twin.plan.clear_sky import State
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.texture import EXPANSION_STATES, VAPOUR_PLACES, Expansion, State, Texture, sea_factors
+from hcss_twin.plan.texture import EXPANSION_STATES, VAPOUR_PLACES, Expansion, sea_factors
 from hcss_twin.providers import ColumnSetting, Sun
 
 Thickness = NDArray[np.float32]
@@ -33,8 +34,8 @@ relative humidity: where that of the path passes 70 or 80 %, sunlight that it sc
 
 def compile_texture(
     columns: BandColumns, axes: Axes, exact: Sequence[TensorTrain], settings: Sequence[ColumnSetting]
-) -> TextureTables | None:
-    """Compute the tables of the perturbed states of a scene; None if it has no texture.
+) -> TextureTables:
+    """Compute the tables of the perturbed states of a scene with texture.
 
     Parameters
     ----------
@@ -44,11 +45,7 @@ def compile_texture(
         Those of the scene, at each time node.
     settings : sequence of ColumnSetting (T,)
     """
-    plan = columns.plan
-    texture: Texture | None = plan.texture
-    if texture is None:
-        return None
-
+    plan, texture = columns.plan, columns.plan.texture
     columns_in: dict[State, BandColumns] = {(0.0, 0.0): columns}
     middle, known, most = len(settings) // 2, dict[State, Array](), len(VAPOUR_PLACES)
 

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
-from hcss_twin.engine.tables.fewest_states import LOST, MANY_STATES, fewest_states
 from hcss_twin.engine.tables.over_views import nodes_of_frame
 from hcss_twin.engine.tables.point_axis import FrameAxis, PointAxis
-from hcss_twin.physics.polynomial_rows import weigh_row
+from hcss_twin.engine.tables.tensor_train import LOST, MANY_STATES, fewest_states
+from hcss_twin.physics.quadrature import weigh_row
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length
 

@@ -33,11 +33,14 @@ class SpectralBand:
         Ascending; the response is linear between them and 0 outside.
     response : ndarray (N,)
         Relative response, 0 to 1.
+    read_as : str
+        How a file of the response was understood, if it could be understood otherwise.
     """
 
     name: str
     wavelength_um: Array
     response: Array
+    read_as: str = ""
 
     @property
     def lower_um(self) -> float:

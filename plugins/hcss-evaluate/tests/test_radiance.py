@@ -1,5 +1,6 @@
 """``hcss evaluate --radiance``: spots are where the image has them, and differences are those of the scenes."""
 
+import json
 from datetime import UTC, datetime
 
 import netCDF4
@@ -49,7 +50,7 @@ def test_spots_have_the_temperatures_places_and_times_of_the_file(measured):
 
 
 def test_differences_are_simulated_less_measured_and_places_without_climatology_are_left_out(monkeypatch, measured):
-    def simulated(spot, limits_um, reference):
+    def simulated(spot, limits_um, reference, responses):
         assert reference == "ir_108"
         if spot.latitude < 0.0 and spot.kind == "clear sea":
             raise ScenarioError("no ships")
@@ -79,6 +80,31 @@ def test_the_command_simulates_prints_and_writes_a_page(measured, tmp_path):
     assert "Simulated / measured brightness temperature" in page.read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("form", ["um", "cm-1", "several columns", "no labels"])
+def test_a_channel_has_the_response_of_its_file_in_any_unit(form, measured, tmp_path):
+    """A rectangle as a file gives what the limits give; a response that ends elsewhere gives something else."""
+    low, high = LIMITS["ir_108"]
+    file = tmp_path / "srf.txt"
+    file.write_text(
+        {
+            "um": f"wavelength_um,response\n{low},1\n{high},1\n",
+            "cm-1": f"wavenumber (cm-1)   SRF\n{1e4 / high:.9f}  1.0\n{1e4 / low:.9f}  1.0\n",
+            "no labels": f"{1e4 / high:.9f}  1.0\n{1e4 / low:.9f}  1.0\n",
+            "several columns": f"Wavelength (nm),B1,B2\n{1e3 * low},0.2,1\n{1e3 * high},1,1\n",
+        }[form]
+    )
+    named = f"{file}{ {'several columns': ':B2', 'no labels': '@cm-1'}.get(form, '') }"
+    answers = []
+    for channel in (f"ir_108={low}-{high}", f"ir_108={named}"):
+        done = hcss("evaluate", "--radiance", measured, "--channel", channel, "--spots", "1", "--json", tmp_path / "a")
+        assert done.exit_code == 0, done.output
+        answers.append(json.loads((tmp_path / "a").read_text())["differences"])
+        (tmp_path / "a").unlink()
+    assert [each["mean_K"] for each in answers[1]] == pytest.approx([each["mean_K"] for each in answers[0]], abs=0.01)
+    assert f"{low:g}-{high:g} (half power), srf.txt" in done.output
+    assert ("by its label" in done.output) == (form in ("cm-1", "several columns"))
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -87,6 +113,7 @@ def test_the_command_simulates_prints_and_writes_a_page(measured, tmp_path):
         (("--radiance", "--paired"), "--paired: allowed with --realism only"),
         (("{file}", "--spots", "3"), "--spots: allowed with --radiance only"),
         (("--radiance", "--channel", "ir_108=11-9"), "'ir_108=11-9' given, allowed: a variable"),
+        (("--radiance", "--channel", "ir_108=none.txt"), "allowed: a variable, or with limits in um"),
         ((), "Missing argument 'SIM'"),
     ],
 )

@@ -289,7 +289,7 @@ def _checked_plan(scenario: Scenario, accuracies: tuple[float | str, ...], say: 
     if not plan.needs_radiance:
         message = "none of these needs radiance, so there is nothing to measure; add radiance"
         raise ScenarioError([Problem("output.variables", message)], scenario.origin)
-    if plan.texture is not None:
+    if plan.texture.varies:
         textures = {
             "sea.temperature_texture": scenario.sea.temperature_texture or 0.0,
             "atmosphere.water_vapour_texture": scenario.atmosphere.water_vapour_texture,

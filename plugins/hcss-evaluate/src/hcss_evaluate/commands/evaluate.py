@@ -38,20 +38,39 @@ def frame_numbers(_context: click.Context, _option: click.Parameter, text: str |
 _LIMITS = re.compile(r"(\d+(?:\.\d+)?)-(\d+(?:\.\d+)?)")
 
 
-def channel_limits_of(
-    _context: click.Context, _option: click.Parameter, given: tuple[str, ...]
-) -> dict[str, tuple[float, float] | None]:
-    """Parse channels such as ``ir_108=9.8-11.8``; None for one without limits."""
-    found: dict[str, tuple[float, float] | None] = {}
+Channel = tuple[float, float] | dict[str, str] | None
+"""Limits in um, or keys of a band with a measured response; None: known by name."""
+
+
+def channels_of(_context: click.Context, _option: click.Parameter, given: tuple[str, ...]) -> dict[str, Channel]:
+    """Parse channels such as ``ir_108=9.8-11.8``, ``ir_039=response.txt`` or ``b10=table.csv:B10``."""
+    found: dict[str, Channel] = {}
     for text in given:
-        name, equals, limits = text.partition("=")
-        match = _LIMITS.fullmatch(limits)
-        if not name or (equals and (match is None or not 2.0 < float(match[1]) < float(match[2]) < 40.0)):
+        name, equals, value = text.partition("=")
+        match = _LIMITS.fullmatch(value)
+        if name and match and 2.0 < float(match[1]) < float(match[2]) < 40.0:
+            found[name] = (float(match[1]), float(match[2]))
+        elif name and not equals:
+            found[name] = None
+        elif name and not match and (response := _response_of(value)):
+            found[name] = response
+        else:
             raise click.BadParameter(
-                f"'{text}' given, allowed: a variable, or with limits in um, such as b13=10.1-10.6"
+                f"'{text}' given, allowed: a variable, or with limits in um, such as b13=10.1-10.6, or with a file of "
+                "its response, if need be with column or unit, such as b13=srf.txt, b13=srf.csv:B13 or b13=srf.txt@cm-1"
             )
-        found[name] = (float(match[1]), float(match[2])) if match else None
     return found
+
+
+def _response_of(value: str) -> dict[str, str] | None:
+    """Return the keys of a band for ``FILE``, with ``:COLUMN`` and ``@UNIT``; None if there is no such file."""
+    start, _, unit = value.rpartition("@")
+    keys = {"unit": unit} if unit in ("um", "nm", "cm-1") else {}
+    value = start if keys else value
+    file, _, column = value.rpartition(":")
+    if not Path(value).is_file() and column:
+        value, keys = file, {**keys, "column": column}
+    return {"response": str(Path(value).resolve()), **keys} if Path(value).is_file() else None
 
 
 def _side_options(command: Any) -> Any:
@@ -121,10 +140,11 @@ def _side_options(command: Any) -> Any:
     "--channel",
     "channels",
     multiple=True,
-    metavar="NAME[=LOW-HIGH]",
-    callback=channel_limits_of,
-    help="With --radiance: a variable of REAL and the limits of its channel, um, for example ir_108=9.8-11.8; channels "
-    "of SEVIRI have known limits. Repeat; default: all variables with known limits.",
+    metavar="NAME[=LOW-HIGH|=FILE[:COLUMN][@UNIT]]",
+    callback=channels_of,
+    help="With --radiance: a variable of REAL and the limits of its channel, um, for example ir_108=9.8-11.8, or the "
+    "file of its spectral response (text, as for bands); channels of SEVIRI have known limits. Repeat; default: all "
+    "variables with known limits.",
 )
 @click.option(
     "--spots", default=12, type=click.IntRange(1), help="With --radiance: most spots of clear sea, and of cloud."
@@ -149,7 +169,7 @@ def evaluate_command(
     whole: bool,
     realism: bool,
     radiance: bool,
-    channels: dict[str, tuple[float, float] | None],
+    channels: dict[str, Channel],
     spots: int,
     paired: bool,
     blur: float,
@@ -217,18 +237,22 @@ def evaluate_command(
 
 
 def _test_radiance(
-    real: Path,
-    channels: dict[str, tuple[float, float] | None],
-    spots: int,
-    shown: Any,
-    output: Path | None,
-    json_file: Path | None,
+    real: Path, channels: dict[str, Channel], spots: int, shown: Any, output: Path | None, json_file: Path | None
 ) -> None:
-    from hcss_evaluate.radiance.blind import blind_test, channel_limits, known_channels
+    from hcss_evaluate.radiance.blind import blind_test, channel_limits, half_power_limits, known_channels
     from hcss_evaluate.radiance.text import blind_page, blind_text
 
-    limits = {name: given or channel_limits(name) for name, given in (channels or known_channels(real)).items()}
-    done = blind_test(real, limits, most=spots, progress=shown)
+    limits: dict[str, tuple[float, float]] = {}
+    responses: dict[str, dict[str, str]] = {}
+    for name, given in (channels or known_channels(real)).items():
+        if isinstance(given, dict):
+            responses[name] = given
+            limits[name], read_as = half_power_limits(given)
+            if read_as:
+                click.echo(f"{name}: {read_as}", err=True)
+        else:
+            limits[name] = given or channel_limits(name)
+    done = blind_test(real, limits, responses, most=spots, progress=shown)
     if output is not None:
         blind_page(done).write(output)
     _answer(done.as_dict(), blind_text(done), output, json_file)

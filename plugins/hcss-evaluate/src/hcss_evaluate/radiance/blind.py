@@ -8,7 +8,7 @@ how the cloud differs between channels.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,8 @@ import numpy as np
 from hcss_evaluate.radiance.measured import Spot, read_spots
 from hcss_twin import CatalogError, ImageError, Scenario, ScenarioError, simulate
 from hcss_twin.core.reading import Reading
-from hcss_twin.providers import choose_from
+from hcss_twin.providers import Catalog, choose_from
+from hcss_twin.scenario.bands import spectral_band
 
 CHANNELS_UM = {
     "ir_039": (3.48, 4.36), "wv_062": (5.35, 7.15), "wv_073": (6.85, 7.85), "ir_087": (8.30, 9.10),
@@ -56,13 +57,17 @@ class ChannelDifference:
 
 @dataclass(frozen=True)
 class BlindTest:
-    """Result: differences by channel and kind, each spot with its simulated brightness temperatures, spots left out."""
+    """Result: differences by channel and kind, each spot with its simulated brightness temperatures, spots left out.
+
+    Channels of ``responses`` were simulated with the response of a file; their limits are those of half power.
+    """
 
     differences: tuple[ChannelDifference, ...]
     spots: tuple[Spot, ...]
     simulated_K: tuple[dict[str, float], ...]
     limits_um: dict[str, tuple[float, float]]
     notes: tuple[str, ...] = ()
+    responses: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything for JSON; nan is None."""
@@ -73,12 +78,19 @@ class BlindTest:
             {**asdict(spot), "time": spot.time.isoformat(), "simulated_K": kelvin}
             for spot, kelvin in zip(self.spots, self.simulated_K, strict=True)
         ]
-        return {"differences": differences, "spots": spots, "limits_um": self.limits_um, "notes": list(self.notes)}
+        return {
+            "differences": differences,
+            "spots": spots,
+            "limits_um": self.limits_um,
+            "responses": self.responses,
+            "notes": list(self.notes),
+        }
 
 
 def blind_test(
     path: Path,
     limits_um: Mapping[str, tuple[float, float]],
+    responses: Mapping[str, Mapping[str, str]] | None = None,
     *,
     most: int = 12,
     progress: Callable[[int, int], None] | None = None,
@@ -91,6 +103,8 @@ def blind_test(
         See :func:`hcss_evaluate.radiance.measured.read_spots`.
     limits_um : mapping of str to (float, float)
         Limits of each channel, by variable.
+    responses : mapping of str to mapping, optional
+        Of channels with a measured response: the keys ``response`` and ``column`` of a band.
     most : int
         Largest number of spots of each kind, evenly spaced over the file.
     progress : callable, optional
@@ -117,7 +131,7 @@ def blind_test(
         if progress is not None:
             progress(number, len(chosen))
         try:
-            simulated.append(simulated_kelvin(spot, limits_um, reference))
+            simulated.append(simulated_kelvin(spot, limits_um, reference, responses or {}))
         except ScenarioError as error:  # ice, or no ships: the climatology lacks the place
             position = f"{spot.latitude:.1f} N, {spot.longitude:.1f} E"
             notes.append(f"left out, {spot.kind} at {position}: {' '.join(str(error).split())}")
@@ -126,7 +140,8 @@ def blind_test(
     if not done:
         raise ImageError(f"{path}: no spot can be simulated; {notes[0]}")
     differences = _differences(done, simulated, channels)
-    return BlindTest(differences, tuple(done), tuple(simulated), dict(limits_um), tuple(notes))
+    of_files = {name: dict(response) for name, response in (responses or {}).items()}
+    return BlindTest(differences, tuple(done), tuple(simulated), dict(limits_um), tuple(notes), of_files)
 
 
 def known_channels(path: Path) -> dict[str, None]:
@@ -140,7 +155,9 @@ def known_channels(path: Path) -> dict[str, None]:
     with Reading(path, CatalogError, "not a NetCDF file that can be read").netcdf() as file:
         found = [name for name in file.variables if name in CHANNELS_UM]
     if not found:
-        raise ImageError(f"{path}: no variable named {', '.join(CHANNELS_UM)}; give --channel NAME=LOW-HIGH, um")
+        raise ImageError(
+            f"{path}: no variable named {', '.join(CHANNELS_UM)}; give --channel NAME=LOW-HIGH, um, or NAME=FILE"
+        )
     return dict.fromkeys(found)
 
 
@@ -153,8 +170,30 @@ def channel_limits(name: str) -> tuple[float, float]:
         If the name is not known.
     """
     if name not in CHANNELS_UM:
-        raise ImageError(f"channel '{name}': not known, {choose_from(name, CHANNELS_UM)}, or {name}=LOW-HIGH in um")
+        raise ImageError(
+            f"channel '{name}': not known, {choose_from(name, CHANNELS_UM)}, or {name}=LOW-HIGH in um, or {name}=FILE"
+        )
     return CHANNELS_UM[name]
+
+
+def half_power_limits(response: Mapping[str, str]) -> tuple[tuple[float, float], str]:
+    """Return the outermost wavelengths with at least half of the largest response, um, and how its file was read.
+
+    Parameters
+    ----------
+    response : mapping
+        Keys ``response`` and ``column`` of a band.
+
+    Raises
+    ------
+    ScenarioError, CatalogError
+        If the file is missing or malformed.
+    """
+    scene = {"time": "2000-01-01T00:00:00Z", "place": {"latitude": 0.0, "longitude": 0.0}}
+    (band,) = Scenario.from_dict({**scene, "bands": [{"name": "channel", **response}]}).bands
+    measured = spectral_band(band, Catalog())
+    inside = measured.wavelength_um[measured.response >= 0.5 * measured.response.max()]
+    return (float(inside[0]), float(inside[-1])), measured.read_as
 
 
 def _spaced(spots: list[Spot], most: int) -> list[Spot]:
@@ -162,7 +201,9 @@ def _spaced(spots: list[Spot], most: int) -> list[Spot]:
     return [spots[index] for index in at]
 
 
-def simulated_kelvin(spot: Spot, limits_um: Mapping[str, tuple[float, float]], reference: str) -> dict[str, float]:
+def simulated_kelvin(
+    spot: Spot, limits_um: Mapping[str, tuple[float, float]], reference: str, responses: Mapping[str, Mapping[str, str]]
+) -> dict[str, float]:
     """Return the simulated brightness temperature of a spot by channel, to compare with the measured one.
 
     Parameters
@@ -173,6 +214,8 @@ def simulated_kelvin(spot: Spot, limits_um: Mapping[str, tuple[float, float]], r
         Limits of each channel.
     reference : str
         Channel whose measured temperature an opaque cloud has.
+    responses : mapping of str to mapping
+        As for :func:`blind_test`.
 
     Raises
     ------
@@ -187,7 +230,9 @@ def simulated_kelvin(spot: Spot, limits_um: Mapping[str, tuple[float, float]], r
         "image": {"rows": 2, "columns": 2, "pixel_size": 3000.0},
         "frames": {"count": 1, "interval": 1.0},
         "motion": {"platform_speed": 0.0},
-        "bands": [{"name": band, "limits": list(limits_um[name])} for band, name in bands.items()],
+        "bands": [
+            {"name": band, **responses.get(name, {"limits": list(limits_um[name])})} for band, name in bands.items()
+        ],
         "output": {"variables": ["radiance", "brightness_temperature"]},
         "clouds": {"type": "stratus", "coverage": 0.0},
     }  # fmt: skip

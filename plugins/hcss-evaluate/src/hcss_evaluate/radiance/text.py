@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from hcss_evaluate.radiance.blind import BlindTest
 from hcss_twin import __version__
 from hcss_twin.reports.page import Markup, Page
@@ -19,7 +21,7 @@ def blind_table(test: BlindTest) -> Table:
         [
             difference.kind,
             difference.channel,
-            f"{test.limits_um[difference.channel][0]:g}-{test.limits_um[difference.channel][1]:g}",
+            _limits(test, difference.channel),
             str(difference.spots),
             f"{difference.measured_K:.2f}",
             f"{difference.mean_K:+.2f}",
@@ -33,6 +35,16 @@ def blind_table(test: BlindTest) -> Table:
         "Brightness temperature where only place, time and view were given",
         text_columns=3,
     )
+
+
+def _limits(test: BlindTest, channel: str) -> str:
+    """Return the limits of a channel; of one with a response, those of half power and the file."""
+    low, high = test.limits_um[channel]
+    response = test.responses.get(channel)
+    if response is None:
+        return f"{low:g}-{high:g}"
+    column = f":{response['column']}" if "column" in response else ""
+    return f"{low:.4g}-{high:.4g} (half power), {Path(response['response']).name}{column}"
 
 
 def blind_text(test: BlindTest) -> str:

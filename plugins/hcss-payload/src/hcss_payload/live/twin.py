@@ -177,10 +177,10 @@ class LiveTwin:
         by_default = (scenario.slant.shadows, scenario.sea.waves)
         wanted = [what for what, value in zip(_NOT_FAST, by_default, strict=True) if value == "auto"]
         omissions = tuple(item for item in plan.omissions if item.what in wanted and item.bound != 0.0)
-        if plan.texture is not None:
+        if plan.texture.varies:
             texture = plan.texture_of_sea(_ONE_TEMPERATURE)
             omissions = (texture, *omissions)
-            plan = replace(plan, texture=None, omissions=(*plan.omissions, texture))
+            plan = replace(plan.without_texture(), omissions=(*plan.omissions, texture))
         return plan, omissions
 
     def _excludes(self, table: tuple[Excluded, ...]) -> bool:

@@ -1,0 +1,50 @@
+"""Page of all comparisons, from ``catalogs/evidence.toml``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hcss_twin.reports.evidence import KINDS, Comparison, EvidenceCatalog
+
+PAGE = "reference/evidence.md"
+
+_INTRODUCTION = """# Evidence
+
+{generated}
+
+Comparisons of the models with references. `hcss report --evidence CUBE` selects those of a scene
+([how](../how-to/trust.md#evidence)). *Blind*: no constant, limit or input of what was compared was chosen with the data
+of the reference. Consistency of own codes is no test of accuracy.
+"""
+
+
+def lines(generated: str) -> Iterator[str]:
+    """Yield the lines of the page."""
+    catalog = EvidenceCatalog.read()
+    yield _INTRODUCTION.format(generated=generated)
+    of_kind = [(name, [row for row in catalog.comparisons if row.kind == kind]) for kind, name in KINDS.items()]
+    yield "| kind of reference | comparisons | blind |\n|---|---|---|"
+    for name, rows in of_kind:
+        yield f"| {name} | {len(rows)} | {sum(row.blind for row in rows)} |"
+    for quantity in catalog.quantities:
+        rows = [row for row in catalog.comparisons if row.quantity == quantity.name]
+        yield f"\n## {quantity.title}\n"
+        if not any(row.kind == "measurement" for row in rows):
+            yield "No measurement.\n" if rows else "No measurement, and no other comparison."
+        if rows:
+            yield "| reference | kind | compared | blind | difference | condition | source |"
+            yield "|---|---|---|---|---|---|---|"
+            yield from map(_row, rows)
+    yield "\n## Not measured\n\n| effect | source |\n|---|---|"
+    for effect in catalog.unmeasured:
+        yield f"| {effect.what} | `{effect.source}` |"
+
+
+def _row(row: Comparison) -> str:
+    um = "" if row.um is None else f" ({row.um[0]:g}-{row.um[1]:g} um)"
+    blind = "yes" if row.blind else "no"
+    needs = f"; for {', '.join(row.when)}" if row.when else ""
+    return (
+        f"| {row.reference}{um} | {KINDS[row.kind]} | {row.count} | {blind} | {row.figure} | {row.condition}{needs} | "
+        f"`{row.source}` |"
+    )
