@@ -13,7 +13,7 @@ from cloud_scenes import MOTION, PIXEL_M, cells_per_pixel, make_generator, shape
 from numba import njit
 
 from hcss_twin.models.clouds.fractal.lattice import fill_row, plane_key
-from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM
+from hcss_twin.models.clouds.fractal.octaves import Octave
 
 GSTOOLS_PIXELS = 4096
 SLOW_FRAMES = 8
@@ -93,7 +93,7 @@ def map_coordinates(kind: str, pixels: int, frames: int) -> Contender:
     frames = min(frames, SLOW_FRAMES)
     shape = shape_of(kind)
     octaves = list(range(shape["k"][0], shape["k"][1] + 1))
-    white = [k for k in octaves if max(cells_per_pixel(shape, k, axis) for axis in (0, 1)) >= NEAREST_FROM]
+    white = [k for k in octaves if max(cells_per_pixel(shape, k, axis) for axis in (0, 1)) >= Octave.NEAREST_FROM]
     speed = (MOTION.platform_speed_m_s - MOTION.cloud_velocity_m_s[0]) / PIXEL_M
 
     def lattice(rng: np.random.Generator, octave: int) -> tuple[Any, tuple[float, float, float]]:

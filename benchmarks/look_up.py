@@ -19,7 +19,7 @@ from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import DenseTable
 from hcss_twin.engine.tables.tensor_train import TensorTrain
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.models.radiance.spectral_grid import SpectralBand, dense_grid
+from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 
 SIDE = 800
 NODES, UPPER_NODES = 588, 150
@@ -76,7 +76,7 @@ def in_numpy(table: DenseTable, thickness_m: Thickness) -> NDArray[np.float32]:
 
 def temperature() -> None:
     """Print the cost of brightness temperature, by logarithms as in version 0.1 and by the bits of the radiance."""
-    grid = dense_grid([SpectralBand("lwir", np.array([8.0, 14.0]), np.ones(2))], None)
+    grid = SpectralGrid.dense([SpectralBand("lwir", np.array([8.0, 14.0]), np.ones(2))], None)
     inverse = BrightnessTemperature(grid, ["lwir"])
     radiance = (20.0 + 0.01 * sky(RANGE_M, 4.0, 1))[None]
     logarithms = inverse._from_logarithm(0, radiance[0].astype(np.float64))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
-from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.plan import Plan
 
 ROUNDING = 3e-7
@@ -35,7 +35,7 @@ def assert_tables_agree_with_the_reference_path(plan: Plan, draw: Draw, of_estim
         thickness = np.stack(layers, axis=1)
         chosen, sun = draw(random, thickness), plan.sun_track.at(time_s)
         setting = plan.assembly.setting(sun if sun.is_up else None)
-        exact = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickness[chosen])
+        exact = SpectralGrid.reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickness[chosen])
         found = frame["radiance"].reshape(len(plan.bands), -1)[:, chosen].T
         np.testing.assert_allclose(found, exact, rtol=plan.budget.total + ROUNDING)
         np.testing.assert_allclose(found, exact, rtol=of_estimate * tables.estimated_error + ROUNDING)

@@ -45,7 +45,7 @@ from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import Writing
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.models.clouds.imagery.cloudiness import otsu_threshold, relative_grey, thickness_of
+from hcss_twin.models.clouds.imagery.cloudiness import Cloudiness, otsu_threshold
 
 TABLE = Path(__file__).with_name("table.csv")
 OCTAVES, GAMMA, MISFIT, SAMPLES = (0, 8), 2.0, 0.1, 200.0
@@ -75,7 +75,7 @@ def cloud_image(level: Array, pixel_size_m: float) -> CloudImage | None:
     if min(np.count_nonzero(cloudy), np.count_nonzero(~cloudy)) < FEWEST:
         return None
     grey = np.zeros(level.shape, dtype=np.float32)
-    grey[cloudy] = thickness_of(relative_grey(level[cloudy], threshold), *LEVELS)
+    grey[cloudy] = Cloudiness.thickness_of(Cloudiness.relative_grey(level[cloudy], threshold), *LEVELS)
     return CloudImage(grey, pixel_size_m)
 
 
@@ -85,7 +85,7 @@ def measured(image: CloudImage) -> list[float]:
     Grey levels are those of cloud between its lowest and its 99.9th percentile, 0 where clear, in drawn images, too.
     """
     own = image.level[image.cloudy].astype(np.float64)
-    relative = relative_grey(own, float(own.min()))
+    relative = Cloudiness.relative_grey(own, float(own.min()))
     grey = np.zeros(image.level.shape)
     grey[image.cloudy] = relative
     found = power_spectrum(grey)

@@ -49,15 +49,13 @@ def write_files(folder):
     from input_files import noise, write_airs
     from surface_files import write_half
 
-    from hcss_twin.models.clouds.database import write_entry
-
     image = np.kron(noise(), np.ones((2, 2)))
     np.save(folder / "image.npy", image)
     np.savez(folder / "image.npz", a=image)
     y, x = np.mgrid[:80, :80]
     clouds = sum(np.exp(-((y - row) ** 2 + (x - column) ** 2) / 60.0) for row, column in ((20, 20), (55, 30), (40, 62)))
     np.save(folder / "clouds.npy", clouds)  # whole ones
-    write_entry(folder / "entry.nc", import_image(folder / "clouds.npy", ImportOptions(pixel_size_m=100.0)))
+    import_image(folder / "clouds.npy", ImportOptions(pixel_size_m=100.0)).write(folder / "entry.nc")
     (folder / "response.csv").write_text("wavelength_um,response\n10,0\n10.5,1\n11,0.5\n12,0\n")
     (folder / "psf.txt").write_text("0 1 0\n1 4 1\n0 1 0\n")
     (folder / "tracks.csv").write_text("source,time,x,y,altitude,intensity\n1,0,0,0,0,5\n1,1000,10,0,0,5\n")

@@ -10,19 +10,7 @@ from typing import Any
 
 import click
 
-from hcss_twin.cli.options import (
-    Existing,
-    Number,
-    Output,
-    Shared,
-    Stop,
-    assigned,
-    progress,
-    require_two_files,
-    require_writable,
-    with_size,
-    write_json,
-)
+from hcss_twin.cli.options import Existing, Number, Output, Shared, Stop, with_size
 
 EXIT_DIFFERENT = 1
 POSITIVE = Number(min=0, min_open=True)
@@ -58,7 +46,7 @@ def report_command(source: Path, output: Path | None, evidence: bool, force: boo
             from hcss_twin.reports.evidence import Evidence
 
             answer["evidence"] = Evidence.of(source).as_dict()
-        write_json(answer)
+        Shared.write_json(answer)
     else:
         click.echo(with_size(page))
 
@@ -93,17 +81,17 @@ def sense(
     from hcss_twin.engine.sense import measured_path, section_of, sense_file
 
     output = output or measured_path(cube)
-    require_writable([output], force, form="NetCDF")
+    Output.require_writable([output], force, form="NetCDF")
     # A file name is relative to the working folder, not to the folder of the cube.
     named = str(Path(name).resolve()) if Path(name).is_file() else name
-    section = section_of({"name": named, **_nested(assigned(assignments))})
+    section = section_of({"name": named, **_nested(Shared.assigned(assignments))})
     with announce_compilation(partial(click.echo, err=True)):
-        sense_file(cube, section, output, progress=partial(progress, context.ensure_object(Stop)))
+        sense_file(cube, section, output, progress=partial(context.ensure_object(Stop).progress))
     with open_cube(output) as measured:
         about = json.loads(measured.attrs[SENSOR_ATTRIBUTE])
         variables = [str(data_var) for data_var in measured.data_vars]
     if as_json:
-        write_json({"cube": str(output), "variables": variables, "sensor": about})
+        Shared.write_json({"cube": str(output), "variables": variables, "sensor": about})
         return
     click.echo(f"{with_size(output)}: {about['title']}")
     click.echo(f"  variables   {', '.join(variables)}")
@@ -118,7 +106,7 @@ def measured_beside(clean: Path, scenario: Any, force: bool) -> Path | None:
     from hcss_twin.engine.sense import measured_path
 
     path = measured_path(clean)
-    require_writable([path], force, form="NetCDF")
+    Output.require_writable([path], force, form="NetCDF")
     return path
 
 
@@ -159,9 +147,9 @@ def verify(
     if sys.stderr.isatty():
         click.echo("recomputing the radiance ...", err=True)
     with announce_compilation(partial(click.echo, err=True)):
-        result = verify_cube(cube, base, frames, partial(progress, context.ensure_object(Stop)), data)
+        result = verify_cube(cube, base, frames, partial(context.ensure_object(Stop).progress), data)
     if as_json:
-        write_json(result.as_dict())
+        Shared.write_json(result.as_dict())
     else:
         click.echo(verification_text(result))
     if not result.passed:
@@ -181,9 +169,9 @@ def volume(
 ) -> None:
     """Draw the clouds of CUBE in three dimensions; the cube must have truth layers."""
     output = output or cube.with_name(f"{cube.stem}_volume.png")
-    require_two_files({"-o": output, "--occupancy": occupancy})
-    require_writable([output], force, form="picture")
-    require_writable([occupancy], force, "give another name with --occupancy", form="NetCDF")
+    Output.require_different({"-o": output, "--occupancy": occupancy})
+    Output.require_writable([output], force, form="picture")
+    Output.require_writable([occupancy], force, "give another name with --occupancy", form="NetCDF")
     from hcss_twin.reports.cloud_columns import read_columns, write_occupancy
     from hcss_twin.reports.cloud_volume import draw_volume
 
@@ -192,7 +180,7 @@ def volume(
     picture = draw_volume(columns, output)
     if as_json:
         named = None if occupancy is None else str(occupancy)
-        write_json({"picture": str(picture), "occupancy": named, "voxels": voxels})
+        Shared.write_json({"picture": str(picture), "occupancy": named, "voxels": voxels})
         return
     click.echo(str(picture))
     if occupancy is not None and voxels is not None:
@@ -218,7 +206,7 @@ def cache(context: click.Context, as_json: bool) -> None:
     kinds = {kind: _count(Store(kind, suffix).kept()) for kind, suffix in KINDS.items()}
     if as_json:
         folder = None if root is None else str(root)
-        write_json({"folder": folder, "limit_bytes": limit, "kinds": kinds})
+        Shared.write_json({"folder": folder, "limit_bytes": limit, "kinds": kinds})
         return
     click.echo(f"{'no cache folder' if root is None else root}")
     for kind, count in kinds.items():
@@ -235,7 +223,7 @@ def clear(kinds: tuple[str, ...], as_json: bool) -> None:
 
     removed = {kind: _count(Store(kind, KINDS[kind]).clear()) for kind in kinds or KINDS}
     if as_json:
-        write_json({"removed": removed})
+        Shared.write_json({"removed": removed})
         return
     for kind, count in removed.items():
         click.echo(f"{kind}: {count['files']} files removed, {count['bytes'] / 1e6:.1f} MB")

@@ -20,19 +20,7 @@ import click
 from hcss_twin.cli.atmosphere import atmosphere
 from hcss_twin.cli.cubes import cache, measured_beside, report_command, sense, verify, volume
 from hcss_twin.cli.group import CommandGroup
-from hcss_twin.cli.options import (
-    Existing,
-    Output,
-    Shared,
-    Stop,
-    assigned,
-    load,
-    only_answers,
-    progress,
-    require_writable,
-    scenario_options,
-    write_json,
-)
+from hcss_twin.cli.options import Existing, Output, Shared, Stop, only_answers, scenario_options
 from hcss_twin.core.errors import CacheWarning, HcssError, OptionError, ScenarioError
 from hcss_twin.version import __version__
 
@@ -85,12 +73,12 @@ def run(
     If checked pixels miss the requested accuracy, the command fails and keeps the cube.
     """
     gc.set_threshold(*COLLECTIONS)
-    loaded = load(scenario, assignments)
+    loaded = Shared.load(scenario, assignments)
     output = output or Path(f"{Path(scenario).stem}.nc")
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.cube.zarr_writer import cube_bytes, is_zarr
 
-    require_writable([output], force, form="Zarr" if is_zarr(output) else "NetCDF")
+    Output.require_writable([output], force, form="Zarr" if is_zarr(output) else "NetCDF")
     measured = measured_beside(output, loaded, force)
     from hcss_twin.engine.simulate import run as run_plan
     from hcss_twin.plan.description import describe
@@ -99,7 +87,7 @@ def run(
     found: list[Any] = []
     with announce_compilation(partial(click.echo, err=True)):
         plan = make_plan(loaded)
-        shown = partial(progress, context.ensure_object(Stop))
+        shown = partial(context.ensure_object(Stop).progress)
         run_plan(plan, output, shown, found.append, workers, scheduler, force)
     if as_json:
         told = {
@@ -107,7 +95,7 @@ def run(
             or None,
             **({} if measured is None else {"sensor_cube": str(measured)}),
         }
-        write_json({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)})
+        Shared.write_json({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)})
     else:
         click.echo(f"{output}  {cube_bytes(output) / 1e6:.1f} MB")
         if measured is not None:
@@ -137,9 +125,9 @@ def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     from hcss_twin.reports.plan_text import plan_text
 
     with announce_compilation(partial(click.echo, err=True)):
-        made = make_plan(load(scenario, assignments))
+        made = make_plan(Shared.load(scenario, assignments))
     if as_json:
-        write_json(describe(made))
+        Shared.write_json(describe(made))
     else:
         click.echo(plan_text(made))
 
@@ -156,21 +144,21 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
     try:
         with announce_compilation(partial(click.echo, err=True)):
             if (check := check_of(scenario)) is not None:
-                checked = check(scenario, assigned(assignments))
+                text, values = check(scenario, Shared.assigned(assignments))
                 if as_json:
-                    write_json({"valid": True, **checked.values})
+                    Shared.write_json({"valid": True, **values})
                 else:
-                    click.echo(f"valid: {checked.text}")
+                    click.echo(f"valid: {text}")
                 return
-            loaded = load(scenario, assignments)
+            loaded = Shared.load(scenario, assignments)
             make_plan(loaded)
     except ScenarioError as error:
         if not as_json:
             raise
-        write_json({"valid": False, "problems": [vars(problem) for problem in error.problems]})
+        Shared.write_json({"valid": False, "problems": [vars(problem) for problem in error.problems]})
         sys.exit(EXIT_BAD_SCENARIO)
     if as_json:
-        write_json({"valid": True, "scenario": json.loads(loaded.to_json())})
+        Shared.write_json({"valid": True, "scenario": json.loads(loaded.to_json())})
     else:
         click.echo("valid")
 
@@ -201,7 +189,7 @@ def preview(
         cube, output or cube.parent, kelvin=kelvin, frames=frames, animation=animation, variable=variable, replace=force
     )
     if as_json:
-        write_json([str(path) for path in paths])
+        Shared.write_json([str(path) for path in paths])
     else:
         click.echo("\n".join(map(str, paths)))
 
@@ -219,7 +207,7 @@ def plugins(name: str | None, as_json: bool) -> None:
 
         providers = described(registry, name)
         if as_json:
-            write_json(providers)
+            Shared.write_json(providers)
         else:
             click.echo("\n\n".join(map(provider_text, providers)))
         return
@@ -245,7 +233,7 @@ def plugins(name: str | None, as_json: bool) -> None:
             ],
             "remarks": [{**vars(remark.origin), "topic": remark.topic, "remark": remark.text} for remark in remarks],
         }
-        write_json(answer)
+        Shared.write_json(answer)
         return
     rows = [(f"{entry.kind.human}s", entry.name, entry.summary, entry.origin) for entry in entries]
     rows += [
@@ -274,7 +262,7 @@ def scenarios(as_json: bool) -> None:
         for name in catalog.names("scenarios", ".toml")
     }
     if as_json:
-        write_json(titles)
+        Shared.write_json(titles)
         return
     width = max(map(len, titles), default=0) + 2
     for name, title in titles.items():
@@ -288,7 +276,7 @@ def schema() -> None:
     from hcss_twin.scenario.reference import json_schema
 
     with only_answers():
-        write_json(json_schema(owned_schemas()), indent=1)
+        Shared.write_json(json_schema(owned_schemas()), indent=1)
 
 
 for _command in (atmosphere, cache, report_command, sense, verify, volume):

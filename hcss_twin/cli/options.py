@@ -16,7 +16,7 @@ import click
 
 from hcss_twin.core.files import is_device
 
-__all__ = ["Existing", "Number", "Output", "Shared", "load", "require_writable", "write_json"]
+__all__ = ["Existing", "Number", "Output", "Shared", "Stop"]
 
 
 class Existing(click.Path):
@@ -75,6 +75,67 @@ class Output(click.Path):
             self.fail(f"'{text}' given; allowed: the name of a file", param, ctx)
         return super().convert(value, param, ctx)
 
+    @staticmethod
+    def require_writable(
+        paths: Iterable[Path | None], force: bool, remedy: str = "give another name with -o", *, form: str
+    ) -> None:
+        """Check before the computation that results can be written; None means no file.
+
+        Parameters
+        ----------
+        paths : iterable of Path or None
+            The outputs.
+        force : bool
+            Whether existing files may be replaced; files that the command reads never are.
+        remedy : str
+            Alternative to ``force``, for the message.
+        form : str
+            What is written, of ``core.files.FORMS``.
+
+        Raises
+        ------
+        click.ClickException, CubeError
+            If a file exists without ``force``, its name or its folder does not do, or it is read by the command.
+        """
+        from hcss_twin.core.errors import CubeError
+        from hcss_twin.core.files import Writing, require_not_read
+
+        for path in paths:
+            if path is None:
+                continue
+            is_store = form == "Zarr"  # a folder; its writer knows which ones it may replace
+            if not is_store:
+                Writing(path, CubeError).check()
+            if os.path.lexists(path) and not force:
+                raise click.ClickException(f"{path} exists; {remedy}, or --force")
+            require_not_read(path, _read_by_command(), CubeError)
+            if not is_store:
+                Writing(path, CubeError, form).check()
+            folder = path.absolute().parent
+            if not folder.is_dir():
+                raise click.ClickException(f"cannot write {path}: there is no folder {folder}")
+            if not os.access(folder, os.W_OK):
+                raise click.ClickException(f"cannot write {path}: the folder {folder} is read-only")
+
+    @staticmethod
+    def require_different(given: Mapping[str, Path | None]) -> None:
+        """Raise UsageError if two options name the same file.
+
+        Parameters
+        ----------
+        given : mapping of str to Path or None
+            By the name of the option.
+        """
+        seen: dict[Path, str] = {}
+        for option, path in given.items():
+            if path is None:
+                continue
+            if path.absolute() in seen:
+                raise click.UsageError(
+                    f"{seen[path.absolute()]} and {option} are both {path}; allowed: different files"
+                )
+            seen[path.absolute()] = option
+
 
 _answers: TextIO | None = None
 """Where answers in JSON go while everything else that is printed goes to stderr."""
@@ -82,7 +143,7 @@ _answers: TextIO | None = None
 
 @contextlib.contextmanager
 def only_answers() -> Iterator[None]:
-    """Let :func:`write_json` alone write to stdout: what plugins print, and libraries and workers, goes to stderr."""
+    """Let :meth:`Shared.write_json` alone write to stdout: what plugins, libraries and workers print goes to stderr."""
     global _answers
     if _answers is not None:  # the outermost command has begun
         yield
@@ -119,11 +180,11 @@ class Shared:
     Attributes
     ----------
     changes
-        ``--set KEY=VALUE``, as the parameter ``assignments``, which :func:`load` takes.
+        ``--set KEY=VALUE``, as the parameter ``assignments``, which :meth:`load` takes.
     force
-        ``--force``, which :func:`require_writable` takes.
+        ``--force``, which :meth:`Output.require_writable` takes.
     json
-        ``--json``, as the parameter ``as_json``: the command prints nothing but its answer, with :func:`write_json`.
+        ``--json``, as the parameter ``as_json``: the command prints nothing but its answer, with :meth:`write_json`.
     json_file
         ``--json FILE``, as the parameter ``json_file``, which may be ``-``.
     """
@@ -145,72 +206,58 @@ class Shared:
         help="JSON file for all numbers; - prints them instead of the table.",
     )
 
+    @staticmethod
+    def assigned(texts: Iterable[str], option: str = "--set") -> dict[str, Any]:
+        """Parse KEY=VALUE values of an option; raises click's BadParameter."""
+        from hcss_twin.scenario.overrides import parse_assignment
+
+        try:
+            return dict(parse_assignment(text) for text in texts)
+        except ValueError as error:
+            raise click.BadParameter(str(error), param_hint=option) from error
+
+    @staticmethod
+    def load(scenario: str, assignments: Iterable[str]) -> Any:
+        """Read a scenario with its changes, and print what they remove; raises ScenarioError and BadParameter."""
+        from hcss_twin.scenario.scenario import Scenario
+
+        loaded = Scenario.load(scenario, Shared.assigned(assignments))
+        for note in loaded.notes:
+            click.echo(f"note: {note}", err=True)
+        return loaded
+
+    @staticmethod
+    def write_json(value: Any, path: Path | None = None, indent: int | None = None) -> None:
+        """Print the answer of a command as JSON, or write it to a file.
+
+        Parameters
+        ----------
+        value
+            Of numbers, texts, lists and dictionaries.
+        path : Path, optional
+            The file; None or ``-``: print it.
+        indent : int, optional
+            Spaces by which what is within something else is indented; default: all on one line.
+
+        Raises
+        ------
+        HcssError
+            If the file cannot be written.
+        """
+        text = json.dumps(value, indent=indent)
+        if path is None or str(path) == "-":
+            click.echo(text, file=_answers)
+            return
+        from hcss_twin.core.errors import HcssError
+        from hcss_twin.core.files import Writing
+
+        with Writing(path, HcssError, "JSON") as draft:
+            draft.write_text(text + "\n", encoding="utf-8")
+
 
 def scenario_options(command: Any) -> Any:
     """Add the arguments SCENARIO and ``--set``."""
     return click.argument("scenario")(Shared.changes(command))
-
-
-def assigned(texts: Iterable[str], option: str = "--set") -> dict[str, Any]:
-    """Parse KEY=VALUE values of an option; raises click's BadParameter."""
-    from hcss_twin.scenario.overrides import parse_assignment
-
-    try:
-        return dict(parse_assignment(text) for text in texts)
-    except ValueError as error:
-        raise click.BadParameter(str(error), param_hint=option) from error
-
-
-def load(scenario: str, assignments: Iterable[str]) -> Any:
-    """Read a scenario with its changes, and print what they remove; raises ScenarioError and click's BadParameter."""
-    from hcss_twin.scenario.scenario import Scenario
-
-    loaded = Scenario.load(scenario, assigned(assignments))
-    for note in loaded.notes:
-        click.echo(f"note: {note}", err=True)
-    return loaded
-
-
-def require_writable(
-    paths: Iterable[Path | None], force: bool, remedy: str = "give another name with -o", *, form: str
-) -> None:
-    """Check before the computation that results can be written; None means no file.
-
-    Parameters
-    ----------
-    paths : iterable of Path or None
-        The outputs.
-    force : bool
-        Whether existing files may be replaced; files that the command reads never are.
-    remedy : str
-        Alternative to ``force``, for the message.
-    form : str
-        What is written, of ``core.files.FORMS``.
-
-    Raises
-    ------
-    click.ClickException, CubeError
-        If a file exists without ``force``, its name or its folder does not do, or it is read by the command.
-    """
-    from hcss_twin.core.errors import CubeError
-    from hcss_twin.core.files import Writing, require_not_read
-
-    for path in paths:
-        if path is None:
-            continue
-        is_store = form == "Zarr"  # a folder; its writer knows which ones it may replace
-        if not is_store:
-            Writing(path, CubeError).check()
-        if os.path.lexists(path) and not force:
-            raise click.ClickException(f"{path} exists; {remedy}, or --force")
-        require_not_read(path, _read_by_command(), CubeError)
-        if not is_store:
-            Writing(path, CubeError, form).check()
-        folder = path.absolute().parent
-        if not folder.is_dir():
-            raise click.ClickException(f"cannot write {path}: there is no folder {folder}")
-        if not os.access(folder, os.W_OK):
-            raise click.ClickException(f"cannot write {path}: the folder {folder} is read-only")
 
 
 def _read_by_command() -> Iterator[Path]:
@@ -221,51 +268,6 @@ def _read_by_command() -> Iterator[Path]:
         for argument in given if isinstance(given, tuple) else (given,):
             if isinstance(argument, str | Path) and len(str(argument)) < 255 and Path(argument).exists():
                 yield Path(argument)
-
-
-def require_two_files(given: Mapping[str, Path | None]) -> None:
-    """Raise UsageError if two options name the same file.
-
-    Parameters
-    ----------
-    given : mapping of str to Path or None
-        By the name of the option.
-    """
-    seen: dict[Path, str] = {}
-    for option, path in given.items():
-        if path is None:
-            continue
-        if path.absolute() in seen:
-            raise click.UsageError(f"{seen[path.absolute()]} and {option} are both {path}; allowed: different files")
-        seen[path.absolute()] = option
-
-
-def write_json(value: Any, path: Path | None = None, indent: int | None = None) -> None:
-    """Print the answer of a command as JSON, or write it to a file.
-
-    Parameters
-    ----------
-    value
-        Of numbers, texts, lists and dictionaries.
-    path : Path, optional
-        The file; None or ``-``: print it.
-    indent : int, optional
-        Spaces by which what is within something else is indented; default: all on one line.
-
-    Raises
-    ------
-    HcssError
-        If the file cannot be written.
-    """
-    text = json.dumps(value, indent=indent)
-    if path is None or str(path) == "-":
-        click.echo(text, file=_answers)
-        return
-    from hcss_twin.core.errors import HcssError
-    from hcss_twin.core.files import Writing
-
-    with Writing(path, HcssError, "JSON") as draft:
-        draft.write_text(text + "\n", encoding="utf-8")
 
 
 def with_size(path: Path) -> str:
@@ -303,15 +305,14 @@ class Stop:
         if self.signal:
             raise KeyboardInterrupt
 
-
-def progress(stop: Stop, frames: Iterable[Any], count: int, label: str = "computing") -> Iterator[Any]:
-    """Show a progress bar if stderr is a terminal, and stop between frames after a signal."""
-    if not sys.stderr.isatty():
-        for frame in frames:
-            stop.check()
-            yield frame
-        return
-    with click.progressbar(frames, length=count, label=label, file=sys.stderr, show_pos=True) as bar:
-        for frame in bar:
-            stop.check()
-            yield frame
+    def progress(self, frames: Iterable[Any], count: int, label: str = "computing") -> Iterator[Any]:
+        """Show a progress bar if stderr is a terminal, and stop between frames after a signal."""
+        if not sys.stderr.isatty():
+            for frame in frames:
+                self.check()
+                yield frame
+            return
+        with click.progressbar(frames, length=count, label=label, file=sys.stderr, show_pos=True) as bar:
+            for frame in bar:
+                self.check()
+                yield frame

@@ -19,7 +19,7 @@ import platformdirs
 
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import CacheWarning, HcssError
-from hcss_twin.core.files import Writing, remove_orphans
+from hcss_twin.core.files import Writing
 from hcss_twin.core.records import read_record, write_record
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.core.trust import distrust, make_private, withhold
@@ -228,7 +228,7 @@ class Store:
             return
         with contextlib.suppress(OSError, CacheError):
             make_private(folder)
-            remove_orphans(folder)
+            Writing.remove_orphans(folder)
             with Writing(folder / f"{key}{self._suffix}", CacheError) as draft:
                 write(draft)
                 withhold(draft)

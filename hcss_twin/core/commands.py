@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 
 import pluggy
 
-from hcss_twin.core.errors import HcssError, ProviderError, choose_from, closest
+from hcss_twin.core.errors import HcssError, Problem, ProviderError, choose_from
 from hcss_twin.core.plugins import (
     FAILURES,
     OWN_DISTRIBUTION,
@@ -190,7 +190,7 @@ def _specs(plugin: Any) -> list[CommandSpec]:
     manager.add_hookspecs(sys.modules[__name__])
     manager.register(plugin)
     if not manager.hook.hcss_commands.get_hookimpls():
-        guess = closest(hook, [name for name in dir(plugin) if name.startswith("hcss")])
+        guess = Problem.closest(hook, [name for name in dir(plugin) if name.startswith("hcss")])
         hint = f"; '{guess}' is misspelt or lacks the @hookimpl decorator" if guess else ""
         raise ProviderError(f"no hook {hook} found in {plugin!r}{hint}")
     results = manager.hook.hcss_commands()

@@ -10,6 +10,8 @@ from importlib import metadata
 from itertools import count
 from typing import Any
 
+__all__ = ["announce_compilation"]
+
 LIBRARIES = ("numpy", "numba", "scipy", "xarray", "netCDF4", "pvlib", "pydantic", "pluggy")
 
 

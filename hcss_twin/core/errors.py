@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import date, time
 
-__all__ = ["OptionError"]
+__all__ = ["CertificateWarning", "OptionError"]
 
 
 class HcssError(Exception):
@@ -60,6 +60,10 @@ class CertificateWarning(UserWarning):
     """A cube misses the requested accuracy; its certificate says by how much and where."""
 
 
+LONGEST = 80
+"""Characters of a value in a message."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """One problem of a scenario.
@@ -77,6 +81,39 @@ class Problem:
 
     def __str__(self) -> str:
         return f"{self.field}: {self.message}"
+
+    @staticmethod
+    def shown(value: object) -> str:
+        """Write a value as in a scenario file, cut to 80 characters."""
+        if isinstance(value, bool):
+            text = str(value).lower()
+        elif isinstance(value, date | time):
+            text = value.isoformat()
+        else:
+            try:
+                text = repr(value)
+            except ValueError:  # integer beyond Python's limit for conversion to text
+                text = "a number of thousands of digits"
+        return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+    @staticmethod
+    def closest(name: str, choices: Iterable[str]) -> str | None:
+        """Return the choice that ``name`` probably misspells or abbreviates, or a synonym of it; None if there is none.
+
+        Names are compared word by word, so that ``sensor_zenith`` is not taken for a misspelt ``solar_zenith``. Of
+        choices that differ in their numbers alone, the one with the nearest numbers is closest: ``table-10`` to
+        ``table-12``.
+        """
+        known = list(choices)
+        best = max(known, key=lambda choice: _similarity(name, choice), default=None)
+        if best is None or _similarity(name, best) <= 0.0:
+            same = {other for names in SYNONYMS if name.casefold() in names for other in names}
+            return next((choice for choice in known if choice.casefold() in same), None)
+        alike = [choice for choice in known if _without_numbers(choice) == _without_numbers(best)]
+        numbers = _numbers(name)
+        if len(alike) == 1 or [each is None for each in numbers] != [each is None for each in _numbers(best)]:
+            return best
+        return min(alike, key=lambda choice: [abs(one - other) for one, other in _pairs(numbers, _numbers(choice))])
 
 
 class ScenarioError(HcssError):
@@ -97,24 +134,6 @@ SPELLING_CUTOFF = 0.65
 
 SYNONYMS = frozenset({"normal", "gaussian", "gauss"}), frozenset({"uniform", "flat", "rectangular"})
 """Names of one thing that are spelt differently: distributions."""
-
-
-def closest(name: str, choices: Iterable[str]) -> str | None:
-    """Return the choice that ``name`` probably misspells or abbreviates, or a synonym of it; None if there is none.
-
-    Names are compared word by word, so that ``sensor_zenith`` is not taken for a misspelt ``solar_zenith``. Of choices
-    that differ in their numbers alone, the one with the nearest numbers is closest: ``table-10`` to ``table-12``.
-    """
-    known = list(choices)
-    best = max(known, key=lambda choice: _similarity(name, choice), default=None)
-    if best is None or _similarity(name, best) <= 0.0:
-        same = {other for names in SYNONYMS if name.casefold() in names for other in names}
-        return next((choice for choice in known if choice.casefold() in same), None)
-    alike = [choice for choice in known if _without_numbers(choice) == _without_numbers(best)]
-    numbers = _numbers(name)
-    if len(alike) == 1 or [each is None for each in numbers] != [each is None for each in _numbers(best)]:
-        return best
-    return min(alike, key=lambda choice: [abs(one - other) for one, other in _pairs(numbers, _numbers(choice))])
 
 
 def _numbers(name: str) -> list[int | None]:
@@ -167,39 +186,11 @@ def _ratio(one: str, other: str) -> float:
 def choose_from(name: str, choices: Iterable[str]) -> str:
     """Return text with the allowed choices and the one closest to ``name``."""
     known = sorted(choices)
-    guess = closest(name, known)
+    guess = Problem.closest(name, known)
     hint = f"; closest is '{guess}'" if guess else ""
     return f"allowed: {', '.join(known) if known else 'none'}{hint}"
-
-
-LONGEST = 80
-
-
-def shown(value: object) -> str:
-    """Write a value as in a scenario file, cut to 80 characters."""
-    if isinstance(value, bool):
-        text = str(value).lower()
-    elif isinstance(value, date | time):
-        text = value.isoformat()
-    else:
-        try:
-            text = repr(value)
-        except ValueError:  # integer beyond Python's limit for conversion to text
-            text = "a number of thousands of digits"
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
 
 def listed(value: object) -> str | None:
     """Write ``value`` as the only entry of a list; None if it cannot be an entry."""
     return json.dumps([value]) if isinstance(value, str) and len(value) < LONGEST else None
-
-
-def ordinal(number: int) -> str:
-    """Return ``1st``, ``2nd``, ``3rd``, ``4th``, ``11th``, ``21st`` and so on."""
-    teens = number % 100 in (11, 12, 13)
-    return f"{number}{'th' if teens else {1: 'st', 2: 'nd', 3: 'rd'}.get(number % 10, 'th')}"
-
-
-def count(number: int, noun: str, plural: str) -> str:
-    """Write a number with its noun: ``1 entry``, ``2 entries``."""
-    return f"{number} {noun if number == 1 else plural}"

@@ -14,10 +14,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hcss_twin.core.errors import CatalogError, HcssError
 from hcss_twin.core.reading import Reading
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 __all__ = ["Writing"]
 
@@ -86,12 +89,39 @@ class Writing:
             _require_form(path, error, self._form)
         require_not_read(path, self._read, error)
 
+    def arrays(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Write arrays of numbers or text as an archive of numpy with their checksum, for :meth:`Reading.arrays`."""
+        from hcss_twin.core.records import write_arrays
+
+        with self as draft:
+            write_arrays(draft, arrays)
+
     def __enter__(self) -> Path:
         self.check()
         return self._drafted.__enter__()
 
     def __exit__(self, *raised: Any) -> bool | None:
         return self._drafted.__exit__(*raised)
+
+    @staticmethod
+    def flush(path: Path) -> None:
+        """Flush a file, or the entries of a folder, to disk."""
+        if path.is_dir():
+            # some systems cannot open folders; the rename may then not be durable
+            with contextlib.suppress(OSError):
+                _flush_handle(os.open(path, os.O_RDONLY))
+            return
+        _flush_handle(os.open(path, os.O_RDWR))
+
+    @staticmethod
+    def remove_orphans(folder: Path, every: bool = False) -> None:
+        """Remove the drafts that killed processes of this machine left in a folder, or ``every`` draft."""
+        for path in folder.glob(".*.partial"):
+            about = _DRAFT.fullmatch(path.name)
+            if about and (every or (about["machine"] == _machine() and not _is_running(int(about["process"])))):
+                shutil.rmtree(path, ignore_errors=True)
+                with contextlib.suppress(OSError):
+                    path.unlink()
 
     @contextmanager
     def _draft(self) -> Iterator[Path]:
@@ -137,16 +167,6 @@ def draft_of(path: Path) -> Path:
 
 
 _DRAFT = re.compile(r"\.(?P<name>.+)\.[0-9a-f]{16}-[0-9a-f]{4}-(?P<machine>[0-9a-f]{8})-(?P<process>[0-9]+)\.partial")
-
-
-def remove_orphans(folder: Path, every: bool = False) -> None:
-    """Remove the drafts that killed processes of this machine left in a folder, or ``every`` draft."""
-    for path in folder.glob(".*.partial"):
-        about = _DRAFT.fullmatch(path.name)
-        if about and (every or (about["machine"] == _machine() and not _is_running(int(about["process"])))):
-            shutil.rmtree(path, ignore_errors=True)
-            with contextlib.suppress(OSError):
-                path.unlink()
 
 
 def require_first(draft: Path, path: Path, error: type[HcssError]) -> None:
@@ -203,16 +223,6 @@ def require_not_read(output: Path, read: Iterable[Path], error: type[HcssError])
         same = output.is_file() and path.is_file() and os.path.samefile(output, path)
         if same or (output.is_dir() and path.resolve().is_relative_to(output.resolve())):
             raise error(f"cannot write {output}: it is an input of this command ({path}); give another name")
-
-
-def flush(path: Path) -> None:
-    """Flush a file, or the entries of a folder, to disk."""
-    if path.is_dir():
-        # some systems cannot open folders; the rename may then not be durable
-        with contextlib.suppress(OSError):
-            _flush_handle(os.open(path, os.O_RDONLY))
-        return
-    _flush_handle(os.open(path, os.O_RDWR))
 
 
 def _flush_handle(handle: int) -> None:

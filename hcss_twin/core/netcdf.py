@@ -243,6 +243,45 @@ class NetcdfFile(_Group):
             super().__init__(dataset)
             vars(self).update(_close=leave or dataset.close)
 
+    @staticmethod
+    def open_with_xarray(path: str | os.PathLike[str], **options: Any) -> xr.Dataset:
+        """Open a NetCDF file as a dataset whose values are read on access, from any thread.
+
+        Parameters
+        ----------
+        path : path-like
+        **options
+            As for ``xarray.open_dataset``.
+        """
+        import xarray as xr
+
+        manager = _Reopened(os.path.abspath(path))
+        with netcdf_lock():
+            try:
+                return xr.open_dataset(_store(manager), **options)
+            except BaseException:
+                manager.close()
+                raise
+
+    @staticmethod
+    def write_with_xarray(dataset: xr.Dataset, path: str | os.PathLike[str], **options: Any) -> None:
+        """Write a dataset in memory as a NetCDF-4 file, as ``to_netcdf``, from any thread.
+
+        Parameters
+        ----------
+        dataset : Dataset
+            Without values that are still in files of others.
+        path : path-like
+        **options
+            As for ``xarray.Dataset.dump_to_store``.
+        """
+        manager = _Reopened(os.path.abspath(path), "w")
+        with netcdf_lock():
+            try:
+                dataset.dump_to_store(_store(manager, mode="w"), **options)
+            finally:
+                manager.close()
+
     def isopen(self) -> bool:
         """Whether the file can be used."""
         return self._close is not None and bool(self._held.isopen())
@@ -365,42 +404,3 @@ def _store(manager: _Reopened, **options: Any) -> Any:
 
     store: Any = xr.backends.NetCDF4DataStore
     return store(manager, lock=False, **options)
-
-
-def open_with_xarray(path: str | os.PathLike[str], **options: Any) -> xr.Dataset:
-    """Open a NetCDF file as a dataset whose values are read on access, from any thread.
-
-    Parameters
-    ----------
-    path : path-like
-    **options
-        As for ``xarray.open_dataset``.
-    """
-    import xarray as xr
-
-    manager = _Reopened(os.path.abspath(path))
-    with netcdf_lock():
-        try:
-            return xr.open_dataset(_store(manager), **options)
-        except BaseException:
-            manager.close()
-            raise
-
-
-def write_with_xarray(dataset: xr.Dataset, path: str | os.PathLike[str], **options: Any) -> None:
-    """Write a dataset in memory as a NetCDF-4 file, as ``to_netcdf``, from any thread.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Without values that are still in files of others.
-    path : path-like
-    **options
-        As for ``xarray.Dataset.dump_to_store``.
-    """
-    manager = _Reopened(os.path.abspath(path), "w")
-    with netcdf_lock():
-        try:
-            dataset.dump_to_store(_store(manager, mode="w"), **options)
-        finally:
-            manager.close()

@@ -10,13 +10,17 @@ import mmap
 import os
 import stat
 import struct
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
-from typing import Any, ParamSpec, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, Self, TypeVar
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.core.netcdf import NETCDF, NetcdfFile
+from hcss_twin.core.netcdf import NETCDF, NetcdfFile, netcdf_lock
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 __all__ = ["Reading"]
 
@@ -95,10 +99,29 @@ class Reading:
 
         return decorate
 
+    @staticmethod
+    @contextmanager
+    def quiet() -> Iterator[None]:
+        """Suppress the warnings of file libraries about unusual attributes, which the user cannot change."""
+        with netcdf_lock(), warnings.catch_warnings():  # not thread safe either
+            warnings.simplefilter("ignore")
+            yield
+
     def first_bytes(self, count: int = 8) -> bytes:
         """Return the first bytes of the file, which tell its format."""
         with self, open(self._path, "rb") as file:
             return file.read(count)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of an archive that :meth:`Writing.arrays` wrote, whose checksum must agree."""
+        from hcss_twin.core.records import read_arrays
+
+        with self:
+            return read_arrays(self._path)
+
+    def require_size(self, shape: Sequence[int]) -> None:
+        """Reject an array of the file whose declared shape is too large, before it is read."""
+        require_size(self._path, shape, self._error)
 
     @property
     def is_netcdf(self) -> bool:

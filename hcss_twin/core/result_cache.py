@@ -14,6 +14,8 @@ from hcss_twin.core.code_fingerprint import code_fingerprint
 from hcss_twin.core.environment import versions
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
 
+__all__ = ["ResultCache"]
+
 LIMIT_BYTES = 100_000_000
 
 

@@ -222,9 +222,3 @@ def grid_mapping_attributes(header: CubeHeader) -> dict[str, str | float]:
         "long_name": "local tangent plane",
         "comment": "Holds for frames whose centre_displacement is 0; the plane moves with the image centre.",
     }
-
-
-def as_seen(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a cube to draw: axes y and x, and y upward, also of images whose rows count downward."""
-    plane = with_plane_axes(dataset)
-    return plane.isel(y=slice(None, None, -1)) if "row" in dataset.dims else plane

@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError, choose_from
 from hcss_twin.core.reading import Reading
-from hcss_twin.cube.coordinates import as_seen, frame_times_s
+from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING, frame_times_s, with_plane_axes
 from hcss_twin.cube.pixel_grid import PixelGrid, first_and_step
 from hcss_twin.cube.variables import LAYER
 
@@ -51,6 +51,8 @@ class FrameSelection:
         The variable.
     chosen : tuple of int
         Indices of the planes along their dimension.
+    GRID_MAPPING : str
+        Name of the variable with the CF grid mapping.
     """
 
     @dataclass(frozen=True)
@@ -91,6 +93,19 @@ class FrameSelection:
     data: xr.DataArray
     chosen: tuple[int, ...]
 
+    GRID_MAPPING: ClassVar = GRID_MAPPING
+
+    @staticmethod
+    def coordinates(dataset: xr.Dataset) -> list[str]:
+        """Return the names of the variables that are coordinates, though not all of a dimension."""
+        return [spec.name for spec in COORDINATES if spec.name in dataset]
+
+    @staticmethod
+    def as_seen(dataset: xr.Dataset) -> xr.Dataset:
+        """Return a cube to draw: axes y and x, and y upward, also of images whose rows count downward."""
+        plane = with_plane_axes(dataset)
+        return plane.isel(y=slice(None, None, -1)) if "row" in dataset.dims else plane
+
     @classmethod
     def of(
         cls, dataset: xr.Dataset, variable: str | None, bands: Sequence[str] = (), frames: Sequence[int] = ()
@@ -111,7 +126,7 @@ class FrameSelection:
         CubeError
             If the cube has no such variable, band or frame; lists the available ones and the closest.
         """
-        on_ground, dataset = "row" not in dataset.dims, as_seen(dataset)
+        on_ground, dataset = "row" not in dataset.dims, FrameSelection.as_seen(dataset)
         name = _variable(dataset, variable)
         data = dataset[name]
         kind = next((dim for dim in _PLANES if dim in data.dims), "")

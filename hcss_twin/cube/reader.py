@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.netcdf import NETCDF, NetcdfFile, open_with_xarray
+from hcss_twin.core.netcdf import NETCDF, NetcdfFile
 from hcss_twin.core.reading import Reading
 from hcss_twin.cube.coordinates import BOUND, COORDINATES, GRID_MAPPING, OF_ANY_IMAGE
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
@@ -110,7 +110,7 @@ def open_cube(path: str | os.PathLike[str]) -> xr.Dataset:
         raise CubeError(f"cannot read {os.fspath(path)}: {why}")
     try:
         # with its cache, xarray would reuse the open file after a new one has replaced it
-        opened = partial(_open_store, path) if is_store else partial(open_with_xarray, path)
+        opened = partial(_open_store, path) if is_store else partial(NetcdfFile.open_with_xarray, path)
         dataset = opened(decode_coords="all", cache=False)
     except Exception as error:  # libraries trust what a damaged file declares
         raise CubeError(f"cannot read {os.fspath(path)}: {_why_not(path, error)}") from error

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.files import draft_of, remove_orphans, require_first
+from hcss_twin.core.files import Writing, draft_of, require_first
 from hcss_twin.cube.frames import WrittenFrames, check_frame, plain_bytes
 from hcss_twin.cube.geometry import PixelGeometry
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, Attribute, CubeHeader, check_attributes
@@ -199,7 +199,7 @@ class StreamedWriter(ABC):
         if not self.path.parent.is_dir():
             raise CubeError(f"cannot write {self.path}: there is no folder {self.path.parent}")
         self._require_replaceable()
-        remove_orphans(self.path.parent)
+        Writing.remove_orphans(self.path.parent)
         try:
             free = shutil.disk_usage(self.path.parent).free
             self._create()

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.files import Writing, flush, publish
+from hcss_twin.core.files import Writing, publish
 from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.cube.coordinates import (
     BOUND,
@@ -187,9 +187,9 @@ class CubeWriter(StreamedWriter):
     def _finish(self) -> None:
         self._dataset.setncattr(FORMAT_ATTRIBUTE, np.int32(FORMAT_VERSION))
         self._dataset.close()
-        flush(self._partial)
+        Writing.flush(self._partial)
         publish(self._partial, self.path, CubeError, self.replace)
-        flush(self.path.parent)
+        Writing.flush(self.path.parent)
 
     def _discard(self) -> None:
         dataset, self._dataset = self._dataset, None

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CubeError
-from hcss_twin.core.files import REMEDY, flush
+from hcss_twin.core.files import REMEDY, Writing
 from hcss_twin.cube.coordinates import GRID_MAPPING, coordinate_specs, coordinate_values, grid_mapping_attributes
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, Attribute
 from hcss_twin.cube.metadata import global_attributes
@@ -172,7 +172,7 @@ class ZarrWriter(StreamedWriter):
         self._group.attrs[FORMAT_ATTRIBUTE] = FORMAT_VERSION
         zarr.consolidate_metadata(str(self._partial), zarr_format=2)
         self._replace()
-        flush(self.path.parent)
+        Writing.flush(self.path.parent)
 
     def _replace(self) -> None:
         """Rename the store; an older one is moved aside first, and moved back if renaming fails.

@@ -16,6 +16,8 @@ from typing import Any
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.processes import silenced
 
+__all__ = ["Cluster"]
+
 CONNECT_S = 10
 """Time in which a scheduler must answer."""
 
@@ -53,7 +55,7 @@ class Cluster:
             If the scheduler does not answer.
         """
         if self.client.status != "running":
-            raise self._error(lost(self.scheduler))
+            raise self._error(self.lost)
         return tuple(self.client.nthreads())
 
     def wait(self, is_ready: Callable[[], bool]) -> None:
@@ -87,58 +89,62 @@ class Cluster:
                 logging.getLogger(__name__).warning("no workers at %s; waiting", self.scheduler)
                 next_notice, notice_s = now + notice_s, min(2.0 * notice_s, LAST_NOTICE_S)
 
+    @property
+    def lost(self) -> str:
+        """The message for a scheduler that has gone."""
+        return _lost(self.scheduler)
 
-def lost(scheduler: str) -> str:
-    """Return the message for a scheduler that has gone."""
+    @staticmethod
+    @contextmanager
+    def connected(scheduler: str, error: type[HcssError], wait_s: float | None = None) -> Iterator[Cluster]:
+        """Connect to a scheduler; exceptions of Dask in the block become ``error``.
+
+        Parameters
+        ----------
+        scheduler : str
+            ``tcp://HOST:PORT`` or ``tls://HOST:PORT``.
+        error : type
+            Of the errors.
+        wait_s : float, optional
+            Longest time without workers; by default there is none.
+
+        Raises
+        ------
+        HcssError
+            If ``distributed`` is not installed, or no scheduler answers.
+        """
+        try:
+            from distributed import Client
+        except ImportError as cause:
+            raise error(
+                f"the scheduler {scheduler} needs Dask, which is not installed: pip install 'hcss-twin[dask]'"
+            ) from cause
+        _require_answer(scheduler, error)
+        with ExitStack() as stack:
+            for name in _NOISY:
+                stack.enter_context(silenced(name))
+            try:
+                client = Client(scheduler, set_as_default=False, timeout=CONNECT_S)
+            except Exception as cause:
+                raise error(f"no Dask scheduler answers at {scheduler}: {_said(cause)}") from cause
+            try:
+                yield Cluster(client, scheduler, error, wait_s)
+            except HcssError:
+                raise
+            except Exception as cause:
+                gone = isinstance(cause, OSError) or client.status != "running"
+                text = _lost(scheduler) if gone else f"the Dask cluster at {scheduler} failed"
+                raise error(f"{text} ({_said(cause)})") from cause
+            finally:
+                with suppress(Exception):  # the scheduler may be gone
+                    client.close(timeout=CONNECT_S)
+
+
+def _lost(scheduler: str) -> str:
     return (
         f"the connection to the Dask scheduler at {scheduler} is lost; run the command again: finished points of a "
         "sweep are kept"
     )
-
-
-@contextmanager
-def connected(scheduler: str, error: type[HcssError], wait_s: float | None = None) -> Iterator[Cluster]:
-    """Connect to a scheduler; exceptions of Dask in the block become ``error``.
-
-    Parameters
-    ----------
-    scheduler : str
-        ``tcp://HOST:PORT`` or ``tls://HOST:PORT``.
-    error : type
-        Of the errors.
-    wait_s : float, optional
-        Longest time without workers; by default there is none.
-
-    Raises
-    ------
-    HcssError
-        If ``distributed`` is not installed, or no scheduler answers.
-    """
-    try:
-        from distributed import Client
-    except ImportError as cause:
-        raise error(
-            f"the scheduler {scheduler} needs Dask, which is not installed: pip install 'hcss-twin[dask]'"
-        ) from cause
-    _require_answer(scheduler, error)
-    with ExitStack() as stack:
-        for name in _NOISY:
-            stack.enter_context(silenced(name))
-        try:
-            client = Client(scheduler, set_as_default=False, timeout=CONNECT_S)
-        except Exception as cause:
-            raise error(f"no Dask scheduler answers at {scheduler}: {_said(cause)}") from cause
-        try:
-            yield Cluster(client, scheduler, error, wait_s)
-        except HcssError:
-            raise
-        except Exception as cause:
-            gone = isinstance(cause, OSError) or client.status != "running"
-            text = lost(scheduler) if gone else f"the Dask cluster at {scheduler} failed"
-            raise error(f"{text} ({_said(cause)})") from cause
-        finally:
-            with suppress(Exception):  # the scheduler may be gone
-                client.close(timeout=CONNECT_S)
 
 
 def _require_answer(scheduler: str, error: type[HcssError]) -> None:

@@ -253,19 +253,24 @@ CLASSES = (
 """Dataclasses that occur in tables."""
 
 
-def tables_of(plan: Plan, compiler: Callable[[Plan], RadianceTables] | None = None) -> RadianceTables:
+def tables_of(plan: Plan, new: Callable[[Plan], object] | None = None) -> RadianceTables:
     """Return the tables of a plan, from the cache (bit-identical) or newly compiled.
 
     Parameters
     ----------
-    compiler : callable, optional
-        Compiles new tables; replaceable, for example to count compilations.
+    new : callable, optional
+        Called with each plan whose tables are compiled: one per view, if each needs its own air or sun.
     """
-    again = partial(tables_of, compiler=compiler)
+    again = partial(tables_of, new=new)
     over = _over_axes(plan, again)
     if over is not None:
         return over
     if not plan.views.together(plan.assembly):
         return _over_views(plan, again)
-    compute = partial(compiler or compile_tables, plan)
+
+    def compute() -> RadianceTables:
+        if new is not None:
+            new(plan)
+        return compile_tables(plan)
+
     return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)

@@ -15,17 +15,18 @@ from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from threading import Lock
 from typing import Any, TypeVar
 
 from hcss_twin.core.errors import HcssError, ProviderError
 from hcss_twin.core.memory import naming_memory, out_of_memory
-from hcss_twin.core.processes import worker_pool
+from hcss_twin.core.processes import start_worker, worker_pool
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.part_sample import DrawnPixels
 from hcss_twin.engine.clouds import summaries_of
-from hcss_twin.engine.cluster import Cluster, connected
+from hcss_twin.engine.cluster import Cluster
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stages.stage import Frame
 from hcss_twin.engine.stream import PartMaker
@@ -34,6 +35,8 @@ from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.scenario.scenario import Scenario
+
+__all__ = ["Workers"]
 
 LARGEST_FRAME_BYTES = 2**28
 """Frames larger than this in the cube are computed in tiles."""
@@ -72,32 +75,6 @@ def _evenly(size: int, most: int) -> int:
     return math.ceil(size / math.ceil(size / most))
 
 
-@contextmanager
-def executor_of(workers: int, scheduler: str | None = None) -> Iterator[tuple[Executor | None, int]]:
-    """Yield an executor and its number of workers for a run; None if the caller does the work.
-
-    Parameters
-    ----------
-    workers : int
-        Local processes; 1: only the calling one.
-    scheduler : str, optional
-        Address of the scheduler of a Dask cluster, used instead.
-
-    Raises
-    ------
-    HcssError
-        If the cluster cannot be reached or ``distributed`` is not installed.
-    """
-    if scheduler is not None:
-        with _cluster(scheduler) as cluster:
-            yield cluster
-    elif workers == 1:
-        yield None, 1
-    else:
-        with worker_pool(workers) as pool:
-            yield pool, workers
-
-
 NO_WORKERS_S = 60.0
 """Longest time that a run waits for workers of a cluster; unlike a sweep, it cannot be resumed."""
 
@@ -116,7 +93,7 @@ class ClusterExecutor(Executor):
 
 @contextmanager
 def _cluster(scheduler: str) -> Iterator[tuple[Executor, int]]:
-    with connected(scheduler, HcssError, NO_WORKERS_S) as cluster:
+    with Cluster.connected(scheduler, HcssError, NO_WORKERS_S) as cluster:
         count = len(cluster.workers())
         if count == 0:
             raise HcssError(f"--scheduler {scheduler}: the cluster has no workers")
@@ -125,6 +102,108 @@ def _cluster(scheduler: str) -> Iterator[tuple[Executor, int]]:
 
 AHEAD = 2
 """Number of running and queued parts per worker."""
+
+
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Processes of this machine or of a cluster, whose results are taken in order.
+
+    Attributes
+    ----------
+    executor : Executor or None
+        None: the caller does the work.
+    count : int
+        Number of workers.
+    """
+
+    executor: Executor | None = None
+    count: int = 1
+
+    @staticmethod
+    def start(work: Callable[..., None], *given: Any) -> BaseProcess:
+        """Start one process that calls ``work(*given)``, leaves Ctrl-C to this one and never outlives it.
+
+        Raises
+        ------
+        OSError
+            If the system starts no more processes.
+        """
+        return start_worker(work, *given)
+
+    @staticmethod
+    @contextmanager
+    def of(workers: int, scheduler: str | None = None) -> Iterator[Workers]:
+        """Yield the workers of a run.
+
+        Parameters
+        ----------
+        workers : int
+            Local processes; 1: only the calling one.
+        scheduler : str, optional
+            Address of the scheduler of a Dask cluster, used instead.
+
+        Raises
+        ------
+        HcssError
+            If the cluster cannot be reached or ``distributed`` is not installed.
+        """
+        if scheduler is not None:
+            with _cluster(scheduler) as (executor, count):
+                yield Workers(executor, count)
+        elif workers == 1:
+            yield Workers()
+        else:
+            with worker_pool(workers) as pool:
+                yield Workers(pool, workers)
+
+    def in_order(self, work: Callable[[_Item], _Result], items: Iterator[_Item]) -> Iterator[tuple[_Item, _Result]]:
+        """Yield items with their results in the order of the items, submitting a few ahead.
+
+        Parameters
+        ----------
+        work : callable
+            A function of a module, which other processes can import.
+        items : iterator
+            Its arguments.
+
+        Raises
+        ------
+        ProviderError
+            If a worker ends before completing its item.
+        """
+        if self.executor is None:
+            yield from ((item, work(item)) for item in items)
+            return
+        waiting: deque[tuple[_Item, Future[_Result]]] = deque()
+        try:
+            for item in items:
+                waiting.append((item, self.executor.submit(work, item)))
+                while len(waiting) >= AHEAD * self.count:
+                    yield waiting[0][0], _result(self.executor, waiting[0][1])
+                    waiting.popleft()
+            while waiting:
+                yield waiting[0][0], _result(self.executor, waiting[0][1])
+                waiting.popleft()
+        except BrokenExecutor as error:
+            raise ProviderError(
+                f"a worker process ended before its part of the scene was computed ({error}): it may have been "
+                f"killed, for example because {out_of_memory()}"
+            ) from error
+        except CancelledError as error:  # only a cluster cancels what was not given up
+            raise HcssError("the connection to the Dask scheduler is lost; run the command again") from error
+        finally:
+            for _, future in waiting:
+                future.cancel()
+
+
+def _result(executor: Executor, future: Future[_Result]) -> _Result:
+    if isinstance(executor, ClusterExecutor):
+        executor.wait(future.done)
+    return future.result()
 
 
 @dataclass(frozen=True)
@@ -279,51 +358,9 @@ def _in_order(plan: Plan, executor: Executor, workers: int, tasks: Iterator[Task
                 frame, summaries = task.frame, summaries_of(plan, float(plan.frame_times_s[task.frame]))
             yield task, summaries
 
-    for (task, _), made in in_order(executor, workers, _make_given, with_summaries()):
+    for (task, _), made in Workers(executor, workers).in_order(_make_given, with_summaries()):
         yield task, made
 
 
 def _make_given(given: tuple[Task, Sequence[Any]]) -> MadePart:
     return make_part(*given)
-
-
-_Item = TypeVar("_Item")
-_Result = TypeVar("_Result")
-
-
-def in_order(
-    executor: Executor, workers: int, work: Callable[[_Item], _Result], items: Iterator[_Item]
-) -> Iterator[tuple[_Item, _Result]]:
-    """Yield items with the results of workers in the order of the items, submitting a few ahead.
-
-    Raises
-    ------
-    ProviderError
-        If a worker ends before completing its item.
-    """
-    waiting: deque[tuple[_Item, Future[_Result]]] = deque()
-    try:
-        for item in items:
-            waiting.append((item, executor.submit(work, item)))
-            while len(waiting) >= AHEAD * workers:
-                yield waiting[0][0], _result(executor, waiting[0][1])
-                waiting.popleft()
-        while waiting:
-            yield waiting[0][0], _result(executor, waiting[0][1])
-            waiting.popleft()
-    except BrokenExecutor as error:
-        raise ProviderError(
-            f"a worker process ended before its part of the scene was computed ({error}): it may have been killed, for "
-            f"example because {out_of_memory()}"
-        ) from error
-    except CancelledError as error:  # only a cluster cancels what was not given up
-        raise HcssError("the connection to the Dask scheduler is lost; run the command again") from error
-    finally:
-        for _, future in waiting:
-            future.cancel()
-
-
-def _result(executor: Executor, future: Future[_Result]) -> _Result:
-    if isinstance(executor, ClusterExecutor):
-        executor.wait(future.done)
-    return future.result()

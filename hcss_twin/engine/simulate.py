@@ -30,7 +30,7 @@ from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify, with_verdict
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.parts import Part, executor_of, parts_of, stream_parts, tile_shape
+from hcss_twin.engine.parts import Part, Workers, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import leaves, provenance
 from hcss_twin.engine.sense import measured_path, require_netcdf, sense_run
 from hcss_twin.engine.stages.stage import Frame
@@ -43,6 +43,8 @@ from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     import xarray as xr
+
+__all__ = ["run"]
 
 
 def overlaps(plan: Plan) -> bool:
@@ -148,10 +150,10 @@ def _write_clean(
     wait_for_kernels()
     _require_no_input(plan, output)  # again, with the files read for the tables
     with (
-        executor_of(workers, scheduler) as (executor, count),
+        Workers.of(workers, scheduler) as pool,
         writer_of(output, header, compression=compression, tile=tile_shape(plan), replace=replace) as writer,
     ):
-        parts: Iterable[Part] = stream_parts(plan, tables, sample, executor, count)
+        parts: Iterable[Part] = stream_parts(plan, tables, sample, pool.executor, pool.count)
         if progress is not None:
             parts = progress(parts, parts_of(plan))
         with BackgroundWriter(writer) if overlaps(plan) else nullcontext(writer) as sink:

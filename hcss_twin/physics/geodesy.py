@@ -17,7 +17,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 
-__all__ = ["east_north_up", "to_earth_centred", "to_geographic_with_turn", "to_plane"]
+__all__ = ["Ellipsoid"]
 
 SEMI_MAJOR_AXIS_M = 6378137.0
 INVERSE_FLATTENING = 298.257223563
@@ -27,34 +27,6 @@ ECCENTRICITY_SQUARED = FLATTENING * (2.0 - FLATTENING)
 
 _ALTITUDE_ITERATIONS = 8
 """Each iteration reduces the error by more than a factor of 100."""
-
-
-def to_earth_centred(latitude_deg: Array, longitude_deg: Array, altitude_m: float = 0.0) -> Array:
-    """Return Earth-centred positions (..., 3) in m; axes toward 0 N 0 E, 0 N 90 E and the north pole.
-
-    Parameters
-    ----------
-    latitude_deg, longitude_deg : ndarray (...)
-        Geodetic.
-    altitude_m : float
-        Above the ellipsoid, along its normal.
-    """
-    phi, lam = np.radians(latitude_deg), np.radians(longitude_deg)
-    sine, cosine = np.sin(phi), np.cos(phi)
-    normal = SEMI_MAJOR_AXIS_M / np.sqrt(1.0 - ECCENTRICITY_SQUARED * sine**2)
-    across = (normal + altitude_m) * cosine
-    up = (normal * (1.0 - ECCENTRICITY_SQUARED) + altitude_m) * sine
-    return np.stack((across * np.cos(lam), across * np.sin(lam), up), axis=-1)
-
-
-def east_north_up(latitude_deg: Array, longitude_deg: Array) -> tuple[Array, Array, Array]:
-    """Return the unit vectors (..., 3) toward east, toward north and along the normal of the ellipsoid."""
-    phi, lam = np.radians(latitude_deg), np.radians(longitude_deg)
-    sine, cosine, zero = np.sin(phi), np.cos(phi), np.zeros_like(phi)
-    east = np.stack((-np.sin(lam), np.cos(lam), zero), axis=-1)
-    north = np.stack((-sine * np.cos(lam), -sine * np.sin(lam), cosine), axis=-1)
-    up = np.stack((cosine * np.cos(lam), cosine * np.sin(lam), sine), axis=-1)
-    return east, north, up
 
 
 def altitude_m(position_m: Array) -> float:
@@ -176,55 +148,91 @@ def to_geographic(x_m: Array, y_m: Array, latitude: float, longitude: float) -> 
     return north, longitude + east
 
 
-def to_geographic_with_turn(x_m: Array, y_m: Array, latitude: float, longitude: float) -> tuple[Array, Array, Array]:
-    """Return latitude, longitude, and the bearing of the plane's y axis there, degrees clockwise from north.
-
-    The plane's axes are carried along the geodesic from the centre and keep their angle to it.
-    """
-    north, east, arriving = _ends(x_m, y_m, latitude)
-    turn = np.degrees(arriving - np.arctan2(x_m, y_m))
-    return north, longitude + east, (turn + 180.0) % 360.0 - 180.0
+def _ends(x_m: Array, y_m: Array, latitude: float) -> tuple[Array, Array, Array]:
+    return direct(latitude, np.hypot(x_m, y_m), np.arctan2(x_m, y_m))
 
 
 _PLACED_M = 1e-4
-"""Convergence limit of :func:`to_plane`."""
+"""Convergence limit of :meth:`Ellipsoid.to_plane`."""
 
 _PLANE_ITERATIONS = 60
 
 
-def to_plane(latitude_deg: Array, longitude_deg: Array, latitude: float, longitude: float) -> tuple[Array, Array]:
-    """Return x and y in m of places in the plane centred on a place: the inverse of :func:`to_geographic`.
+class Ellipsoid:
+    """Positions on the WGS 84 ellipsoid, in space and in the image plane."""
 
-    Each iteration moves by the remaining vector on the tangent plane; its error falls by the square of the distance
-    from the centre over six times that of the Earth's radius.
+    @staticmethod
+    def to_earth_centred(latitude_deg: Array, longitude_deg: Array, altitude_m: float = 0.0) -> Array:
+        """Return Earth-centred positions (..., 3) in m; axes toward 0 N 0 E, 0 N 90 E and the north pole.
 
-    Parameters
-    ----------
-    latitude_deg, longitude_deg : ndarray (...)
-        Geodetic, less than 60 degrees from the centre.
-    latitude, longitude : float
-        Centre, degrees.
+        Parameters
+        ----------
+        latitude_deg, longitude_deg : ndarray (...)
+            Geodetic.
+        altitude_m : float
+            Above the ellipsoid, along its normal.
+        """
+        phi, lam = np.radians(latitude_deg), np.radians(longitude_deg)
+        sine, cosine = np.sin(phi), np.cos(phi)
+        normal = SEMI_MAJOR_AXIS_M / np.sqrt(1.0 - ECCENTRICITY_SQUARED * sine**2)
+        across = (normal + altitude_m) * cosine
+        up = (normal * (1.0 - ECCENTRICITY_SQUARED) + altitude_m) * sine
+        return np.stack((across * np.cos(lam), across * np.sin(lam), up), axis=-1)
 
-    Raises
-    ------
-    ValueError
-        If a place is farther away.
-    """
-    target = to_earth_centred(latitude_deg, longitude_deg)
-    x, y = np.zeros(target.shape[:-1]), np.zeros(target.shape[:-1])
-    if np.any(target @ to_earth_centred(np.array(latitude), np.array(longitude)) < 0.5 * SEMI_MINOR_AXIS_M**2):
-        raise ValueError("a place 60 degrees or more from the image centre; allowed: nearer ones")
-    for _ in range(_PLANE_ITERATIONS):
-        north, east, turn = to_geographic_with_turn(x, y, latitude, longitude)
-        rest = target - to_earth_centred(north, east)
-        toward_east, toward_north, _up = east_north_up(north, east)
-        right, ahead = np.sum(rest * toward_east, axis=-1), np.sum(rest * toward_north, axis=-1)
-        sine, cosine = np.sin(np.radians(turn)), np.cos(np.radians(turn))
-        x, y = x + right * cosine - ahead * sine, y + right * sine + ahead * cosine
-        if np.all(np.hypot(right, ahead) < _PLACED_M):
-            break
-    return x, y
+    @staticmethod
+    def east_north_up(latitude_deg: Array, longitude_deg: Array) -> tuple[Array, Array, Array]:
+        """Return the unit vectors (..., 3) toward east, toward north and along the normal of the ellipsoid."""
+        phi, lam = np.radians(latitude_deg), np.radians(longitude_deg)
+        sine, cosine, zero = np.sin(phi), np.cos(phi), np.zeros_like(phi)
+        east = np.stack((-np.sin(lam), np.cos(lam), zero), axis=-1)
+        north = np.stack((-sine * np.cos(lam), -sine * np.sin(lam), cosine), axis=-1)
+        up = np.stack((cosine * np.cos(lam), cosine * np.sin(lam), sine), axis=-1)
+        return east, north, up
 
+    @staticmethod
+    def to_geographic_with_turn(
+        x_m: Array, y_m: Array, latitude: float, longitude: float
+    ) -> tuple[Array, Array, Array]:
+        """Return latitude, longitude, and the bearing of the plane's y axis there, degrees clockwise from north.
 
-def _ends(x_m: Array, y_m: Array, latitude: float) -> tuple[Array, Array, Array]:
-    return direct(latitude, np.hypot(x_m, y_m), np.arctan2(x_m, y_m))
+        The plane's axes are carried along the geodesic from the centre and keep their angle to it.
+        """
+        north, east, arriving = _ends(x_m, y_m, latitude)
+        turn = np.degrees(arriving - np.arctan2(x_m, y_m))
+        return north, longitude + east, (turn + 180.0) % 360.0 - 180.0
+
+    @staticmethod
+    def to_plane(latitude_deg: Array, longitude_deg: Array, latitude: float, longitude: float) -> tuple[Array, Array]:
+        """Return x and y in m of places in the plane centred on a place: the inverse of :func:`to_geographic`.
+
+        Each iteration moves by the remaining vector on the tangent plane; its error falls by the square of the distance
+        from the centre over six times that of the Earth's radius.
+
+        Parameters
+        ----------
+        latitude_deg, longitude_deg : ndarray (...)
+            Geodetic, less than 60 degrees from the centre.
+        latitude, longitude : float
+            Centre, degrees.
+
+        Raises
+        ------
+        ValueError
+            If a place is farther away.
+        """
+        target = Ellipsoid.to_earth_centred(latitude_deg, longitude_deg)
+        x, y = np.zeros(target.shape[:-1]), np.zeros(target.shape[:-1])
+        if np.any(
+            target @ Ellipsoid.to_earth_centred(np.array(latitude), np.array(longitude)) < 0.5 * SEMI_MINOR_AXIS_M**2
+        ):
+            raise ValueError("a place 60 degrees or more from the image centre; allowed: nearer ones")
+        for _ in range(_PLANE_ITERATIONS):
+            north, east, turn = Ellipsoid.to_geographic_with_turn(x, y, latitude, longitude)
+            rest = target - Ellipsoid.to_earth_centred(north, east)
+            toward_east, toward_north, _up = Ellipsoid.east_north_up(north, east)
+            right, ahead = np.sum(rest * toward_east, axis=-1), np.sum(rest * toward_north, axis=-1)
+            sine, cosine = np.sin(np.radians(turn)), np.cos(np.radians(turn))
+            x, y = x + right * cosine - ahead * sine, y + right * sine + ahead * cosine
+            if np.all(np.hypot(right, ahead) < _PLACED_M):
+                break
+        return x, y

@@ -13,13 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.physics.geodesy import (
-    MEAN_EARTH_RADIUS_M,
-    altitude_m,
-    east_north_up,
-    to_earth_centred,
-    to_geographic_with_turn,
-)
+from hcss_twin.physics.geodesy import MEAN_EARTH_RADIUS_M, Ellipsoid, altitude_m
 
 
 def view_zenith_deg(off_nadir_deg: float, altitude_m: float) -> float:
@@ -69,14 +63,14 @@ def toward_equatorial_deg(
 ) -> tuple[float, float]:
     """Return zenith and azimuth angle, at a place, of a sensor above the equator of the ellipsoid."""
     position_deg = np.array(latitude_deg), np.array(longitude_deg)
-    sensor = to_earth_centred(np.array(0.0), np.array(sensor_longitude_deg), altitude_m)
-    zenith, azimuth = _angles_deg(sensor - to_earth_centred(*position_deg), *position_deg)
+    sensor = Ellipsoid.to_earth_centred(np.array(0.0), np.array(sensor_longitude_deg), altitude_m)
+    zenith, azimuth = _angles_deg(sensor - Ellipsoid.to_earth_centred(*position_deg), *position_deg)
     return float(zenith), float(azimuth)
 
 
 def _angles_deg(ray_m: Array, latitude_deg: Array, longitude_deg: Array) -> tuple[Array, Array]:
     """Return zenith and azimuth angles (...) of vectors (..., 3) at places (...)."""
-    east, north, up = (np.sum(axis * ray_m, axis=-1) for axis in east_north_up(latitude_deg, longitude_deg))
+    east, north, up = (np.sum(axis * ray_m, axis=-1) for axis in Ellipsoid.east_north_up(latitude_deg, longitude_deg))
     return np.degrees(np.arctan2(np.hypot(east, north), up)), np.degrees(np.arctan2(east, north)) % 360.0
 
 
@@ -93,7 +87,7 @@ def from_another_place_deg(
     zenith, azimuth = math.radians(zenith_deg), math.radians(azimuth_deg)
     local = np.array([math.sin(zenith) * math.sin(azimuth), math.sin(zenith) * math.cos(azimuth), math.cos(zenith)])
     latitude, longitude = (np.array(angle) for angle in to_deg)
-    before = np.array(east_north_up(np.array(from_deg[0]), np.array(from_deg[1])))
+    before = np.array(Ellipsoid.east_north_up(np.array(from_deg[0]), np.array(from_deg[1])))
     there = _angles_deg(local @ before, latitude, longitude)
     return float(there[0]), float(there[1])
 
@@ -167,8 +161,8 @@ class LinesOfSight:
 
     def from_points(self, x_m: Array, y_m: Array) -> Sight:
         """Return the lines of sight from points (...) east and north of the image centre."""
-        latitude, longitude, turn = to_geographic_with_turn(x_m, y_m, self.latitude_deg, self.longitude_deg)
-        ray = self.sensor_m - to_earth_centred(latitude, longitude)
+        latitude, longitude, turn = Ellipsoid.to_geographic_with_turn(x_m, y_m, self.latitude_deg, self.longitude_deg)
+        ray = self.sensor_m - Ellipsoid.to_earth_centred(latitude, longitude)
         zenith, azimuth = _angles_deg(ray, latitude, longitude)
         return Sight(latitude, longitude, zenith, azimuth, (azimuth - turn) % 360.0, np.linalg.norm(ray, axis=-1))
 
@@ -176,6 +170,6 @@ class LinesOfSight:
         """Return the image centre and the unit vector from it to the sensor, both (3,)."""
         centre = np.float64(self.latitude_deg), np.float64(self.longitude_deg)
         zenith, azimuth = np.radians(self.view_zenith_deg), np.radians(self.view_azimuth_deg)
-        east, north, up = east_north_up(*centre)  # type: ignore[arg-type]
+        east, north, up = Ellipsoid.east_north_up(*centre)  # type: ignore[arg-type]
         direction = np.sin(zenith) * (np.sin(azimuth) * east + np.cos(azimuth) * north) + np.cos(zenith) * up
-        return to_earth_centred(*centre), direction  # type: ignore[arg-type]
+        return Ellipsoid.to_earth_centred(*centre), direction  # type: ignore[arg-type]

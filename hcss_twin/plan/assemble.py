@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.gases import with_factors
-from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
+from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.air_over_field import Air, Climate
+from hcss_twin.plan.air_over_field import AirOverField, Climate
 from hcss_twin.plan.assemble_air import (
     AIRS,
     air_with_provider,
@@ -126,12 +126,12 @@ def assemble(
         over_field = climate(lambda profile: air_of_place(around.finished(profile)), sea_of)
 
     @lru_cache(maxsize=AIRS)
-    def moister(air: Air, factor: float) -> Air:
+    def moister(air: AirOverField.Air, factor: float) -> AirOverField.Air:
         profile = with_factors(air.profile, {"h2o": factor})
         moist = air_with_provider(of_models, scenario, catalog, around, profile)
         return replace(air, profile=profile, transmittance=moist.transmittance, memory=None)
 
-    def air_of(view: View, vapour_factor: float) -> Air:
+    def air_of(view: View, vapour_factor: float) -> AirOverField.Air:
         air = over_field.of(view)
         return air if vapour_factor == 1.0 else moister(air, vapour_factor)
 
@@ -149,7 +149,7 @@ def assemble(
     radiance = scenario.radiance
     generators, slant = generators_of([LayerBrightness(model_at, setting, index) for index in range(len(layers))])
     builder.raise_problems()
-    spectral_grid = dense_grid(bands, transmittance.declares.native_grid_cm1)
+    spectral_grid = SpectralGrid.dense(bands, transmittance.declares.native_grid_cm1)
     elements = build_elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
     derived = build_derived(builder, scenario, catalog, sensor_bands(bands), image or grid, slant.view)
     surfaces = _surfaces(builder, scenario, catalog, bands, around, grid)

@@ -17,7 +17,7 @@ from hcss_twin.models.parameters import COEFFICIENTS
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.profile import Profile
-from hcss_twin.plan.air_over_field import Air, AirOverField
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.builder import Builder
 from hcss_twin.plan.surroundings import Surroundings, surroundings
 from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs, TransmittanceProvider
@@ -73,11 +73,11 @@ def memory_of_air(builder: Builder, around: Surroundings, catalog: Catalog) -> O
 
 def air_with_provider(
     builder: Builder, scenario: Scenario, catalog: Catalog, around: Surroundings, profile: Profile
-) -> Air:
+) -> AirOverField.Air:
     """Return air of another profile, with the provider of the scenario."""
     name, parameters = selected(scenario.atmosphere, "provider"), _atmosphere_parameters(scenario)
     inputs = AtmosphereInputs(profile, catalog, around.sea_wind_speed_m_s)
-    return Air(profile, builder.build(Kind.ATMOSPHERE, name, inputs, parameters))
+    return AirOverField.Air(profile, builder.build(Kind.ATMOSPHERE, name, inputs, parameters))
 
 
 def build_air_over_field(
@@ -91,21 +91,21 @@ def build_air_over_field(
         If the profiles do not cover the image, or one of those needed is invalid.
     """
     field, place, grid = around.field, scenario.place, scenario.image
-    centre_deg, centre = (place.latitude, place.longitude), Air(around.profile, transmittance)
+    centre_deg, centre = (place.latitude, place.longitude), AirOverField.Air(around.profile, transmittance)
     if field is None:
         everywhere = replace(centre, memory=memory_of_air(builder, around, catalog))
         return AirOverField(centre_deg, lambda *_: everywhere, lambda: iter(()), varies=False)
 
-    def with_provider(profile: Profile) -> Air:
+    def with_provider(profile: Profile) -> AirOverField.Air:
         return air_with_provider(builder, scenario, catalog, around, around.finished(profile))
 
     @lru_cache(maxsize=AIRS)
-    def at(latitude_deg: float, longitude_deg: float) -> Air:
+    def at(latitude_deg: float, longitude_deg: float) -> AirOverField.Air:
         if (latitude_deg, longitude_deg) == centre_deg:
             return centre
         return with_provider(field.at(latitude_deg, longitude_deg))
 
-    def left_out() -> Iterator[tuple[float, Air, Air]]:
+    def left_out() -> Iterator[tuple[float, AirOverField.Air, AirOverField.Air]]:
         for factor, exact, guess in field.left_out(*centre_deg):
             yield factor, with_provider(exact), with_provider(guess)
 
@@ -115,7 +115,7 @@ def build_air_over_field(
         *(angles_deg.tolist() for angles_deg in to_geographic(east, north, *centre_deg)), strict=True
     ):
         field.at(latitude, longitude)
-    return AirOverField(centre_deg, cast(Callable[[float, float], Air], at), left_out)
+    return AirOverField(centre_deg, cast(Callable[[float, float], AirOverField.Air], at), left_out)
 
 
 def require_bands_inside(bands: list[SpectralBand], ranges: Mapping[str, tuple[float, float]], owner: str) -> None:

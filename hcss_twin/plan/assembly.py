@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid, dense_grid
+from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid
 from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.air_over_field import Air, AirOverField
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.builder import Built
 from hcss_twin.plan.directions import sun_toward
 from hcss_twin.plan.filled_in import FilledIn
@@ -115,7 +115,7 @@ class Assembly:
     optics: Optics
     optics_of_layers: tuple[Optics, ...]
     model_at: Callable[[int, int], RadianceModel]
-    air_of: Callable[[View, float], Air]
+    air_of: Callable[[View, float], AirOverField.Air]
     sea_of: Callable[[float], SeaModel]
     solar_irradiance: SolarSpectrum
     sea_temperature_K: float
@@ -244,7 +244,7 @@ class Assembly:
 
     def refined_grid(self, refinement: int) -> SpectralGrid:
         """Return the spectral grid with another refinement."""
-        return dense_grid(self.bands, self.transmittance.declares.native_grid_cm1, refinement)
+        return SpectralGrid.dense(self.bands, self.transmittance.declares.native_grid_cm1, refinement)
 
     def over(self, state: SurfaceState) -> Assembly:
         """Return the same scene with one surface everywhere."""

@@ -24,7 +24,7 @@ from hcss_twin.models.atmosphere.present_sea import warming_K
 from hcss_twin.models.atmosphere.profile_field import ProfileField
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.scenario.atmosphere import InversionSection
 from hcss_twin.scenario.cloud_types import PlaceLevels, load_cloud_type
@@ -140,7 +140,9 @@ def with_inversion_of_scenario(
     assert isinstance(section, InversionSection)
     if of_places is not None:
         several = "a field of profiles, which have boundary layers of their own,"
-        require_none(f"[{field}]", [Excluded("atmosphere.profile", True, several, "one profile")], "no inversion")
+        Excluded.require_none(
+            f"[{field}]", [Excluded("atmosphere.profile", True, several, "one profile")], "no inversion"
+        )
     kelvin = section.surface_temperature
     if kelvin is None:
         kelvin, why = float(profile.temperature_K[0]), "of the profile; the climatology has none there"

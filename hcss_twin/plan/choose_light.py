@@ -14,17 +14,15 @@ from hcss_twin.core.errors import HcssError, Problem, ProviderError, ScenarioErr
 from hcss_twin.core.own_packages import LIGHT, how_to_install
 from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.cube.variables import TERM_PREFIX
-from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
+from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.clouds import sums_up
-from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, present, require_none
+from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, present
 from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.plan import Plan, PlannedLight
 from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.providers import Sun
 from hcss_twin.providers.light import LightInputs, LightTransport
-
-__all__ = ["light_inputs"]
 
 GROUP = "hcss_twin.light"
 """Entry point group of classes of light transport; the name of an entry point is the value of ``radiance.light``."""
@@ -74,7 +72,7 @@ def with_light(plan: Plan) -> Plan:
         for package in sorted({LIGHT[light] for light in ({name} if known else LIGHT.keys() - of_one.keys())}):
             message += f". {'It comes' if known else 'Others come'} with {package}: {how_to_install(package)}"
         raise ScenarioError([Problem(_FIELD, message)])
-    require_none(f"{_FIELD} = '{name}'", table, f"{_FIELD} = '{COLUMNS}'")
+    Excluded.require_none(f"{_FIELD} = '{name}'", table, f"{_FIELD} = '{COLUMNS}'")
     if not cloudy:
         return plan
     light, transport = _loaded(plan, name, *offered[name])
@@ -97,7 +95,7 @@ def with_light(plan: Plan) -> Plan:
 def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedLight, LightTransport]:
     try:
         light = PlannedLight(name, str(origin), entry.load())
-        return light, light.transport(light_inputs(plan, all_nodes(plan.spectral_grid)))
+        return light, light.transport(light_inputs(plan, plan.spectral_grid.all_nodes()))
     except HcssError as error:
         raise ScenarioError([Problem(_FIELD, str(error))]) from error
     except FAILURES as error:

@@ -17,7 +17,7 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.axis import Axis, PlacedAxis
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.point_nodes import WAVENUMBERS, place_point_nodes
@@ -76,7 +76,9 @@ def extreme_tops(assembly: Assembly) -> list[Assembly]:
     ProviderError
         If the range of the tops is empty, or outside the profile or what other layers leave.
     """
-    require_none("cloud tops that vary with the generator", excluded_beside_tops(assembly), "a generator without")
+    Excluded.require_none(
+        "cloud tops that vary with the generator", excluded_beside_tops(assembly), "a generator without"
+    )
     highest, lowest = assembly, assembly
     for index in assembly.hanging_layers:
         low, high = _range(assembly, index)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from hcss_twin.core.errors import Problem, ScenarioError
 
-__all__ = ["Excluded", "require_none"]
+__all__ = ["Excluded"]
 
 LAYER_TOPS = "a generator with one top of the layer (closest is 'fractal')"
 """What is allowed in place of cloud tops that vary with the generator."""
@@ -37,6 +37,18 @@ class Excluded(NamedTuple):
     what: str
     allowed: str
 
+    @staticmethod
+    def require_none(effect: str, table: Iterable[Excluded], otherwise: str = "") -> None:
+        """Refuse a scene that has anything of a table.
+
+        Raises
+        ------
+        ScenarioError
+            Names the field of everything that it has.
+        """
+        if problems := problems_beside(effect, table, otherwise):
+            raise ScenarioError(problems)
+
 
 def present(table: Iterable[Excluded]) -> Iterator[Excluded]:
     """Yield what a scene has of a table."""
@@ -58,18 +70,6 @@ def problems_beside(effect: str, table: Iterable[Excluded], otherwise: str = "")
         Problem(field, f"{what} cannot be computed with {effect}; allowed: {allowed}{rest}")
         for field, _, what, allowed in present(table)
     ]
-
-
-def require_none(effect: str, table: Iterable[Excluded], otherwise: str = "") -> None:
-    """Refuse a scene that has anything of a table.
-
-    Raises
-    ------
-    ScenarioError
-        Names the field of everything that it has.
-    """
-    if problems := problems_beside(effect, table, otherwise):
-        raise ScenarioError(problems)
 
 
 class NotComputed(NamedTuple):
@@ -106,7 +106,7 @@ def why_not(key: str, value: str, table: Iterable[Excluded]) -> NotComputed | No
         return NotComputed(f"{key} is off", f'{key} = "on"', switched_off=True)
     beside = list(present(table))
     if value == "on":
-        require_none(f"{key} = 'on'", beside, f"{key} = 'off'")
+        Excluded.require_none(f"{key} = 'on'", beside, f"{key} = 'off'")
     if not beside:
         return None
     first = beside[0]

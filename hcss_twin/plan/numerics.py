@@ -212,7 +212,7 @@ def refine_toward(
 
 @dataclass(frozen=True)
 class GridRefinement:
-    """Refinement of the spectral grid, as of ``dense_grid``.
+    """Refinement of the spectral grid, as of ``SpectralGrid.dense``.
 
     Attributes
     ----------

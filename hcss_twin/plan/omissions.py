@@ -13,7 +13,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.error_norm import largest_error
 from hcss_twin.cube.variables import SHADOW_MASK, TERM_PREFIX, VariableSpec
 from hcss_twin.physics.planck import planck
-from hcss_twin.plan.air_over_field import Air
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.few_columns import (
@@ -33,8 +33,6 @@ from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.plan.sunlight import SunFrames, Sunlight, low_sun, toward_glint
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
-
-__all__ = ["texture_of_sea"]
 
 
 def unrequested(
@@ -296,7 +294,7 @@ def _changes_of_air(
     )
 
 
-def _in_air(setting: ColumnSetting, air: Air) -> ColumnSetting:
+def _in_air(setting: ColumnSetting, air: AirOverField.Air) -> ColumnSetting:
     return replace(setting, profile=air.profile, transmittance=air.transmittance, air_memory=None)
 
 

@@ -13,7 +13,7 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.models.radiance.brightness_temperature import COLDEST_K, HOTTEST_K, BrightnessTemperature
 from hcss_twin.plan.accuracy import LARGEST_SHARE, RequestedAccuracy, extreme_radiances, relative_slope
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.few_columns import SAFETY_FACTOR
 from hcss_twin.plan.waves import wave_bound
 from hcss_twin.providers import Sun
@@ -87,7 +87,7 @@ def packed_variables(
         Excluded("output.quantization", scenario.output.quantization > 0.0, rounded, "0"),
         Excluded("elements", bool(needy and assembly.elements), limitless, "no elements"),
     )
-    require_none("output.packing = 'int16'", table, "no output.packing")
+    Excluded.require_none("output.packing = 'int16'", table, "no output.packing")
     packings = _Packings(assembly, accuracy, expected)
     return tuple(replace(spec, packing=packings.of(spec)) for spec in variables)
 

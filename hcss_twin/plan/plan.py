@@ -14,20 +14,22 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.cube.variables import LAYER, VariableSpec
 from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
-from hcss_twin.plan.air_over_field import PlacedView
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.clear_sky import EVEN_SKY, EvenSky
+from hcss_twin.plan.directions import Views
 from hcss_twin.plan.effects import Effect, Shadows
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.numerics import GridRefinement, NumericalLevel
+from hcss_twin.plan.omissions import texture_of_sea
 from hcss_twin.plan.output import wants_radiance
 from hcss_twin.plan.rays import GridRays, Rays
 from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.plan.sunlight import COMPUTED, Sunlight
-from hcss_twin.plan.views import ONE_VIEW, ViewAxis
+from hcss_twin.plan.views import ONE_VIEW, ViewAxis, views_over_image
 from hcss_twin.plan.waves import MEAN_SEA, PlannedWaves
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import CloudLayer, Grid, Sun, View
@@ -179,11 +181,19 @@ class Plan:
     def toward(self, view: View) -> Plan:
         """Return the plan of the same scene in orthographic view from another direction."""
         toward = replace(self, assembly=self.assembly.toward(view), view=view, views=ONE_VIEW)
-        if not (isinstance(view, PlacedView) and view.own_sun):
+        if not (isinstance(view, AirOverField.PlacedView) and view.own_sun):
             return toward
         track = replace(self.sun_track, latitude_deg=view.latitude_deg, longitude_deg=view.longitude_deg)
         zenith, azimuth, _ = track.positions(self.frame_times_s)
         return replace(toward, sun_track=track, sun_zenith_deg=zenith, sun_azimuth_deg=azimuth)
+
+    def views_over_image(self) -> Views:
+        """Return the views over the image, which are all the same if pixels share one view and one air."""
+        return views_over_image(self.assembly)
+
+    def texture_of_sea(self, why: str, needs: str = "") -> Omission:
+        """Return the omission of the texture of the sea's temperature, and ``why`` the sea has one temperature."""
+        return texture_of_sea(self.assembly, why, needs)
 
     def at_level(self, level: int) -> Plan:
         """Return the same plan with the radiance model at another numerical level."""

@@ -25,7 +25,7 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.plan.air_over_field import Climate
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, require_none
+from hcss_twin.plan.combinations import LAYER_TOPS, Excluded
 from hcss_twin.plan.directions import Directions, Views
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
@@ -184,7 +184,7 @@ class Rays(ABC):
 
     def prepare(self, scenario: Scenario, assembly: Assembly, radiance: bool) -> None:
         """Take note of the scene that will be seen; raise a :class:`ScenarioError` for what cannot be shown."""
-        require_none("an image that is no grid on the ground", excluded_beside_rays(self, scenario, assembly))
+        Excluded.require_none("an image that is no grid on the ground", excluded_beside_rays(self, scenario, assembly))
 
     def layout(self, scenario: Scenario) -> ImageLayout | None:
         """Return the coordinates of the cube, and the extent of what its first and last frame see at sea level."""

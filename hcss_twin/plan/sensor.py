@@ -13,14 +13,15 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError, choose_from
 from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, RADIANCE, measured_variables
 from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.models.sensor.detector import band_radiance_per_kelvin
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field, scene_info
 from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.output import cube_variables
-from hcss_twin.plan.sensor_stages import Source, Stage, build_stages, with_points
+from hcss_twin.plan.sensor_stages import Source, Stage, with_points
 from hcss_twin.plan.windows import Window, length, relative
-from hcss_twin.providers import Grid, Points, SceneInfo, SensorInputs
+from hcss_twin.providers import Grid, Points, SceneInfo, SensorBand, SensorInputs
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.scenario.bands import sensor_bands
 from hcss_twin.scenario.scenario import Scenario
@@ -67,6 +68,17 @@ class BuiltSensor(Effect):
     def measuring(self, names: tuple[str, ...]) -> BuiltSensor:
         """Return the sensor with the measured radiance and the named variables, whatever was requested."""
         return replace(self, variables=measured_variables(names))
+
+    def reseeded(self, seed: int) -> BuiltSensor:
+        """Return the same sensor with other random numbers in all stages."""
+        stages = tuple(stage.model_copy(update={"seed": None}) for stage in self.section.stages)
+        section = self.section.model_copy(update={"seed": seed, "stages": stages})
+        return replace(self, stages=make_sensor(section, self.inputs, scene=self.scene).stages)
+
+    @staticmethod
+    def radiance_per_kelvin(band: SensorBand, temperature_K: float) -> float:
+        """Return the change of the radiance of a black body in a band with its temperature, W m-2 sr-1 K-1."""
+        return band_radiance_per_kelvin(band, temperature_K)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -183,7 +195,7 @@ def make_sensor(
     ProviderError
         If the sensor model is broken.
     """
-    stages = build_stages(section, inputs, source, scene)
+    stages = Stage.build(section, inputs, source, scene)
     variables = measured_variables(_wanted(section.variables, stages))
     return BuiltSensor(section, stages, variables, inputs, _extent(inputs), scene=scene)
 

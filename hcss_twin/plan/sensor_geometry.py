@@ -10,10 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.scenario.viewing import AGREEMENT, pixel_angles_rad, pixel_size_and_speed
-
-__all__ = ["examine_geometry"]
 
 FASTEST_F_NUMBER = 0.5
 """Least ratio of focal length to aperture in air: that of a sine of 1 (M. Born and E. Wolf, "Principles of Optics")."""
@@ -23,7 +20,7 @@ MOST_OFF = 2.0
 their difference smears as it does with detectors whose clock is off."""
 
 
-def examine_geometry(data: Mapping[str, Any], stages: Sequence[Stage], binned: float = 1.0) -> tuple[str, ...]:
+def examine_geometry(data: Mapping[str, Any], stages: Sequence[Any], binned: float = 1.0) -> tuple[str, ...]:
     """Return what is doubtful about the geometry of a sensor.
 
     Parameters
@@ -59,17 +56,17 @@ def examine_geometry(data: Mapping[str, Any], stages: Sequence[Stage], binned: f
     return tuple(notes)
 
 
-def _field(stage: Stage, name: str) -> str:
+def _field(stage: Any, name: str) -> str:
     return f"{stage.field}.parameters.{name}"
 
 
-def _stated(stage: Stage, name: str) -> str:
+def _stated(stage: Any, name: str) -> str:
     """Return the value of a parameter for messages, with the sensor file that it comes from."""
     named = stage.section.name is not None and name not in stage.section.parameters
     return f"{stage.parameters[name]:g}" + (f" (of '{stage.section.name}')" if named else "")
 
 
-def _number(stage: Stage, name: str) -> float | None:
+def _number(stage: Any, name: str) -> float | None:
     value = stage.parameters.get(name)
     return float(value) if isinstance(value, int | float) and value > 0 else None
 
@@ -78,7 +75,7 @@ def _contradicts(value: float, low: float, high: float) -> bool:
     return not low * (1.0 - AGREEMENT) <= value <= high * (1.0 + AGREEMENT)
 
 
-def _between_stages(stage: Stage, earlier: Sequence[Stage]) -> Iterator[Problem]:
+def _between_stages(stage: Any, earlier: Sequence[Any]) -> Iterator[Problem]:
     for name in ("pixel_angle", "integration_time", "aperture_diameter"):
         value = _number(stage, name)
         for other in earlier:
@@ -91,7 +88,7 @@ def _between_stages(stage: Stage, earlier: Sequence[Stage]) -> Iterator[Problem]
                 )
 
 
-def _pixel_angle(stage: Stage, data: Mapping[str, Any], binned: float) -> Iterator[Problem]:
+def _pixel_angle(stage: Any, data: Mapping[str, Any], binned: float) -> Iterator[Problem]:
     angle = _number(stage, "pixel_angle")
     if angle is None:
         return
@@ -106,7 +103,7 @@ def _pixel_angle(stage: Stage, data: Mapping[str, Any], binned: float) -> Iterat
             )
 
 
-def _integration_time(stage: Stage, data: Mapping[str, Any]) -> Iterator[Problem]:
+def _integration_time(stage: Any, data: Mapping[str, Any]) -> Iterator[Problem]:
     time_s = _number(stage, "integration_time")
     if time_s is None:
         return
@@ -132,7 +129,7 @@ def _integration_time(stage: Stage, data: Mapping[str, Any]) -> Iterator[Problem
         )
 
 
-def _aperture(stage: Stage, data: Mapping[str, Any]) -> Iterator[Problem]:
+def _aperture(stage: Any, data: Mapping[str, Any]) -> Iterator[Problem]:
     diameter = _number(stage, "aperture_diameter")
     for section, keys in _sections(data):
         focal = keys.get("focal_length")
@@ -145,7 +142,7 @@ def _aperture(stage: Stage, data: Mapping[str, Any]) -> Iterator[Problem]:
             )
 
 
-def _line_time(stage: Stage, data: Mapping[str, Any]) -> tuple[list[Problem], list[str]]:
+def _line_time(stage: Any, data: Mapping[str, Any]) -> tuple[list[Problem], list[str]]:
     """Compare the speed of the charges of several lines with that of the platform."""
     line_s, lines = _number(stage, "line_time"), stage.parameters.get("stages")
     if line_s is None or not isinstance(lines, int) or lines < 2:

@@ -16,6 +16,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.plan.builder import Built, attribute_to_field
+from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.providers import Measured, Points, SceneInfo, SensorInputs
 from hcss_twin.providers import Sensor as SensorModel
 from hcss_twin.providers.registry.discovery import Entry
@@ -25,7 +26,7 @@ from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.sensor import NamedSensor, SensorSection, StageSection, choose_sensor, load_sensor
 
-__all__ = ["build_stages", "smear_of_sensor"]
+__all__ = ["Stage"]
 
 Source = Callable[[int, float, slice, slice], tuple[Array, Points | None]]
 """Radiance (B, rows, columns) of the scene, and its small elements apart: number of a frame, time in s, rows and
@@ -181,6 +182,83 @@ class Stage:
             "sources": {} if self.named is None else dict(self.named.sources),
         }
 
+    @staticmethod
+    def examine_geometry(data: Mapping[str, Any], stages: Sequence[Stage], binned: float = 1.0) -> tuple[str, ...]:
+        """Return what is doubtful about the geometry of a sensor; raises ScenarioError for contradictions.
+
+        Parameters
+        ----------
+        data : mapping
+            A scenario as JSON, with the sections of plugins; any of these may have ``focal_length`` and
+            ``detector_pitch``, and ``integration_time``.
+        binned : float
+            Pixels of the scenario along the side of a measured one.
+        """
+        return examine_geometry(data, stages, binned)
+
+    @staticmethod
+    def smear_of_sensor(sensor: SensorSection, catalog: Catalog) -> tuple[float, str] | None:
+        """Return the integration time in which motion smears a measurement, s, and its key; None if there is none.
+
+        For those who need it before the sensor is built, which is after the rays of the scene.
+
+        Raises
+        ------
+        CatalogError, ScenarioError
+            If there is no such sensor file, or it is wrong.
+        ProviderError
+            If no installed package has the model.
+        """
+        registry = Registry.discover()
+        for index, stage in enumerate(sensor.stages or (sensor,)):
+            choice = choose_sensor(stage, catalog)
+            model = registry.parameters_model(registry.resolve(Kind.SENSORS, choice.model))
+            defaults = (
+                {} if model is None else {name: parameter.default for name, parameter in model.model_fields.items()}
+            )
+            time_s = _smear_time_s({**defaults, **choice.parameters})
+            if time_s is not None:
+                return time_s, f"sensor{f'.stages[{index}]' if sensor.stages else ''}.parameters.integration_time"
+        return None
+
+    @staticmethod
+    def build(
+        section: SensorSection, inputs: SensorInputs, source: Source | None = None, about: SceneInfo | None = None
+    ) -> tuple[Stage, ...]:
+        """Build the stages of a section; a section without ``stages`` is the only one.
+
+        Parameters
+        ----------
+        inputs : SensorInputs
+            With the scenario's seed, which the section may override. Later stages have seeds of their own.
+        source : callable, optional
+            The scene at other instants.
+        about : SceneInfo, optional
+            For sensors that take it.
+
+        Raises
+        ------
+        ScenarioError
+            Names the invalid key.
+        ProviderError
+            If a sensor model is broken.
+        """
+        base = inputs.seed if section.seed is None else section.seed
+        stages: list[Stage] = []
+        for index, stage_section in enumerate(section.stages or (section,)):
+            field = f"sensor.stages[{index}]" if section.stages else "sensor"
+            seed = _later_seed(base, index) if stage_section.seed is None else stage_section.seed
+            with _of_stage(field):
+                stages.append(_build(stage_section, field, replace(inputs, seed=seed), source, stages, about))
+            remembers = [stage for stage in stages[:-1] if stage.provider.declares.remembers]
+            if stages[-1].instants is not None and remembers:
+                message = (
+                    f"'{stages[-1].entry.name}' asks for the scene at other instants, as the stages before it measure "
+                    f"it, and '{remembers[0].entry.name}' remembers earlier frames; allowed: the other order"
+                )
+                raise ScenarioError([Problem(f"{field}.model", message)])
+        return tuple(stages)
+
 
 def _smear_time_s(parameters: Mapping[str, Any]) -> float | None:
     """Return the integration time in which motion smears what a stage measures; None if there is none.
@@ -192,67 +270,6 @@ def _smear_time_s(parameters: Mapping[str, Any]) -> float | None:
     if not isinstance(time_s, int | float) or not parameters.get("smear", True) or (exposures or 1) != 1:
         return None
     return float(time_s) if time_s > 0 else None
-
-
-def smear_of_sensor(sensor: SensorSection, catalog: Catalog) -> tuple[float, str] | None:
-    """Return the integration time in which motion smears what a sensor measures, s, and its key; None if there is none.
-
-    For those who need it before the sensor is built, which is after the rays of the scene.
-
-    Raises
-    ------
-    CatalogError, ScenarioError
-        If there is no such sensor file, or it is wrong.
-    ProviderError
-        If no installed package has the model.
-    """
-    registry = Registry.discover()
-    for index, stage in enumerate(sensor.stages or (sensor,)):
-        choice = choose_sensor(stage, catalog)
-        model = registry.parameters_model(registry.resolve(Kind.SENSORS, choice.model))
-        defaults = {} if model is None else {name: parameter.default for name, parameter in model.model_fields.items()}
-        time_s = _smear_time_s({**defaults, **choice.parameters})
-        if time_s is not None:
-            return time_s, f"sensor{f'.stages[{index}]' if sensor.stages else ''}.parameters.integration_time"
-    return None
-
-
-def build_stages(
-    section: SensorSection, inputs: SensorInputs, source: Source | None = None, about: SceneInfo | None = None
-) -> tuple[Stage, ...]:
-    """Build the stages of a section; a section without ``stages`` is the only one.
-
-    Parameters
-    ----------
-    inputs : SensorInputs
-        With the scenario's seed, which the section may override. Later stages have seeds of their own.
-    source : callable, optional
-        The scene at other instants.
-    about : SceneInfo, optional
-        For sensors that take it.
-
-    Raises
-    ------
-    ScenarioError
-        Names the invalid key.
-    ProviderError
-        If a sensor model is broken.
-    """
-    base = inputs.seed if section.seed is None else section.seed
-    stages: list[Stage] = []
-    for index, stage_section in enumerate(section.stages or (section,)):
-        field = f"sensor.stages[{index}]" if section.stages else "sensor"
-        seed = _later_seed(base, index) if stage_section.seed is None else stage_section.seed
-        with _of_stage(field):
-            stages.append(_build(stage_section, field, replace(inputs, seed=seed), source, stages, about))
-        remembers = [stage for stage in stages[:-1] if stage.provider.declares.remembers]
-        if stages[-1].instants is not None and remembers:
-            message = (
-                f"'{stages[-1].entry.name}' asks for the scene at other instants, as the stages before it measure it, "
-                f"and '{remembers[0].entry.name}' remembers earlier frames; allowed: the other order"
-            )
-            raise ScenarioError([Problem(f"{field}.model", message)])
-    return tuple(stages)
 
 
 def _build(

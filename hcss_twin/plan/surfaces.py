@@ -20,7 +20,7 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.plan.accuracy import SHARES, RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.axis import Axis, PlacedAxis, place
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, Omission, few_columns
 from hcss_twin.plan.scene_analysis import SceneAnalysis, strictest
@@ -217,7 +217,7 @@ def merged(
         why = "the surface has no class 'sea' at sea.temperature, for which waves are drawn"
         if scenario.sea.waves == "on":
             sealess = Excluded("surfaces", True, f"a map of the ground ({why})", "one with sea")
-            require_none("sea.waves = 'on'", [sealess], "sea.waves = 'off'")
+            Excluded.require_none("sea.waves = 'on'", [sealess], "sea.waves = 'off'")
         waves, omissions[WAVES] = False, Omission(WAVES, why, None)
     strict = strictest(of_sea, of_states)
     return replace(

@@ -18,7 +18,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, cells_of
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.clear_sky import EVEN_SKY, STEP, EvenFields, EvenSky, State
-from hcss_twin.plan.combinations import Excluded, present, require_none
+from hcss_twin.plan.combinations import Excluded, present
 from hcss_twin.providers import Grid, Sun
 from hcss_twin.providers.column_states import spectra_of
 from hcss_twin.scenario.scenario import Scenario
@@ -189,7 +189,7 @@ def plan_texture(scenario: Scenario, assembly: Assembly) -> EvenSky:
     given, vapour = scenario.sea.temperature_texture, scenario.atmosphere.water_vapour_texture
     for key, value in {"sea.temperature_texture": given, "atmosphere.water_vapour_texture": vapour}.items():
         if value:
-            require_none(f"{key} = {value:g}", excluded_beside_texture(assembly), f"{key} = 0")
+            Excluded.require_none(f"{key} = {value:g}", excluded_beside_texture(assembly), f"{key} = 0")
     kelvin = 0.0 if why_one_temperature(scenario, assembly) else DEFAULT_K if given is None else given
     vapour = vapour if cells_of(WATER_VAPOUR, assembly.grid) else 0.0
     return Texture(kelvin, vapour) if kelvin or vapour else EVEN_SKY

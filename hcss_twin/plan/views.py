@@ -20,7 +20,7 @@ from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.physics import quadrature
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.air_over_field import PlacedView
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.axis import Axis, place
 from hcss_twin.plan.directions import SunlitView, Views
@@ -29,9 +29,6 @@ from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, few_columns
 from hcss_twin.plan.waves import TiltedSea, tilted_seas
 from hcss_twin.providers import Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
-
-__all__ = ["views_over_image"]
-
 
 EXTREMES = ((0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0))
 """Middle and corners of the image."""
@@ -187,7 +184,8 @@ class ImageViews:
             return views
         places = zip(*(angles_deg.tolist() for angles_deg in to_geographic(east, north, *self.centre_deg)), strict=True)
         return [
-            PlacedView(view.zenith_deg, view.azimuth_deg, *place) for view, place in zip(views, places, strict=True)
+            AirOverField.PlacedView(view.zenith_deg, view.azimuth_deg, *place)
+            for view, place in zip(views, places, strict=True)
         ]
 
 

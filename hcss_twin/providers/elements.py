@@ -53,9 +53,9 @@ class ElementInputs:
         ValueError
             If a place is 60 degrees or more away.
         """
-        from hcss_twin.physics.geodesy import to_plane
+        from hcss_twin.physics.geodesy import Ellipsoid
 
-        return to_plane(latitude_deg, longitude_deg, self.latitude_deg, self.longitude_deg)
+        return Ellipsoid.to_plane(latitude_deg, longitude_deg, self.latitude_deg, self.longitude_deg)
 
 
 @dataclass(frozen=True)

@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from hcss_twin.core.errors import CubeError, ordinal
+from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import Writing
 from hcss_twin.reports.cloud_columns import CloudColumns, altitude_edges, occupancy
+from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+
+__all__ = ["CloudVolume"]
 
 NODES_SHOWN = 250
 """Maximum number of columns along the longer side of the 3-D view; larger frames are thinned, not averaged."""
@@ -35,46 +38,59 @@ def draw_volume(columns: CloudColumns, path: Path) -> Path:
     CubeError
         If the frame is clear, is a single row or column, or the picture cannot be written.
     """
-    figure = volume_figure(columns)
+    figure = CloudVolume.figure(columns)
     with Writing(path, CubeError, "picture") as draft:
         figure.savefig(draft, dpi=110, format=path.suffix.removeprefix(".") or "png")
     return path
 
 
-def volume_figure(columns: CloudColumns) -> Figure:
-    """Draw the cloud of one frame: a 3-D view, a section and the cloud fraction by altitude.
+class CloudVolume:
+    """Drawing of a cloud in three dimensions.
 
-    Raises
-    ------
-    CubeError
-        If the frame is clear, or is a single row or column.
+    Attributes
+    ----------
+    Columns
+        Bases and tops of the cloud in one frame.
     """
-    # This import registers the 3-D projection with matplotlib.
-    import mpl_toolkits.mplot3d  # noqa: F401
-    from matplotlib.figure import Figure
 
-    class Calm(Figure):
-        """Faces at the cloud edges have fewer corners; matplotlib projects the uninitialised ones, which may overflow,
-        and masks them afterwards.
+    Columns: TypeAlias = CloudColumns
+
+    @staticmethod
+    def figure(columns: CloudColumns) -> Figure:
+        """Draw the cloud of one frame: a 3-D view, a section and the cloud fraction by altitude.
+
+        Raises
+        ------
+        CubeError
+            If the frame is clear, or is a single row or column.
         """
+        # This import registers the 3-D projection with matplotlib.
+        import mpl_toolkits.mplot3d  # noqa: F401
+        from matplotlib.figure import Figure
 
-        def draw(self, renderer: Any) -> None:
-            with np.errstate(over="ignore", invalid="ignore"):
-                super().draw(renderer)
+        class Calm(Figure):
+            """Faces at the cloud edges have fewer corners.
 
-    if columns.is_clear:
-        raise CubeError(f"frame {columns.frame} has no cloud: there is no volume to draw")
-    if min(columns.top_m.shape) < 2:
-        raise CubeError(f"a frame of {columns.top_m.shape} pixels has no surface; at least 2 x 2 is needed")
-    # Positioned manually, because automatic layouts give the 3-D view too much or too little space.
-    figure = Calm(figsize=(12.0, 10.0))
-    _space(figure, figure.add_axes((0.02, 0.29, 0.86, 0.64), projection="3d"), columns)
-    section = figure.add_axes((0.07, 0.065, 0.63, 0.185))
-    _section(section, columns)
-    _profile(figure.add_axes((0.78, 0.065, 0.19, 0.185), sharey=section), columns)
-    moment = str(columns.time.astype("datetime64[s]")).replace("T", " ")
-    figure.suptitle(textwrap.fill(f"{columns.title} — frame {columns.frame}, {moment} UTC", 120), fontsize=11)
-    return figure
+            Matplotlib projects the uninitialised ones, which may overflow, and masks them afterwards.
+            """
+
+            def draw(self, renderer: Any) -> None:
+                with np.errstate(over="ignore", invalid="ignore"):
+                    super().draw(renderer)
+
+        if columns.is_clear:
+            raise CubeError(f"frame {columns.frame} has no cloud: there is no volume to draw")
+        if min(columns.top_m.shape) < 2:
+            raise CubeError(f"a frame of {columns.top_m.shape} pixels has no surface; at least 2 x 2 is needed")
+        # Positioned manually, because automatic layouts give the 3-D view too much or too little space.
+        figure = Calm(figsize=(12.0, 10.0))
+        _space(figure, figure.add_axes((0.02, 0.29, 0.86, 0.64), projection="3d"), columns)
+        section = figure.add_axes((0.07, 0.065, 0.63, 0.185))
+        _section(section, columns)
+        _profile(figure.add_axes((0.78, 0.065, 0.19, 0.185), sharey=section), columns)
+        moment = str(columns.time.astype("datetime64[s]")).replace("T", " ")
+        figure.suptitle(textwrap.fill(f"{columns.title} — frame {columns.frame}, {moment} UTC", 120), fontsize=11)
+        return figure
 
 
 def _lowest_drawn(columns: CloudColumns) -> float:
@@ -135,7 +151,7 @@ def _space(figure: Any, axis: Any, columns: CloudColumns) -> None:
     axis.set_zlabel("altitude (km)")
     axis.locator_params(axis="z", nbins=4)
     heights = "true proportions" if exaggeration == 1.0 else f"vertical exaggeration {exaggeration:g}"
-    thinned = "" if step == 1 else f"; every {ordinal(step)} pixel shown"
+    thinned = "" if step == 1 else f"; every {Table.ordinal(step)} pixel shown"
     below = "sea (blue)" if lowest == 0.0 else "the sea is not shown"
     figure.text(0.5, 0.925, f"cloud top (shaded), base (grey), {below}; {heights}{thinned}", ha="center", fontsize=10)
     # the range of the colour map used by the surface

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +25,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+__all__ = ["Reader"]
+
 PLANE = ("time", "y", "x")
 
-CURVES = ("radiance", "brightness_temperature")
-"""Quantities with a histogram, a spectrum and a time series of the mean; they are shown first."""
+SPECTRUM_SIDE = 32
+"""Shortest side of an image with a spectrum, pixels."""
 
 READ_PIXELS = 1_000_000
 """Maximum number of pixels read per plane; larger planes are thinned to every n-th row and column."""
@@ -56,58 +58,44 @@ _UNITS = {"W m-2 sr-1": "W m⁻² sr⁻¹", "s-1": "s⁻¹", "1": ""}
 
 
 @dataclass(frozen=True)
-class ImageQuantity:
-    """A variable of a cube with image frames.
+class Reader:
+    """Reads planes of an open cube; for large frames only every ``step``-th row and column.
 
     Attributes
     ----------
-    name : str
-        Name of the variable.
-    label, units : str
-        Label and units as shown; units are empty for dimensionless values.
-    dim : str or None
-        The additional dimension besides time, y and x: ``band`` or ``layer``.
-    parts : tuple of str
-        Names along this dimension; one empty name without it.
-    flags : tuple of str
-        Meanings of 0, 1, ... of a variable of flags.
-    colours : tuple of str
-        Colour map of each part.
+    CURVES : tuple of str
+        Quantities with a histogram, a spectrum and a time series of the mean; they are shown first.
     """
 
-    name: str
-    label: str
-    units: str
-    dim: str | None
-    parts: tuple[str, ...]
-    flags: tuple[str, ...] = ()
-    colours: tuple[str, ...] = ()
+    CURVES: ClassVar = ("radiance", "brightness_temperature")
 
+    @dataclass(frozen=True)
+    class Quantity:
+        """A variable of a cube with image frames.
 
-def quantities(dataset: xr.Dataset) -> list[ImageQuantity]:
-    """Return all variables with frames, ordered: radiance and brightness temperature, terms, others."""
-    listed = []
-    for key, data in dataset.data_vars.items():
-        others = [str(dim) for dim in data.dims if dim not in PLANE]
-        if not set(PLANE) <= set(data.dims) or len(others) > 1:
-            continue
-        name, dim = str(key), others[0] if others else None
-        parts = tuple(str(part) for part in dataset[dim].to_numpy()) if dim is not None else ("",)
-        flags = tuple(word.replace("_", " ") for word in str(data.attrs.get("flag_meanings", "")).split())
-        label = (f"{name.removeprefix(TERM_PREFIX)} (term)" if name.startswith(TERM_PREFIX) else name).replace("_", " ")
-        units = str(data.attrs.get("units", ""))
-        limits = band_limits_um(dataset, data) or [(0.0, 0.0)] * len(parts)
-        colours = tuple(colours_of(name, low) for low, _ in limits)
-        listed.append(ImageQuantity(name, label, _UNITS.get(units, units), dim, parts, flags, colours))
-    order = {name: number for number, name in enumerate(CURVES)}
-    return sorted(
-        listed, key=lambda quantity: order.get(quantity.name, 2 if quantity.name.startswith(TERM_PREFIX) else 3)
-    )
+        Attributes
+        ----------
+        name : str
+            Name of the variable.
+        label, units : str
+            Label and units as shown; units are empty for dimensionless values.
+        dim : str or None
+            The additional dimension besides time, y and x: ``band`` or ``layer``.
+        parts : tuple of str
+            Names along this dimension; one empty name without it.
+        flags : tuple of str
+            Meanings of 0, 1, ... of a variable of flags.
+        colours : tuple of str
+            Colour map of each part.
+        """
 
-
-@dataclass(frozen=True)
-class Reader:
-    """Reads planes of an open cube; for large frames only every ``step``-th row and column."""
+        name: str
+        label: str
+        units: str
+        dim: str | None
+        parts: tuple[str, ...]
+        flags: tuple[str, ...] = ()
+        colours: tuple[str, ...] = ()
 
     dataset: xr.Dataset
     step: int
@@ -118,40 +106,93 @@ class Reader:
         pixels = dataset.sizes["y"] * dataset.sizes["x"]
         return cls(dataset, max(1, math.ceil(math.sqrt(pixels / READ_PIXELS))))
 
-    def plane(self, quantity: ImageQuantity, part: int, frame: int) -> NDArray[Any]:
+    def plane(self, quantity: Quantity, part: int, frame: int) -> NDArray[Any]:
         """Return one plane (y, x), thinned to every ``step``-th row and column."""
         every = slice(None, None, self.step)
         return self._read(quantity, part, frame, every, every)
 
-    def window(self, quantity: ImageQuantity, part: int, frame: int) -> NDArray[Any]:
+    def mean(self, quantity: Quantity, part: int, frame: int) -> float:
+        """Return the mean of the pixels of :meth:`plane`; NaN if none has a value."""
+        return FrameNumbers.of(self.plane(quantity, part, frame)).mean
+
+    def window(self, quantity: Quantity, part: int, frame: int) -> NDArray[Any]:
         """Return the centre of one plane at full resolution, at most ``WINDOW_PIXELS`` squared."""
         rows, columns = (_middle(self.dataset.sizes[dim]) for dim in ("y", "x"))
         return self._read(quantity, part, frame, rows, columns)
 
-    def _read(self, quantity: ImageQuantity, part: int, frame: int, rows: slice, columns: slice) -> NDArray[Any]:
+    def _read(self, quantity: Quantity, part: int, frame: int, rows: slice, columns: slice) -> NDArray[Any]:
         where: dict[str, Any] = {"time": frame, "y": rows, "x": columns}
         if quantity.dim is not None:
             where[quantity.dim] = part
         plane: NDArray[Any] = self.dataset[quantity.name].isel(where).transpose("y", "x").to_numpy()
         return plane
 
-    def bytes_moved(self, quantity: ImageQuantity) -> int:
+    def bytes_moved(self, quantity: Quantity) -> int:
         """Number of bytes read for one frame of all parts: whole tiles, else the selected rows."""
         data = self.dataset[quantity.name]
         whole = data.dtype.itemsize * data.size // max(1, data.sizes["time"])
         tiled = bool(data.encoding.get("chunks") or data.encoding.get("chunksizes"))
         return whole if tiled or self.step == 1 else whole // self.step
 
+    @staticmethod
+    def quantities(dataset: xr.Dataset) -> list[Reader.Quantity]:
+        """Return all variables with frames, ordered: radiance and brightness temperature, terms, others."""
+        listed = []
+        for key, data in dataset.data_vars.items():
+            others = [str(dim) for dim in data.dims if dim not in PLANE]
+            if not set(PLANE) <= set(data.dims) or len(others) > 1:
+                continue
+            name, dim = str(key), others[0] if others else None
+            parts = tuple(str(part) for part in dataset[dim].to_numpy()) if dim is not None else ("",)
+            flags = tuple(word.replace("_", " ") for word in str(data.attrs.get("flag_meanings", "")).split())
+            is_term = name.startswith(TERM_PREFIX)
+            label = (f"{name.removeprefix(TERM_PREFIX)} (term)" if is_term else name).replace("_", " ")
+            units = str(data.attrs.get("units", ""))
+            limits = band_limits_um(dataset, data) or [(0.0, 0.0)] * len(parts)
+            colours = tuple(colours_of(name, low) for low, _ in limits)
+            listed.append(Reader.Quantity(name, label, _UNITS.get(units, units), dim, parts, flags, colours))
+        order = {name: number for number, name in enumerate(Reader.CURVES)}
+        return sorted(
+            listed, key=lambda quantity: order.get(quantity.name, 2 if quantity.name.startswith(TERM_PREFIX) else 3)
+        )
+
+    @staticmethod
+    def scale(quantity: Quantity, part: int, planes: NDArray[Any]) -> ColourScale:
+        """Return the colour scale of planes (..., y, x) of one part."""
+        return ColourScale.of(planes, quantity.colours[part], quantity.flags)
+
+    @staticmethod
+    def spread(count: int, wanted: int) -> list[int]:
+        """Return at most ``wanted`` evenly spaced numbers from 0 to ``count - 1``, including the ends."""
+        chosen = np.unique(np.linspace(0, count - 1, min(count, max(1, wanted))).round().astype(int))
+        return [int(number) for number in chosen]
+
+    @staticmethod
+    def binned(plane: NDArray[Any], binning: int, flags: bool) -> NDArray[Any]:
+        """Return means over squares of pixels, cut off at the upper edges; flags are subsampled.
+
+        Missing values are ignored; a square without values is missing.
+        """
+        if binning == 1:
+            return plane
+        if flags:
+            return plane[::binning, ::binning]
+        starts = [np.arange(0, size, binning) for size in plane.shape]
+
+        def sums(values: NDArray[Any]) -> NDArray[Any]:
+            partial = np.add.reduceat(values.astype(np.float64), starts[0], axis=0)
+            total: NDArray[Any] = np.add.reduceat(partial, starts[1], axis=1)
+            return total
+
+        known = np.isfinite(plane)
+        count = sums(known)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(sums(np.where(known, plane, 0.0)) / np.where(count > 0, count, np.nan))
+
 
 def _middle(size: int) -> slice:
     first = max(0, (size - WINDOW_PIXELS) // 2)
     return slice(first, min(size, first + WINDOW_PIXELS))
-
-
-def spread(count: int, wanted: int) -> list[int]:
-    """Return at most ``wanted`` evenly spaced numbers from 0 to ``count - 1``, including the ends."""
-    chosen = np.unique(np.linspace(0, count - 1, min(count, max(1, wanted))).round().astype(int))
-    return [int(number) for number in chosen]
 
 
 @dataclass(frozen=True)
@@ -174,13 +215,13 @@ class FrameSpectrum:
 def frame_spectrum(images: Iterable[NDArray[Any]], pixel_size_m: float) -> FrameSpectrum | None:
     """Return the mean spectrum of images (y, x) of one shape, or None if no image has one.
 
-    Images below 32 x 32 pixels, with missing values, or that are exact planes have none
-    (:mod:`hcss_twin.reports.power_spectrum`).
+    Images below 32 x 32 pixels, which have too few scales, with missing values, or that are exact planes have none.
     """
     spectra = []
     for image in images:
-        with suppress(ImageError):
-            spectra.append(Rings.of(image))
+        if min(image.shape) >= SPECTRUM_SIDE:
+            with suppress(ImageError):
+                spectra.append(Rings.of(image))
     if not spectra:
         return None
     full = spectra[0].waves > 0
@@ -212,7 +253,7 @@ class Series:
 
     Attributes
     ----------
-    quantity : ImageQuantity
+    quantity : Reader.Quantity
     part : str
         Name of the band or layer, or empty.
     frames : tuple of int
@@ -227,7 +268,7 @@ class Series:
         Mean spectrum over the frames, for radiation.
     """
 
-    quantity: ImageQuantity
+    quantity: Reader.Quantity
     part: str
     frames: tuple[int, ...]
     scale: ColourScale
@@ -245,7 +286,7 @@ class FrameSelection:
     binning: int
 
 
-def read_all(reader: Reader, shown: Sequence[ImageQuantity]) -> tuple[list[Series], FrameSelection, FrameSelection]:
+def read_all(reader: Reader, shown: Sequence[Reader.Quantity]) -> tuple[list[Series], FrameSelection, FrameSelection]:
     """Read the data of a cube that the page shows.
 
     Returns
@@ -273,37 +314,37 @@ def read_all(reader: Reader, shown: Sequence[ImageQuantity]) -> tuple[list[Serie
     return series, selections[0], selections[1]
 
 
-def _select(reader: Reader, group: Sequence[ImageQuantity], budget: float, most: int) -> FrameSelection:
+def _select(reader: Reader, group: Sequence[Reader.Quantity], budget: float, most: int) -> FrameSelection:
     parts = sum(len(quantity.parts) for quantity in group)
     if not parts:
         return FrameSelection((), 1)
     moved = sum(reader.bytes_moved(quantity) for quantity in group)
     affordable = int(READ_BYTES / 2 // max(1, moved))
-    frames = spread(reader.dataset.sizes["time"], max(1, min(most, affordable, _PICTURES // parts)))
+    frames = Reader.spread(reader.dataset.sizes["time"], max(1, min(most, affordable, _PICTURES // parts)))
     # the size of the other planes is estimated from one plane of each quantity
     samples = [(quantity, reader.plane(quantity, 0, frames[len(frames) // 2])) for quantity in group]
     binning = 1
     while True:
         size = 0
         for quantity, plane in samples:
-            shown = binned(plane, binning, bool(quantity.flags))
-            size += len(_scale(quantity, 0, shown[None]).png(shown)) * len(quantity.parts) * len(frames)
+            shown = Reader.binned(plane, binning, bool(quantity.flags))
+            size += len(reader.scale(quantity, 0, shown[None]).png(shown)) * len(quantity.parts) * len(frames)
         if size <= budget or max(shown.shape) == 1:
             return FrameSelection(tuple(frames), binning)
         binning = max(binning + 1, math.floor(binning * math.sqrt(size / budget)))
 
 
-def _read(reader: Reader, group: Sequence[ImageQuantity], selection: FrameSelection) -> list[Series]:
+def _read(reader: Reader, group: Sequence[Reader.Quantity], selection: FrameSelection) -> list[Series]:
     return [_series(reader, quantity, part, selection) for quantity in group for part in range(len(quantity.parts))]
 
 
-def _series(reader: Reader, quantity: ImageQuantity, part: int, selection: FrameSelection) -> Series:
+def _series(reader: Reader, quantity: Reader.Quantity, part: int, selection: FrameSelection) -> Series:
     frames = selection.frames
     planes = np.stack([reader.plane(quantity, part, frame) for frame in frames])
-    shown = [binned(plane, selection.binning, bool(quantity.flags)) for plane in planes]
-    scale = _scale(quantity, part, np.stack(shown))
+    shown = [Reader.binned(plane, selection.binning, bool(quantity.flags)) for plane in planes]
+    scale = reader.scale(quantity, part, np.stack(shown))
     histogram = spectrum = None
-    if quantity.name in CURVES:
+    if quantity.name in Reader.CURVES:
         x = reader.dataset["x"]
         if planes.shape[2] > 1 and x.attrs.get("units") == "m":  # other images have no pixel size
             windows = (reader.window(quantity, part, frame) for frame in frames)
@@ -314,32 +355,6 @@ def _series(reader: Reader, quantity: ImageQuantity, part: int, selection: Frame
     pictures = tuple(scale.png(plane) for plane in shown)
     numbers = tuple(FrameNumbers.of(plane) for plane in planes)
     return Series(quantity, quantity.parts[part], frames, scale, pictures, numbers, histogram, spectrum)
-
-
-def _scale(quantity: ImageQuantity, part: int, planes: NDArray[Any]) -> ColourScale:
-    return ColourScale.of(planes, quantity.colours[part], quantity.flags)
-
-
-def binned(plane: NDArray[Any], binning: int, flags: bool) -> NDArray[Any]:
-    """Return means over squares of pixels, cut off at the upper edges; flags are subsampled.
-
-    Missing values are ignored; a square without values is missing.
-    """
-    if binning == 1:
-        return plane
-    if flags:
-        return plane[::binning, ::binning]
-    starts = [np.arange(0, size, binning) for size in plane.shape]
-
-    def sums(values: NDArray[Any]) -> NDArray[Any]:
-        partial = np.add.reduceat(values.astype(np.float64), starts[0], axis=0)
-        total: NDArray[Any] = np.add.reduceat(partial, starts[1], axis=1)
-        return total
-
-    known = np.isfinite(plane)
-    count = sums(known)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(sums(np.where(known, plane, 0.0)) / np.where(count > 0, count, np.nan))
 
 
 def _size(series: Sequence[Series]) -> int:

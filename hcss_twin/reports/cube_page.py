@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.cube.coordinates import as_seen
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.cube.zarr_writer import cube_bytes
-from hcss_twin.reports.cube_frames import CURVES, WINDOW_PIXELS, Reader, Series, quantities, read_all
+from hcss_twin.reports.cube_frames import WINDOW_PIXELS, Reader, Series, read_all
 from hcss_twin.reports.cube_viewer import viewer, viewer_script
 from hcss_twin.reports.figures import Figures
-from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.scene_section import scene_blocks
-from hcss_twin.reports.tables import Table, bound_text, frames_text
+from hcss_twin.reports.tables import Table, bound_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,35 +34,35 @@ def cube_page(path: Path) -> Page:
         If it is not a complete cube.
     """
     with open_cube(path) as opened:
-        dataset = as_seen(opened)
+        dataset = FrameSelection.as_seen(opened)
         attributes = {str(name): value for name, value in dataset.attrs.items()}
         sections, scripts = _frames(dataset)
         if SENSOR_ATTRIBUTE in attributes:
-            sections.append(Section("Sensor", [_sensor(attributes)]))
+            sections.append(Page.Section("Sensor", [_sensor(attributes)]))
         file = f"{path.name}, {cube_bytes(path) / 1e6:.1f} MB"
         keys = {"id": "identifier", "date_created": "written", "hcss_seed": "seed"}
         about = Provenance.blocks(
             attributes, file, keys, shown=Provenance.names_in((), "hcss_", "geospatial_", "time_coverage_")
         )
         sections += [
-            Section("Scene", list(scene_blocks(dataset))),
-            Section("Certificate", list(_certificate(attributes))),
-            Section("Plan and approximations", list(_plan(attributes))),
-            Section("Provenance", [*about, *Provenance.origin(attributes)]),
+            Page.Section("Scene", list(scene_blocks(dataset))),
+            Page.Section("Certificate", list(_certificate(attributes))),
+            Page.Section("Plan and approximations", list(_plan(attributes))),
+            Page.Section("Provenance", [*about, *Provenance.origin(attributes)]),
         ]
         return Page(str(attributes.get("title", path.name)), _subtitle(dataset, path), sections, scripts)
 
 
-def _frames(dataset: xr.Dataset) -> tuple[list[Section], list[str]]:
-    shown = quantities(dataset)
+def _frames(dataset: xr.Dataset) -> tuple[list[Page.Section], list[str]]:
+    shown = Reader.quantities(dataset)
     if not shown or not all(dataset.sizes.values()):
-        return [Section("Frames", [Markup.note("The cube holds no variable with frames.")])], []
+        return [Page.Section("Frames", [Markup.note("The cube holds no variable with frames.")])], []
     reader = Reader.of(dataset)
     series, first, others = read_all(reader, shown)
     window = (min(WINDOW_PIXELS, dataset.sizes["y"]), min(WINDOW_PIXELS, dataset.sizes["x"]))
     return [
-        Section("Frames", [viewer(reader, series, first, others)]),
-        Section("Numbers and curves", [_curves(dataset, series, window), _numbers(series)]),
+        Page.Section("Frames", [viewer(reader, series, first, others)]),
+        Page.Section("Numbers and curves", [_curves(dataset, series, window), _numbers(series)]),
     ], [viewer_script(dataset, series)]
 
 
@@ -70,7 +70,7 @@ def _subtitle(dataset: xr.Dataset, path: Path) -> str:
     sizes = dataset.sizes
     parts = []
     if "time" in sizes:
-        parts.append(frames_text(sizes["time"]))
+        parts.append(Table.frames_text(sizes["time"]))
     if {"y", "x"} <= set(sizes):
         parts.append(f"{sizes['y']} x {sizes['x']} pixels")
     if "band" in sizes:
@@ -109,7 +109,7 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
     """
     # one row per kind of curve: radiance and temperature are side by side
     kinds: list[list[Markup]] = [[], [], []]
-    for name in CURVES:
+    for name in Reader.CURVES:
         of_quantity = [one for one in series if one.quantity.name == name]
         group = [one for one in of_quantity if one.histogram is not None]
         if not group:
@@ -117,7 +117,7 @@ def _curves(dataset: xr.Dataset, series: Sequence[Series], window: tuple[int, in
         shown, label, frames = (
             group[: Figures.DRAWN_BANDS],
             of_quantity[0].quantity.label,
-            frames_text(len(of_quantity[0].frames)),
+            Table.frames_text(len(of_quantity[0].frames)),
         )
         more = f" The first {Figures.DRAWN_BANDS} of {len(group)} bands." if len(group) > Figures.DRAWN_BANDS else ""
         if len(group) < len(of_quantity):
@@ -184,7 +184,7 @@ def _over_time(dataset: xr.Dataset, group: Sequence[Series]) -> Figure:
     return figure
 
 
-def _sensor(attributes: Mapping[str, Any]) -> Block:
+def _sensor(attributes: Mapping[str, Any]) -> Markup.Block:
     """Return the sensor description of a measured cube; missing properties are omitted."""
     about = Provenance.value(attributes, SENSOR_ATTRIBUTE, {})
     pairs: list[tuple[str, str]] = []
@@ -211,7 +211,7 @@ def _value(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _certificate(attributes: Mapping[str, Any]) -> Iterator[Block]:
+def _certificate(attributes: Mapping[str, Any]) -> Iterator[Markup.Block]:
     """Yield the requested, estimated and achieved accuracy."""
     requested = attributes.get("hcss_accuracy_requested")
     words = attributes.get("hcss_certificate")
@@ -312,7 +312,7 @@ def _error(value: Any) -> str:
     return Table.number(None if value is None else float(value), 3, "none")
 
 
-def _plan(attributes: Mapping[str, Any]) -> Iterator[Block]:
+def _plan(attributes: Mapping[str, Any]) -> Iterator[Markup.Block]:
     """Yield the defaults used, the approximations with their bounds, and the error of each."""
     filled = Provenance.value(attributes, "hcss_filled_in", [])
     if filled:

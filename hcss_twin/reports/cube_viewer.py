@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.core.errors import ordinal
 from hcss_twin.reports.cube_frames import FrameSelection, Reader, Series, png_size
 from hcss_twin.reports.page import Markup, data_address, resource
 from hcss_twin.reports.preview import FRAME_DURATION_MS, time_label
+from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -123,7 +123,7 @@ def _still(dataset: xr.Dataset, one: Series) -> Markup:
 def _selection_text(reader: Reader, first: FrameSelection, others: FrameSelection, series: Sequence[Series]) -> str:
     """Describe which frames and pixels are shown."""
     count = reader.dataset.sizes["time"]
-    every = f"every {ordinal(reader.step)} row and column"
+    every = f"every {Table.ordinal(reader.step)} row and column"
     shown = []
     for selection, label in ((first, series[0].quantity.label), (others, "the others")):
         if not selection.frames:

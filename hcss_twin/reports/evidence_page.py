@@ -10,7 +10,7 @@ from typing import Any
 from hcss_twin.cube.zarr_writer import cube_bytes
 from hcss_twin.reports.cube_page import achieved_table
 from hcss_twin.reports.evidence import KINDS, Evidence, Support
-from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table
 from hcss_twin.version import __version__
@@ -28,21 +28,24 @@ def evidence_page(path: Path) -> Page:
     attributes = evidence.attributes
     file = f"{path.name}, {cube_bytes(path) / 1e6:.1f} MB"
     sections = [
-        Section("In short", list(_summary(evidence))),
-        Section("Scene", [_scene(evidence)]),
-        Section("Numerical accuracy", list(_certificate(evidence))),
-        Section("Error of each model", list(_budget(evidence))),
-        Section("Comparisons behind the models", list(_comparisons(evidence))),
-        Section("What no measurement supports", list(_unsupported(evidence))),
-        Section("What nobody has measured", list(_unmeasured(evidence))),
-        Section("Provenance", list(Provenance.blocks(attributes, file, {"id": "identifier", "date_created": "written"},
-                                                     shown=lambda name: True))),
+        Page.Section("In short", list(_summary(evidence))),
+        Page.Section("Scene", [_scene(evidence)]),
+        Page.Section("Numerical accuracy", list(_certificate(evidence))),
+        Page.Section("Error of each model", list(_budget(evidence))),
+        Page.Section("Comparisons behind the models", list(_comparisons(evidence))),
+        Page.Section("What no measurement supports", list(_unsupported(evidence))),
+        Page.Section("What nobody has measured", list(_unmeasured(evidence))),
+        Page.Section("Provenance", list(
+            Provenance.blocks(
+                attributes, file, {"id": "identifier", "date_created": "written"}, shown=lambda name: True
+            )
+        )),
     ]  # fmt: skip
     title = f"Evidence: {attributes.get('title', path.name)}"
     return Page(title, f"What stands behind the numbers of {path.name} | hcss {__version__}", sections)
 
 
-def _summary(evidence: Evidence) -> Iterator[Block]:
+def _summary(evidence: Evidence) -> Iterator[Markup.Block]:
     words = str(evidence.attributes.get("hcss_certificate", ""))
     badge = Provenance.badge(words, "certificate ") or Markup.badge("no certificate", "fair")
     yield Markup.element("p", badge)
@@ -98,7 +101,7 @@ def _scene(evidence: Evidence) -> Markup:
     )
 
 
-def _certificate(evidence: Evidence) -> Iterator[Block]:
+def _certificate(evidence: Evidence) -> Iterator[Markup.Block]:
     attributes = evidence.attributes
     words = attributes.get("hcss_certificate")
     if words is None:
@@ -121,7 +124,7 @@ def _certificate(evidence: Evidence) -> Iterator[Block]:
             yield Markup.bullets(str(effect) for effect in effects)
 
 
-def _budget(evidence: Evidence) -> Iterator[Block]:
+def _budget(evidence: Evidence) -> Iterator[Markup.Block]:
     rows = [_budget_row(row) for row in evidence.budget]
     if not rows:
         yield Markup.note("The cube has no error budget, which is written with the certificate.", "fair")
@@ -154,7 +157,7 @@ def _percent(relative: float | None) -> str:
     return "unknown" if relative is None else f"{100.0 * relative:.2g} %"
 
 
-def _comparisons(evidence: Evidence) -> Iterator[Block]:
+def _comparisons(evidence: Evidence) -> Iterator[Markup.Block]:
     yield Markup.paragraph(
         "Blind: no constant, limit or input of what was compared was chosen with the data of the reference. Figures "
         "hold for the stated conditions, which may differ from those of this scene. A comparison is not agreement: see "
@@ -173,7 +176,7 @@ def _comparisons(evidence: Evidence) -> Iterator[Block]:
     yield Table(header, rows, text_columns=len(header))
 
 
-def _unsupported(evidence: Evidence) -> Iterator[Block]:
+def _unsupported(evidence: Evidence) -> Iterator[Markup.Block]:
     yield Markup.paragraph("Share of each band's wavelengths at which the quantity was compared with a measurement:")
     bands = list(evidence.bands_um)
     rows = []
@@ -192,7 +195,7 @@ def _share(row: Support | None) -> str:
     return "none" if row.measured == 0.0 else f"{max(100.0 * row.measured, 1.0):.0f} %" if row.band else "yes"
 
 
-def _unmeasured(evidence: Evidence) -> Iterator[Block]:
+def _unmeasured(evidence: Evidence) -> Iterator[Markup.Block]:
     yield Markup.paragraph("Effects that the simulation omits or simplifies, and whose size is unknown:")
     rows = [[row.what, row.source] for row in evidence.unmeasured]
     yield Table(["effect", "source"], rows, text_columns=2)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+__all__ = ["Figures"]
 
 
 class Figures:
@@ -55,3 +58,10 @@ class Figures:
     def axis_label(text: str, units: str) -> str:
         """Return a label with its unit."""
         return f"{text} ({units})" if units else text
+
+    @staticmethod
+    def png(figure: Figure, dpi: int = 110) -> bytes:
+        """Return a figure as PNG; the same figure gives the same bytes."""
+        stream = io.BytesIO()
+        figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
+        return stream.getvalue()

@@ -18,20 +18,31 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.files import Writing
+from hcss_twin.reports.figures import Figures
 from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-Block: TypeAlias = str | Table
-Tone = Literal["good", "fair", "bad", "plain"]
+__all__ = ["Markup", "Page"]
 
 _VOID = {"br", "img", "input"}
 
 
 class Markup(str):
-    """Text that is already HTML, and what makes it; all other strings are escaped when added to a page."""
+    """Text that is already HTML, and what makes it; all other strings are escaped when added to a page.
+
+    Attributes
+    ----------
+    Block
+        What a section consists of: text, markup or a table.
+    Tone
+        Colours of notes and badges.
+    """
+
+    Block: TypeAlias = str | Table
+    Tone = Literal["good", "fair", "bad", "plain"]
 
     __slots__ = ()
 
@@ -161,7 +172,7 @@ class Markup(str):
         caption : str, optional
             Caption below the picture.
         """
-        png = content if isinstance(content, bytes) else png_of(content)
+        png = content if isinstance(content, bytes) else Figures.png(content)
         return Markup._figure(data_address(png), alternative, caption)
 
     @staticmethod
@@ -176,26 +187,6 @@ def data_address(content: bytes, media_type: str = "image/png") -> str:
     return f"data:{media_type};base64,{base64.b64encode(content).decode('ascii')}"
 
 
-def png_of(figure: Figure, dpi: int = 110) -> bytes:
-    """Return a figure as PNG; the same figure gives the same bytes."""
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
-    return stream.getvalue()
-
-
-@dataclass(frozen=True)
-class Section:
-    """A heading and the blocks below it; text is escaped unless it is markup."""
-
-    title: str
-    content: Sequence[Block]
-
-    @property
-    def anchor(self) -> str:
-        """Anchor of the section in links."""
-        return re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-")
-
-
 @dataclass(frozen=True)
 class Page:
     """A report.
@@ -203,15 +194,27 @@ class Page:
     Attributes
     ----------
     title, subtitle : str
-    sections : sequence of Section
+    sections : sequence of Page.Section
         Sections; a list of links at the top if there are more than two.
     scripts : sequence of str
         Optional JavaScript at the end of the page, for interactive parts.
     """
 
+    @dataclass(frozen=True)
+    class Section:
+        """A heading and the blocks below it; text is escaped unless it is markup."""
+
+        title: str
+        content: Sequence[Markup.Block]
+
+        @property
+        def anchor(self) -> str:
+            """Anchor of the section in links."""
+            return re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-")
+
     title: str
     subtitle: str
-    sections: Sequence[Section]
+    sections: Sequence[Page.Section]
     scripts: Sequence[str] = ()
 
     def write(self, path: Path) -> None:

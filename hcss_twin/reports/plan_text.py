@@ -19,7 +19,7 @@ from hcss_twin.plan.provider_cost import provider_costs
 from hcss_twin.providers import CloudLayer, Grid
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.specs import Kind
-from hcss_twin.reports.tables import bound_text, labelled
+from hcss_twin.reports.tables import Table, bound_text
 
 _NUMBERED = re.compile(r"(.*?)(\d+)")
 _LABEL = 13
@@ -31,7 +31,9 @@ Rows = Iterator[tuple[str, str]]
 def plan_text(plan: Plan) -> str:
     """Describe the inputs of a scene, the defaults used, and its approximations."""
     title = plan.scenario.title or plan.scenario.origin
-    return "\n".join([title, *(labelled(label, text, _LABEL, 0 if label else _BOUND) for label, text in _rows(plan))])
+    return "\n".join(
+        [title, *(Table.labelled(label, text, _LABEL, 0 if label else _BOUND) for label, text in _rows(plan))]
+    )
 
 
 def _rows(plan: Plan) -> Rows:

@@ -12,13 +12,8 @@ from scipy.fft import fftfreq, rfft2, rfftfreq
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
-from hcss_twin.core.images import checked_image, finite_range
 
-
-def hann(size: int) -> Array:
-    """Return a Hann window (size,) without its end zeros, so that the outer pixels contribute."""
-    window: Array = np.sin(np.pi * np.arange(1, size + 1) / (size + 1)) ** 2
-    return window
+__all__ = ["Rings"]
 
 
 def without_plane(surface: Array) -> Array:
@@ -30,34 +25,6 @@ def without_plane(surface: Array) -> Array:
     slope_x = float(surface.sum(axis=0) @ x) / (rows * float(x @ x))
     result: Array = surface - surface.mean() - slope_y * y[:, None] - slope_x * x
     return result
-
-
-def windowed_power(image: NDArray[Any]) -> tuple[Array, float]:
-    """Return the power (rows, columns // 2 + 1) of a detrended image under a Hann window, and the image's range.
-
-    The power refers to the image divided by its range. Raises ImageError if the image is constant, a plane, or not
-    finite.
-    """
-    pixels, least, greatest = finite_range("image", image)
-    span = greatest - least
-    surface = without_plane((pixels.astype(np.float64) - least) / span)
-    if np.abs(surface).max() < 1e-9:
-        raise ImageError("image: the values form a plane, allowed: values that deviate from a plane")
-    rows, columns = surface.shape
-    surface *= hann(rows)[:, None] * hann(columns)
-    return np.abs(rfft2(surface, overwrite_x=True)) ** 2, span
-
-
-def power_density(image: NDArray[Any]) -> tuple[Array, Array, Array]:
-    """Return the power density (rows, columns // 2 + 1) of :func:`windowed_power` in the image's unit squared.
-
-    The others are the wavenumbers along y (rows, 1) and x (1, columns // 2 + 1), in cycles per pixel.
-    """
-    power, span = windowed_power(image)
-    rows, columns = image.shape
-    window_y, window_x = hann(rows), hann(columns)
-    power *= span**2 / (float(window_y @ window_y) * float(window_x @ window_x))
-    return power, fftfreq(rows)[:, None], rfftfreq(columns)[None, :]
 
 
 RINGS_PER_OCTAVE = 4
@@ -91,20 +58,19 @@ class Rings:
 
     @classmethod
     def of(cls, image: NDArray[Any]) -> Rings:
-        """Measure an image of at least 32 x 32 pixels in any unit; x runs along columns, y along rows.
+        """Measure an image (rows, columns) of numbers in any unit; x runs along columns, y along rows.
 
         The least-squares plane is subtracted from the image and a Hann window applied along each axis. Raises
-        ImageError if the image is too small, constant, a plane, or not finite.
+        ImageError if the image is constant, a plane, or not finite.
         """
-        pixels = checked_image("image", image)
-        density, along_y, along_x = power_density(pixels)
+        density, along_y, along_x = Rings.power_density(image)
         wavenumber = np.hypot(along_y, along_x)
         # Waves along y are stored together with their opposites; only one of each pair is used.
         counted = (along_x > 0.0) | (along_y > 0.0)
         inside = np.flatnonzero((counted & (wavenumber < _HIGHEST)).ravel())
         k, power = wavenumber.ravel()[inside], density.ravel()[inside]
         angle = np.arctan2(np.broadcast_to(along_y, density.shape), along_x).ravel()[inside]
-        rings = math.ceil(RINGS_PER_OCTAVE * math.log2(_HIGHEST / (1.0 / max(pixels.shape))))
+        rings = math.ceil(RINGS_PER_OCTAVE * math.log2(_HIGHEST / (1.0 / max(image.shape))))
         # Rings are counted from the Nyquist wavenumber, so that images of different sizes share them.
         ring = rings - 1 - np.floor(RINGS_PER_OCTAVE * np.log2(_HIGHEST / k)).astype(np.int64)
         ring = np.maximum(ring, 0)
@@ -113,3 +79,57 @@ class Rings:
             mean_power = np.bincount(ring, power, rings) / waves
             mean_k = np.bincount(ring, k, rings) / waves
         return cls(mean_k, mean_power, waves, ring, power, angle)
+
+    @staticmethod
+    def hann(size: int) -> Array:
+        """Return a Hann window (size,) without its end zeros, so that the outer pixels contribute."""
+        window: Array = np.sin(np.pi * np.arange(1, size + 1) / (size + 1)) ** 2
+        return window
+
+    @staticmethod
+    def finite_range(name: str, image: NDArray[Any]) -> tuple[NDArray[Any], float, float]:
+        """Return the image with its minimum and maximum.
+
+        Values whose differences would overflow or underflow in double precision are scaled by a power of two, which is
+        exact.
+
+        Raises ImageError if a pixel is not finite or all are equal.
+        """
+        low, high = float(image.min()), float(image.max())
+        if not (math.isfinite(low) and math.isfinite(high)):
+            raise ImageError(f"{name}: a pixel is not finite, allowed: finite numbers")
+        if low == high:
+            raise ImageError(f"{name}: all pixels are {low:g}, allowed: values that vary")
+        if max(abs(low), abs(high)) > 1e150 or high - low < 1e-150:
+            exponent = -math.frexp(max(abs(low), abs(high)))[1]
+            image = np.ldexp(image.astype(np.float64), exponent)
+            low, high = float(image.min()), float(image.max())
+        return image, low, high
+
+    @staticmethod
+    def windowed_power(image: NDArray[Any]) -> tuple[Array, float]:
+        """Return the power (rows, columns // 2 + 1) of a detrended image under a Hann window, and the image's range.
+
+        The power refers to the image divided by its range. Raises ImageError if the image is constant, a plane, or not
+        finite.
+        """
+        pixels, least, greatest = Rings.finite_range("image", image)
+        span = greatest - least
+        surface = without_plane((pixels.astype(np.float64) - least) / span)
+        if np.abs(surface).max() < 1e-9:
+            raise ImageError("image: the values form a plane, allowed: values that deviate from a plane")
+        rows, columns = surface.shape
+        surface *= Rings.hann(rows)[:, None] * Rings.hann(columns)
+        return np.abs(rfft2(surface, overwrite_x=True)) ** 2, span
+
+    @staticmethod
+    def power_density(image: NDArray[Any]) -> tuple[Array, Array, Array]:
+        """Return the power density (rows, columns // 2 + 1) of :meth:`windowed_power` in the image's unit squared.
+
+        The others are the wavenumbers along y (rows, 1) and x (1, columns // 2 + 1), in cycles per pixel.
+        """
+        power, span = Rings.windowed_power(image)
+        rows, columns = image.shape
+        window_y, window_x = Rings.hann(rows), Rings.hann(columns)
+        power *= span**2 / (float(window_y @ window_y) * float(window_x @ window_x))
+        return power, fftfreq(rows)[:, None], rfftfreq(columns)[None, :]

@@ -16,7 +16,7 @@ from hcss_twin.core.arguments import checked
 from hcss_twin.core.errors import CubeError, choose_from
 from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
-from hcss_twin.cube.coordinates import as_seen
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
 from hcss_twin.engine.cube_temperature import brightness_temperature
@@ -95,7 +95,7 @@ def draw_preview(
         return path
 
     with open_cube(cube) as opened:
-        dataset = as_seen(opened)
+        dataset = FrameSelection.as_seen(opened)
         if kelvin and "brightness_temperature" not in dataset and "radiance" in dataset:
             dataset = dataset.assign(brightness_temperature=brightness_temperature(dataset))
         name = _variable(dataset, "brightness_temperature" if kelvin else variable)

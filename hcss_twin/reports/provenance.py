@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from datetime import datetime
 from typing import Any, TypeVar
 
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
-from hcss_twin.reports.page import Block, Markup, Tone
+from hcss_twin.cube.metadata import creation_time
+from hcss_twin.reports.page import Markup
 from hcss_twin.reports.tables import Table
 
-_VERDICTS: Mapping[str, Tone] = {"PASSED": "good", "FAILED": "bad", "NOTHING CHECKED": "fair"}
+_VERDICTS: Mapping[str, Markup.Tone] = {"PASSED": "good", "FAILED": "bad", "NOTHING CHECKED": "fair"}
+
+__all__ = ["Provenance"]
 
 _T = TypeVar("_T", list[Any], dict[str, Any])
 
@@ -42,7 +46,7 @@ class Provenance:
         keys: Mapping[str, str],
         inputs: Sequence[tuple[str, str]] = (),
         shown: Callable[[str], bool] = lambda name: False,
-    ) -> Iterator[Block]:
+    ) -> Iterator[Markup.Block]:
         """Yield file, versions, inputs and all other attributes of a file.
 
         Parameters
@@ -72,12 +76,17 @@ class Provenance:
             yield Markup.folded("All other global attributes", Markup.facts(others))
 
     @staticmethod
+    def creation_time() -> datetime:
+        """Return the current time, or the time set by the environment variable SOURCE_DATE_EPOCH; raises CubeError."""
+        return creation_time()
+
+    @staticmethod
     def versions(versions: Mapping[str, Any]) -> str:
         """Return names of packages with their versions."""
         return ", ".join(f"{name} {version}" for name, version in versions.items())
 
     @staticmethod
-    def origin(attributes: Mapping[str, Any]) -> Iterator[Block]:
+    def origin(attributes: Mapping[str, Any]) -> Iterator[Markup.Block]:
         """Yield providers, hashes of the files read, and the scenario of a cube."""
         providers = Provenance.value(attributes, "hcss_providers", {})
         if providers:

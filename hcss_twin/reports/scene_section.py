@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from hcss_twin.reports.page import Block, Markup
+from hcss_twin.reports.page import Markup
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.scene_drawings import plan_view, side_view
 from hcss_twin.reports.scene_geometry import SceneGeometry, bearing_difference, geometry_of
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def scene_blocks(dataset: xr.Dataset) -> Iterator[Block]:
+def scene_blocks(dataset: xr.Dataset) -> Iterator[Markup.Block]:
     """Yield the drawings and the description of the scene."""
     scene = geometry_of(dataset)
     if scene is not None:

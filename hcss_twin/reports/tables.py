@@ -7,6 +7,8 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+__all__ = ["Table"]
+
 WIDTH = 120
 """Longest line of wrapped text on a terminal, characters."""
 
@@ -64,25 +66,36 @@ class Table:
         """Return a number with significant digits, or ``missing`` for None and non-finite values."""
         return missing if value is None or not math.isfinite(value) else f"{value + 0.0:.{digits}g}"
 
+    @staticmethod
+    def ordinal(number: int) -> str:
+        """Return ``1st``, ``2nd``, ``3rd``, ``4th``, ``11th``, ``21st`` and so on."""
+        teens = number % 100 in (11, 12, 13)
+        return f"{number}{'th' if teens else {1: 'st', 2: 'nd', 3: 'rd'}.get(number % 10, 'th')}"
 
-def labelled(label: str, text: str, size: int, hanging: int = 0) -> str:
-    """Return text after its label, wrapped at 120 characters.
+    @staticmethod
+    def labelled(label: str, text: str, size: int, hanging: int = 0) -> str:
+        """Return text after its label, wrapped at 120 characters.
 
-    Parameters
-    ----------
-    label : str
-        Empty for lines that belong to the label above.
-    text : str
-    size : int
-        Characters reserved for the label.
-    hanging : int
-        Extra indent of the second and later lines, characters.
-    """
-    start = f"  {label:<{size}}"
-    after = " " * (len(start) + hanging)
-    return textwrap.fill(
-        text, WIDTH, initial_indent=start, subsequent_indent=after, break_on_hyphens=False, break_long_words=False
-    )
+        Parameters
+        ----------
+        label : str
+            Empty for lines that belong to the label above.
+        text : str
+        size : int
+            Characters reserved for the label.
+        hanging : int
+            Extra indent of the second and later lines, characters.
+        """
+        start = f"  {label:<{size}}"
+        after = " " * (len(start) + hanging)
+        return textwrap.fill(
+            text, WIDTH, initial_indent=start, subsequent_indent=after, break_on_hyphens=False, break_long_words=False
+        )
+
+    @staticmethod
+    def frames_text(count: int) -> str:
+        """Return ``one frame`` or ``N frames``."""
+        return "one frame" if count == 1 else f"{count} frames"
 
 
 def bound_text(bound: float | None) -> str:
@@ -92,8 +105,3 @@ def bound_text(bound: float | None) -> str:
     if bound == 0.0:
         return "nothing"
     return f"{bound:.2g} x" if bound >= 1.0 else f"{100.0 * bound:.2g} %"
-
-
-def frames_text(count: int) -> str:
-    """Return ``one frame`` or ``N frames``."""
-    return "one frame" if count == 1 else f"{count} frames"

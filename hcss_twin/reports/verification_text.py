@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from hcss_twin.engine.cube_comparison import TOLERANCE, ValueAt, VariableCheck
 from hcss_twin.engine.provenance import Change
 from hcss_twin.engine.verification import Verdict, Verification
-from hcss_twin.reports.tables import labelled
+from hcss_twin.reports.tables import Table
 
 _RULES = {
     "value": "relative to the value",
@@ -21,7 +21,7 @@ Rows = Iterator[tuple[str, str]]
 
 def verification_text(check: Verification) -> str:
     """Describe the result, the location of the first differences, and their possible causes."""
-    rows = (labelled(label, text, 12) for label, text in _rows(check))
+    rows = (Table.labelled(label, text, 12) for label, text in _rows(check))
     return "\n".join([f"{check.cube}: {_verdict(check)}", *rows])
 
 

@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.models.atmosphere.profile_file import STANDARD
 from hcss_twin.scenario.section_types import ScenarioSection, filled, own
-from hcss_twin.scenario.units import Fraction, GasAmount, Length, Number, Temperature
+from hcss_twin.scenario.units import Fraction, GasAmount, Length, QuantityParser, Temperature
 
 BAND_MODEL = ("band-model", own("band-model"))
 
@@ -43,7 +43,9 @@ class InversionSection(ScenarioSection):
     """A trade inversion over a well-mixed marine boundary layer; `inversion = {}` selects the defaults."""
 
     height: Length = Field(1000.0, ge=200, le=3000, description="Altitude of the inversion, m: that of cloud tops.")
-    strength: Number = Field(10.0, ge=0, le=25, description="Rise of temperature through the inversion, K.")
+    strength: QuantityParser.Number = Field(
+        10.0, ge=0, le=25, description="Rise of temperature through the inversion, K."
+    )
     cloud_base: Length = Field(600.0, ge=0, le=3000, description="Altitude from which the air is saturated, m.")
     humidity_above: Fraction = Field(0.2, ge=0.01, le=1, description="Relative humidity above the inversion.")
     surface_temperature: Temperature | None = Field(
@@ -81,10 +83,10 @@ class Atmosphere(ScenarioSection):
     profile_above: str = Field(
         STANDARD, description="Profile that adds to a file the air above its last level and missing gases."
     )
-    water_vapour_scale: Number | None = Field(
+    water_vapour_scale: QuantityParser.Number | None = Field(
         None, ge=0, le=10, description="Scale factor for the water vapour of all levels."
     )
-    water_vapour_column: Number | None = Field(
+    water_vapour_column: QuantityParser.Number | None = Field(
         None,
         ge=0,
         le=100,

@@ -12,12 +12,12 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, choose_from, closest, shown
+from hcss_twin.core.errors import CatalogError, Problem, choose_from
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.providers import SensorBand
 from hcss_twin.scenario.response_file import LONGEST_UM, NARROWEST, SHORTEST_UM, Unit, read_response
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import Number
+from hcss_twin.scenario.units import QuantityParser
 
 __all__ = ["spectral_band"]
 
@@ -59,7 +59,7 @@ def _band(value: object) -> object:
         return value
     if isinstance(value, list | tuple):
         return _limits(value)
-    raise PydanticCustomError("band", f"{shown(value)} is not a band; allowed: {_ALLOWED}")
+    raise PydanticCustomError("band", f"{Problem.shown(value)} is not a band; allowed: {_ALLOWED}")
 
 
 _FORMS = {
@@ -75,21 +75,21 @@ _ALLOWED = "a name, [shortest_um, longest_um], {name, response}, {name, limits} 
 def _limits_of(value: object) -> object:
     if isinstance(value, list | tuple):
         return _limits(value)
-    raise PydanticCustomError("band", f"{shown(value)} is not [shortest_um, longest_um]")
+    raise PydanticCustomError("band", f"{Problem.shown(value)} is not [shortest_um, longest_um]")
 
 
 def _limits(value: list[Any] | tuple[Any, ...]) -> Limits:
     allowed = "allowed: [shortest_um, longest_um], two numbers from 0.1 to 1000"
     if len(value) != 2 or not all(map(_is_number, value)):
-        raise PydanticCustomError("band", f"{shown(list(value))} is not a band; {allowed}")
+        raise PydanticCustomError("band", f"{Problem.shown(list(value))} is not a band; {allowed}")
     if not all(SHORTEST_UM <= limit <= LONGEST_UM for limit in value):  # also refuses NaN
-        raise PydanticCustomError("band", f"{shown(list(value))} um is out of range; {allowed}")
+        raise PydanticCustomError("band", f"{Problem.shown(list(value))} um is out of range; {allowed}")
     low, high = float(value[0]), float(value[1])
     if low == high:
-        raise PydanticCustomError("band", f"{shown(list(value))} um has no width; {allowed}, ascending")
+        raise PydanticCustomError("band", f"{Problem.shown(list(value))} um has no width; {allowed}, ascending")
     if abs(high - low) < NARROWEST * max(low, high):
         narrowest = f"allowed: at least {NARROWEST:g} of the wavelength"
-        raise PydanticCustomError("band", f"{shown(list(value))} um is too narrow; {narrowest}")
+        raise PydanticCustomError("band", f"{Problem.shown(list(value))} um is too narrow; {narrowest}")
     if low > high:
         raise PydanticCustomError(
             "band", f"[{low:g}, {high:g}] um is reversed; closest valid choice is [{high:g}, {low:g}]"
@@ -114,8 +114,8 @@ class GaussianBand(ScenarioSection):
     """A band with a Gaussian response over wavelength, peak 1, truncated at 1e-4."""
 
     name: str = Field(min_length=1, max_length=60, description="Name of the band in the cube.")
-    center_um: Number = Field(ge=SHORTEST_UM, le=LONGEST_UM, description="Wavelength of the peak, um.")
-    fwhm_um: Number = Field(gt=0, le=LONGEST_UM, description="Full width at half of the maximum, um.")
+    center_um: QuantityParser.Number = Field(ge=SHORTEST_UM, le=LONGEST_UM, description="Wavelength of the peak, um.")
+    fwhm_um: QuantityParser.Number = Field(gt=0, le=LONGEST_UM, description="Full width at half of the maximum, um.")
 
     @property
     def ends_um(self) -> Limits:
@@ -154,7 +154,7 @@ def _form_of_band(value: object) -> str:
 def _meant(table: dict[Any, Any]) -> str:
     """Return the form whose key a table misspells; a response if there is none."""
     form_of = {key: form for form, keys in _FORMS.items() for key in keys}
-    meant = [closest(key, form_of) for key in table if isinstance(key, str) and key != "name"]
+    meant = [Problem.closest(key, form_of) for key in table if isinstance(key, str) and key != "name"]
     return next((form_of[key] for key in meant if key is not None), "a response")
 
 
@@ -187,8 +187,8 @@ def _several(bands: object) -> object:
     if isinstance(bands, list | tuple) and len(bands) == 2 and all(map(_is_number, bands)):
         raise PydanticCustomError(
             "bands",
-            f"{shown(list(bands))} is a single band, not a list of bands; "
-            f"closest valid choice is [{shown(list(bands))}]",
+            f"{Problem.shown(list(bands))} is a single band, not a list of bands; "
+            f"closest valid choice is [{Problem.shown(list(bands))}]",
         )
     return bands
 
@@ -197,7 +197,7 @@ def _distinct(bands: tuple[Any, ...]) -> tuple[Any, ...]:
     names = [band_name(band) for band in bands]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        listed = ", ".join(map(shown, twice))
+        listed = ", ".join(map(Problem.shown, twice))
         raise PydanticCustomError("bands", f"{listed} given twice; allowed: each band once")
     return bands
 
@@ -224,7 +224,7 @@ def unknown_band(name: str, known: Mapping[str, Mapping[str, Any]]) -> str:
     A number at the end of a name is interpreted as a wavelength in um: the closest band is the narrowest one around
     it with the same prefix, or else the one with the nearest centre.
     """
-    message = f"no band named {shown(name)}; {choose_from(name, known)}"
+    message = f"no band named {Problem.shown(name)}; {choose_from(name, known)}"
     match = _WAVELENGTH.fullmatch(name)
     alike = [band for band in known if match and band.startswith(f"{match[1]}-")]
     if not match or not alike:

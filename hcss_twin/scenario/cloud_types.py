@@ -17,7 +17,7 @@ from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
 from hcss_twin.scenario.problems import read_model
 from hcss_twin.scenario.section_types import THINNEST_M, Material, ScenarioSection
-from hcss_twin.scenario.units import Length, Number, Whole
+from hcss_twin.scenario.units import Length, QuantityParser
 
 
 @dataclass(frozen=True)
@@ -78,18 +78,18 @@ class TypeLayer(ScenarioSection):
         return self
 
 
-_Cells = Annotated[Number, Field(ge=1e-3, le=1e6)]
-_Octave = Annotated[Whole, Field(ge=0, le=16)]
+_Cells = Annotated[QuantityParser.Number, Field(ge=1e-3, le=1e6)]
+_Octave = Annotated[QuantityParser.Whole, Field(ge=0, le=16)]
 
 
 class TypeFractal(ScenarioSection):
     """``[fractal]``: parameters of eqs 2-4 of the HCSS paper."""
 
-    gamma: Number = Field(ge=1.01, le=8, description="Gap parameter.")
-    H: Number = Field(gt=0, lt=1, description="Hurst parameter.")
+    gamma: QuantityParser.Number = Field(ge=1.01, le=8, description="Gap parameter.")
+    H: QuantityParser.Number = Field(gt=0, lt=1, description="Hurst parameter.")
     L: tuple[_Cells, _Cells] = Field(description="Cells per 16 km along x and y.")
     k: tuple[_Octave, _Octave] = Field(description="First and last octave.")
-    brightness_exponent: Number | None = Field(
+    brightness_exponent: QuantityParser.Number | None = Field(
         None, ge=0.05, le=20, description="Above 1 most of the cloud is thin; 1 by default."
     )
 

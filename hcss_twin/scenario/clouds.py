@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.core.errors import closest, shown
+from hcss_twin.core.errors import Problem
 from hcss_twin.scenario.section_types import (
     LARGEST_UM,
     MAX_WATER_KG_M3,
@@ -23,8 +23,8 @@ from hcss_twin.scenario.units import (
     Angle,
     Fraction,
     Length,
-    Number,
     ParticleRadius,
+    QuantityParser,
     Speed,
     Temperature,
     WaterContent,
@@ -85,7 +85,7 @@ class Layer(ScenarioSection):
     effective_radius: ParticleRadius | None = Field(
         None, ge=SMALLEST_UM, le=LARGEST_UM, description="Area-weighted mean radius of the particles, um."
     )
-    effective_variance: Number | None = Field(
+    effective_variance: QuantityParser.Number | None = Field(
         None, ge=NARROWEST, le=WIDEST, description="Relative variance of the area-weighted distribution of radii."
     )
     water_content: WaterContent | None = Field(
@@ -148,9 +148,9 @@ def single_layer(data: Any) -> Any:
         return data
     keys = tuple(Layer.model_fields)
     if not isinstance(data, dict):
-        hint = f"; closest valid choice is {{type = {shown(data)}}}" if isinstance(data, str) else ""
+        hint = f"; closest valid choice is {{type = {Problem.shown(data)}}}" if isinstance(data, str) else ""
         raise PydanticCustomError(
-            "clouds", f"{shown(data)} is not a table; allowed: a table with the keys {', '.join(keys)}{hint}"
+            "clouds", f"{Problem.shown(data)} is not a table; allowed: a table with the keys {', '.join(keys)}{hint}"
         )
     if not has_single_layer(data):
         return data
@@ -158,12 +158,12 @@ def single_layer(data: Any) -> Any:
     if "layers" in data:
         raise PydanticCustomError(
             "layers",
-            f"{', '.join(map(shown, short))} with [[clouds.layers]]; allowed: the keys of the layer in [clouds] or "
-            "in [[clouds.layers]], not in both",
+            f"{', '.join(map(Problem.shown, short))} with [[clouds.layers]]; allowed: the keys of the layer in "
+            "[clouds] or in [[clouds.layers]], not in both",
         )
     for key in short:
-        if isinstance(key, str) and key not in keys and closest(key, (*keys, "layers")) == "layers":
+        if isinstance(key, str) and key not in keys and Problem.closest(key, (*keys, "layers")) == "layers":
             raise PydanticCustomError(
-                "layers", f"unknown key {shown(key)}; closest is 'layers', as in [[clouds.layers]]"
+                "layers", f"unknown key {Problem.shown(key)}; closest is 'layers', as in [[clouds.layers]]"
             )
     return {"layers": [short]}

@@ -2,43 +2,29 @@
 
 A package names a function in the entry point group ``hcss_twin.checks``; the name of the entry point is the section of
 a scenario file that makes it a file of the package, such as ``sweep``. The function takes the name of the file and the
-overrides (dotted key to value), and returns a :class:`FileCheck`; it raises ScenarioError with all problems.
+overrides (dotted key to value), and returns one line of text and the same as a mapping for ``--json``; it raises
+ScenarioError with all problems.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from hcss_twin.core.errors import HcssError, ScenarioError
 from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.scenario import SWEEP, Scenario, read_scenario_file
+from hcss_twin.scenario.scenario import SWEEP, Scenario
 
 GROUP = "hcss_twin.checks"
+
+Check: TypeAlias = Callable[[str, Mapping[str, Any]], tuple[str, Mapping[str, Any]]]
 
 FOLDERS = ("scenarios", "sweeps")
 """Catalog folders in which names are looked up."""
 
 
-@dataclass(frozen=True)
-class FileCheck:
-    """What a check found in a valid file.
-
-    Attributes
-    ----------
-    text : str
-        One line.
-    values : mapping
-        The same for ``--json``.
-    """
-
-    text: str
-    values: Mapping[str, Any]
-
-
-def check_of(source: str) -> Callable[[str, Mapping[str, Any]], FileCheck] | None:
+def check_of(source: str) -> Check | None:
     """Return the function that checks a file of another package; None for a scenario, or if it cannot be read.
 
     Raises
@@ -49,14 +35,14 @@ def check_of(source: str) -> Callable[[str, Mapping[str, Any]], FileCheck] | Non
         If the function cannot be imported.
     """
     try:
-        raw: Any = read_scenario_file(source, FOLDERS)[0]
+        raw: Any = Scenario.read_file(source, FOLDERS)[0]
     except ScenarioError:
         return None
     unknown = set(raw) - set(ScenarioModel.model_fields) if isinstance(raw, Mapping) else set()
     for origin, entry in installed(GROUP) if unknown else ():
         if not isinstance(entry, BaseException) and entry.name in unknown:
             try:
-                found: Callable[[str, Mapping[str, Any]], FileCheck] = entry.load()
+                found: Check = entry.load()
             except FAILURES as error:
                 raise HcssError(f"check '{entry.name}' of {origin} cannot be imported: {describe(error)}") from error
             return found

@@ -28,10 +28,9 @@ from hcss_twin.scenario.units import (
     Duration,
     Fraction,
     Length,
-    Number,
+    QuantityParser,
     Speed,
     Temperature,
-    Whole,
     quantity_or_word,
 )
 
@@ -57,10 +56,10 @@ MAX_PIXELS = 100_000
 class ImageSection(ScenarioSection):
     """Shape and sampling of one frame: x along columns (east), y along rows (north)."""
 
-    rows: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of rows (y).")
-    columns: Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of columns (x).")
+    rows: QuantityParser.Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of rows (y).")
+    columns: QuantityParser.Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of columns (x).")
     pixel_size: Length = Field(20.0, ge=1e-3, le=100_000, description="Side of the square ground pixel, m.")
-    samples_per_pixel: Whole = Field(
+    samples_per_pixel: QuantityParser.Whole = Field(
         1,
         ge=1,
         le=64,
@@ -83,9 +82,9 @@ class ImageSection(ScenarioSection):
 class Frames(ScenarioSection):
     """The time series."""
 
-    count: Whole = Field(8, ge=1, le=1_000_000, description="Number of frames.")
+    count: QuantityParser.Whole = Field(8, ge=1, le=1_000_000, description="Number of frames.")
     interval: Duration = Field(1.0, gt=0, le=1e6, description="Time between frames, s.")
-    first: Whole = Field(
+    first: QuantityParser.Whole = Field(
         0, ge=0, le=10_000_000, description="Number of the first frame; frame n is at start + n x interval."
     )
 
@@ -145,7 +144,7 @@ class Sea(ScenarioSection):
         description='Waves longer than two pixels: "on": as shapes, in clear pixels; "off": statistical, the plan '
         'bounds the error; "auto": as shapes if they matter at this accuracy and the model can.',
     )
-    temperature_texture: Number | None = Field(
+    temperature_texture: QuantityParser.Number | None = Field(
         None,
         ge=0,
         le=3,
@@ -221,7 +220,7 @@ class OutputSection(ScenarioSection):
         description="`[[output.derived]]` with `provider` and `parameters`: variables of plugins. Request "
         "them by name.",
     )
-    compression: Whole = Field(0, ge=0, le=9, description="zlib level; 0: uncompressed, fastest.")
+    compression: QuantityParser.Whole = Field(0, ge=0, le=9, description="zlib level; 0: uncompressed, fastest.")
     quantization: Fraction = Field(
         0.0,
         ge=0,
@@ -234,7 +233,7 @@ class OutputSection(ScenarioSection):
         description='"int16": radiance, brightness temperature, thickness and fractions are stored as 16-bit integers '
         "(CF `scale_factor`), in steps of at most 0.6 x accuracy in every band; half the bytes.",
     )
-    certificate: Whole = Field(
+    certificate: QuantityParser.Whole = Field(
         24, ge=0, le=3000, description="Random pixels recomputed without tables to certify the accuracy; 0: none."
     )
 
@@ -243,7 +242,7 @@ class ScenarioModel(ScenarioSection):
     """A whole scenario file."""
 
     title: str = Field("", max_length=200, description="Title of the cube.")
-    seed: Whole = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
+    seed: QuantityParser.Whole = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
     accuracy: Accuracy = Field(
         1e-3,
         description="Allowed error of the engine: a fraction of the band radiance (1e-6 to 0.1), or text with %, K or "

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, HcssError, Problem, ScenarioError, closest
+from hcss_twin.core.errors import CatalogError, HcssError, Problem, ScenarioError
 from hcss_twin.cube.requested_variables import expand
 from hcss_twin.models.atmosphere.profile_file import STANDARD, load_profile, load_profiles
 from hcss_twin.providers.registry.discovery import Entry
@@ -126,7 +126,7 @@ def _owner(key: str, name: object, kind: Kind, registry: Registry, has_home: boo
         parameters = _parameters(registry, selected)
         if key in parameters:
             return key, selected, True
-        alike = closest(key, (*parameters, *section.model_fields))
+        alike = Problem.closest(key, (*parameters, *section.model_fields))
         if not has_home and alike in parameters and alike not in section.model_fields:
             return alike, selected, True
     for entry in () if has_home else registry.entries(kind):

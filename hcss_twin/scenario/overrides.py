@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from hcss_twin.core.errors import Problem, shown
+from hcss_twin.core.errors import Problem
 from hcss_twin.scenario.key_paths import model_at
 from hcss_twin.scenario.models import ScenarioModel
 
@@ -59,7 +59,7 @@ def apply_overrides(
         parts = key.split(".") if isinstance(key, str) else []
         if not all(parts) or not parts:
             example = "allowed: keys joined by dots, for example view.zenith"
-            problems.append(Problem(shown(key), f"is not a key; {example}"))
+            problems.append(Problem(Problem.shown(key), f"is not a key; {example}"))
             continue
         if parts[0] == "clouds" and len(parts) > 1 and parts[1] != "layers":
             why = _open_single_layer(data)
@@ -69,7 +69,7 @@ def apply_overrides(
             parts[1:1] = ["layers", "0"]
         dropped = _drop_parameters_of_replaced(data, parts, value)
         if dropped:
-            notes.append(f"{key} = {shown(value)} removes the parameters of the one it replaces: {dropped}")
+            notes.append(f"{key} = {Problem.shown(value)} removes the parameters of the one it replaces: {dropped}")
         why = _place(data, parts, copy.deepcopy(value))
         if why:
             problems.append(Problem(key, why))
@@ -99,7 +99,7 @@ def _open_single_layer(data: dict[str, Any]) -> str | None:
     """Ensure that there is one cloud layer; return the reason if that is impossible."""
     clouds = data.setdefault("clouds", {})
     if not isinstance(clouds, dict):
-        return f"clouds is {shown(clouds)}, not a table"
+        return f"clouds is {Problem.shown(clouds)}, not a table"
     layers = clouds.setdefault("layers", [])
     if isinstance(layers, list) and not layers:
         layers.append({})
@@ -121,7 +121,7 @@ def _place(data: dict[str, Any], parts: list[str], value: Any) -> str | None:
                 allowed = "none, the list is empty" if last < 0 else f"0 to {last}"
                 return f"{path} has no element {part}; allowed: {allowed}"
         elif not isinstance(target, dict):
-            return f"{path} is {shown(target)}, not a table"
+            return f"{path} is {Problem.shown(target)}, not a table"
         if position == len(parts) - 1:
             target[index] = value
         elif isinstance(target, dict) and index not in target:

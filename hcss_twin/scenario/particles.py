@@ -19,7 +19,7 @@ from hcss_twin.scenario.section_types import (
     WIDEST,
     ScenarioSection,
 )
-from hcss_twin.scenario.units import Number
+from hcss_twin.scenario.units import QuantityParser
 
 if TYPE_CHECKING:
     from hcss_twin.scenario.clouds import Layer
@@ -36,29 +36,29 @@ class TypeMicrophysics(ScenarioSection):
     effective variance and mass per volume.
     """
 
-    alpha: Number | None = Field(None, ge=0, le=20, description="Exponent of the radius.")
-    b: Number | None = Field(None, ge=1e-6, le=1e6, description="Scale, um^-nu.")
-    nu: Number | None = Field(None, ge=0.1, le=10, description="Exponent in the exponential.")
-    number_density: Number | None = Field(None, gt=0, le=1e12, description="Particles per m3.")
-    effective_radius_um: Number | None = Field(
+    alpha: QuantityParser.Number | None = Field(None, ge=0, le=20, description="Exponent of the radius.")
+    b: QuantityParser.Number | None = Field(None, ge=1e-6, le=1e6, description="Scale, um^-nu.")
+    nu: QuantityParser.Number | None = Field(None, ge=0.1, le=10, description="Exponent in the exponential.")
+    number_density: QuantityParser.Number | None = Field(None, gt=0, le=1e12, description="Particles per m3.")
+    effective_radius_um: QuantityParser.Number | None = Field(
         None,
         ge=SMALLEST_UM,
         le=LARGEST_UM,
         description="Area-weighted mean radius, um; instead of alpha, b, nu, number_density.",
     )
-    effective_variance: Number | None = Field(
+    effective_variance: QuantityParser.Number | None = Field(
         None, ge=NARROWEST, le=WIDEST, description="Width of the area-weighted distribution; with effective_radius_um."
     )
-    water_content_kg_m3: Number | None = Field(
+    water_content_kg_m3: QuantityParser.Number | None = Field(
         None,
         ge=MIN_WATER_KG_M3,
         le=MAX_WATER_KG_M3,
         description="Mass of particles per volume, kg m-3; with effective_radius_um.",
     )
-    density: Number | None = Field(
+    density: QuantityParser.Number | None = Field(
         None, ge=1, le=30_000, description="Density of the material, kg m-3; needed unless it is water or ice."
     )
-    radius_range_um: tuple[Number, Number] | None = Field(
+    radius_range_um: tuple[QuantityParser.Number, QuantityParser.Number] | None = Field(
         None, description="Limits of integration, um; by default, with effective_radius_um, 0.01 to 10 times it."
     )
     source: str = Field(description="Where the numbers come from.")

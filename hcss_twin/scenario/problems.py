@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import Problem, ScenarioError, choose_from, count, listed, shown
+from hcss_twin.core.errors import Problem, ScenarioError, choose_from, listed
 from hcss_twin.scenario.key_paths import Location, dotted, homes, model_at, models_at
 from hcss_twin.scenario.units import QuantityParser, in_plain_units, meant_in
 
@@ -71,25 +71,27 @@ def _sentence(detail: ErrorDetails, model: type[BaseModel], location: Location, 
         return "is not a key; keys are text"
     if kind in _RANGE_KINDS:
         typed, number = _typed(value, location, raw)
-        meant = _in_another_unit(model, location, number) if typed == shown(number) else None
+        meant = _in_another_unit(model, location, number) if typed == Problem.shown(number) else None
         return f"{typed} is out of range; {_range(model, location, number, detail, meant)}"
     if kind == "finite_number":
-        return f"{shown(value)} is not a finite number; {_range(model, location) or 'allowed: a finite number'}"
+        return f"{Problem.shown(value)} is not a finite number; {_range(model, location) or 'allowed: a finite number'}"
     if kind == "literal_error":
         expected = str(detail.get("ctx", {}).get("expected", "")).replace("'", "")
         choices = expected.replace(" or ", ", ").split(", ")
-        return f"{shown(value)} is not a choice; {choose_from(str(value), choices)}"
+        return f"{Problem.shown(value)} is not a choice; {choose_from(str(value), choices)}"
     if kind in ("too_long", "too_short", "string_too_short", "string_too_long"):
         return _wrong_length(detail)
     if kind in ("model_type", "dict_type"):
         owner = model_at(model, location)
         keys = f" with the keys {', '.join(owner.model_fields)}" if owner else ""
-        return f"{shown(value)} is not a table; allowed: a table{keys}"
+        return f"{Problem.shown(value)} is not a table; allowed: a table{keys}"
     if kind == "tuple_type":
         # A single entry without brackets.
         guess = listed(value) if _takes_text(_annotation(model, location)) else None
         hint = f"; closest valid choice is {guess}" if guess else ""
-        return f"{shown(value)} is not a list; allowed: a list ({_description(model, location).rstrip('.')}){hint}"
+        return (
+            f"{Problem.shown(value)} is not a list; allowed: a list ({_description(model, location).rstrip('.')}){hint}"
+        )
     if kind.endswith(("_type", "_parsing", "_parsing_size")) or kind == "int_from_float":
         return _wrong_type(kind, value, model, location)
     return detail["msg"].removeprefix("Value error, ")
@@ -113,7 +115,7 @@ def _wrong_type(kind: str, value: object, model: type[BaseModel], location: Loca
     allowed = _range(model, location)
     if isinstance(value, int) and not isinstance(value, bool) and kind.startswith("float"):
         wanted = "in the range of floating-point numbers"
-    return f"{shown(value)} is not {wanted}" + (f"; {allowed}" if allowed else "")
+    return f"{Problem.shown(value)} is not {wanted}" + (f"; {allowed}" if allowed else "")
 
 
 def _wrong_length(detail: ErrorDetails) -> str:
@@ -136,10 +138,10 @@ def _typed(value: object, location: Location, raw: Any) -> tuple[str, object]:
             break
     text = next((candidate for candidate in (raw, value) if isinstance(candidate, str)), None)
     if text is None:
-        return shown(value), value
+        return Problem.shown(value), value
     number = in_plain_units(text) if isinstance(value, str) else value
     plain = f" = {number:g}" if isinstance(number, float) and text.strip() != f"{number:g}" else ""
-    return f"{shown(text)}{plain}", number
+    return f"{Problem.shown(text)}{plain}", number
 
 
 def _range(
@@ -260,3 +262,8 @@ def _keys(detail: ErrorDetails, model: type[BaseModel]) -> Location:
         if isinstance(part, int) or is_key or (is_last and detail["type"] == "extra_forbidden"):
             keys.append(part)
     return tuple(keys)
+
+
+def count(number: int, noun: str, plural: str) -> str:
+    """Write a number with its noun: ``1 entry``, ``2 entries``."""
+    return f"{number} {noun if number == 1 else plural}"

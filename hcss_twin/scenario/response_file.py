@@ -20,7 +20,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, shown
+from hcss_twin.core.errors import CatalogError, Problem
 from hcss_twin.core.reading import Reading
 
 NARROWEST = 1e-6
@@ -194,7 +194,7 @@ def _number(field: str) -> float | None:
 
 
 def _no_number(field: str) -> str:
-    return f"{shown(field)} is not a number"
+    return f"{Problem.shown(field)} is not a number"
 
 
 def _first_row(data: Sequence[tuple[int, str]], separator: str | None) -> int | None:
@@ -275,9 +275,8 @@ def _response(table: ResponseTable, name: str, column: str | None, given: Unit |
     positive = np.flatnonzero(scaled > 0.0)
     inside = slice(max(positive[0] - 1, 0), positive[-1] + 2)
     is_plain = (table.labels[of_chosen], table.labels[chosen]) == PLAIN and not words
-    read_as = (
-        f"{unit} {why} from column {shown(table.name(of_chosen))}, response from column {shown(table.name(chosen))}"
-    )
+    of_response = Problem.shown(table.name(chosen))
+    read_as = f"{unit} {why} from column {Problem.shown(table.name(of_chosen))}, response from column {of_response}"
     return Response(wavelength[inside], scaled[inside], "" if is_plain else "; ".join((read_as, *words)))
 
 
@@ -323,8 +322,8 @@ def _unit(table: ResponseTable, column: int, spectral: Sequence[int]) -> tuple[U
     if _WAVELENGTH.search(label or table.header) and low >= 200.0:
         return "nm", "by magnitude"
     raise CatalogError(
-        f", line {table.lines[0]}: {low:g} to {high:g} in column {shown(table.name(column))} may be nm or cm-1; "
-        "allowed: unit = one of um, nm, cm-1, or a label above the numbers that names it, such as wavenumber_cm-1"
+        f", line {table.lines[0]}: {low:g} to {high:g} in column {Problem.shown(table.name(column))} may be nm or "
+        "cm-1; allowed: unit = one of um, nm, cm-1, or a label above the numbers that names it, such as wavenumber_cm-1"
     )
 
 
@@ -336,10 +335,10 @@ def _chosen(table: ResponseTable, responses: Sequence[int], name: str, column: s
         by_number = {str(index + 1): index for index in responses}
         found = names.get(column.lower(), by_number.get(column))
         if found is None:
-            raise CatalogError(f": no response in column {shown(column)}; allowed: {listed}")
+            raise CatalogError(f": no response in column {Problem.shown(column)}; allowed: {listed}")
         return found
     if not responses:
-        raise CatalogError(f": no column with a response beside {shown(table.name(0))}")
+        raise CatalogError(f": no column with a response beside {Problem.shown(table.name(0))}")
     like = [index for index in responses if _RESPONSE.search(table.labels[index])]
     for alone in (responses, like):
         if len(alone) == 1:

@@ -13,16 +13,17 @@ from pydantic import BaseModel, PrivateAttr, ValidationError
 
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from, shown
+from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from
 from hcss_twin.core.own_packages import COMMANDS, how_to_install
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.models.parameters import DEFAULT_COEFFICIENTS
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.atmosphere import BAND_MODEL
+from hcss_twin.scenario.cloud_types import CloudType, load_cloud_type
 from hcss_twin.scenario.clouds import Layer, has_single_layer
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.names import misplaced_parameters, name_problems, normalise
+from hcss_twin.scenario.names import SECTIONS, misplaced_parameters, name_problems, normalise, provider_sections
 from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.section_types import selected
@@ -121,7 +122,7 @@ class Scenario(ScenarioModel):
         ScenarioError
             With all problems.
         """
-        raw, base = read_scenario_file(source)
+        raw, base = cls.read_file(source)
         return cls.from_dict(raw, overrides, base=base, origin=str(source))
 
     @classmethod
@@ -147,7 +148,7 @@ class Scenario(ScenarioModel):
         """
         base = (base or Path.cwd()).resolve()
         if not isinstance(raw, Mapping):
-            raise ScenarioError([Problem("scenario", f"{shown(raw)} is not a table of keys")], origin)
+            raise ScenarioError([Problem("scenario", f"{Problem.shown(raw)} is not a table of keys")], origin)
         if SWEEP in raw:
             raise ScenarioError([Problem(SWEEP, _NOT_ONE_SCENE)], origin)
         if UNCERTAIN in raw:
@@ -204,6 +205,48 @@ class Scenario(ScenarioModel):
 
         raw = _parse_json(scenario_text(path), str(path))
         return cls.from_dict(raw, overrides, base=base, origin=str(path))
+
+    @staticmethod
+    def cloud_type(name: str, catalog: Catalog) -> CloudType:
+        """Read a cloud type by catalog name or from a user's TOML file; raises CatalogError and ScenarioError."""
+        return load_cloud_type(name, catalog)
+
+    def named_providers(self) -> set[tuple[Kind, str]]:
+        """Return kind and name of each provider that the scenario selects."""
+        return {
+            (kind, section[SECTIONS[kind][1]])
+            for _, section, kind in provider_sections(json.loads(self.to_json()))
+            if isinstance(section, dict) and section.get(SECTIONS[kind][1])
+        }
+
+    @staticmethod
+    def read_file(source: str | Path, folders: tuple[str, ...] = ("scenarios",)) -> tuple[dict[str, Any], Path]:
+        """Read the unchecked keys of a scenario, and the folder of its relative paths.
+
+        Parameters
+        ----------
+        source : str or Path
+            Path of a ``.toml`` or ``.json`` file, or a name in one of ``folders``.
+        folders : tuple of str
+            Catalog folders, in the order of the search.
+
+        Raises
+        ------
+        ScenarioError
+            If there is no such file, or it has the wrong format.
+        """
+        path, origin = _locate(source, folders), str(source)
+        try:
+            text = path.read_text(encoding="utf-8-sig")
+        except UnicodeDecodeError as error:
+            cube = "; a cube? hcss verify and hcss report read it" if path.suffix == ".nc" else ""
+            raise _bad_file(f"{path} is not a text file in UTF-8{cube}: {error}", origin) from error
+        except OSError as error:
+            raise _bad_file(f"{path} cannot be read: {error}", origin) from error
+        parse = _parse_json if path.suffix.lower() == ".json" else _parse_toml
+        # Files that a user adds to a shipped scenario are in the working folder, not in the installation.
+        base = Path.cwd() if path.is_relative_to(Catalog().root) else path.parent
+        return parse(text, origin), base
 
     def to_json(self) -> str:
         """Serialise with every default filled in; :meth:`load` reads it from a ``.json`` file.
@@ -288,35 +331,6 @@ def _short_fields(short: bool, overrides: Mapping[str, Any]) -> Callable[[str], 
         return brief if short or overridden else field
 
     return typed
-
-
-def read_scenario_file(source: str | Path, folders: tuple[str, ...] = ("scenarios",)) -> tuple[dict[str, Any], Path]:
-    """Read the unchecked keys of a scenario, and the folder of its relative paths.
-
-    Parameters
-    ----------
-    source : str or Path
-        Path of a ``.toml`` or ``.json`` file, or a name in one of ``folders``.
-    folders : tuple of str
-        Catalog folders, in the order of the search.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such file, or it has the wrong format.
-    """
-    path, origin = _locate(source, folders), str(source)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        cube = "; a cube? hcss verify and hcss report read it" if path.suffix == ".nc" else ""
-        raise _bad_file(f"{path} is not a text file in UTF-8{cube}: {error}", origin) from error
-    except OSError as error:
-        raise _bad_file(f"{path} cannot be read: {error}", origin) from error
-    parse = _parse_json if path.suffix.lower() == ".json" else _parse_toml
-    # Files that a user adds to a shipped scenario are in the working folder, not in the installation.
-    base = Path.cwd() if path.is_relative_to(Catalog().root) else path.parent
-    return parse(text, origin), base
 
 
 def _locate(source: str | Path, folders: tuple[str, ...]) -> Path:

@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal
 from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.core.errors import shown
+from hcss_twin.core.errors import Problem
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.physics.viewing import GEOSTATIONARY_M
-from hcss_twin.scenario.units import Angle, InstrumentLength, Length, Speed, Whole, quantity_or_word
+from hcss_twin.scenario.units import Angle, InstrumentLength, Length, QuantityParser, Speed, quantity_or_word
 
 __all__ = ["ScenarioSection"]
 
@@ -108,13 +108,13 @@ def _from_text(text: str) -> datetime:
 
 
 def _refused(value: object, why: str) -> PydanticCustomError:
-    return PydanticCustomError("instant", f"{shown(value)} {why}")
+    return PydanticCustomError("instant", f"{Problem.shown(value)} {why}")
 
 
 Instant = Annotated[AwareDatetime, BeforeValidator(parse_instant)]
 
 
-Range = tuple[Whole, Whole]
+Range = tuple[QuantityParser.Whole, QuantityParser.Whole]
 
 
 class ImageWindow(ScenarioSection):
@@ -142,8 +142,8 @@ class ImageWindow(ScenarioSection):
             nearest = [first, min(max(given[1], first + 1), size)]
             raise PydanticCustomError(
                 "window",
-                f"{name} = {shown(list(given))}; allowed: [first, end] with 0 <= first < end <= {size}, the image's "
-                f"{name}; closest valid choice is {nearest}",
+                f"{name} = {Problem.shown(list(given))}; allowed: [first, end] with 0 <= first < end <= {size}, the "
+                f"image's {name}; closest valid choice is {nearest}",
             )
         return self
 

@@ -15,7 +15,7 @@ from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.problems import read_model
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import Whole
+from hcss_twin.scenario.units import QuantityParser
 
 DEFAULT_MODEL = "radiometer"
 
@@ -38,7 +38,7 @@ class StageSection(ScenarioSection):
     parameters: dict[str, Any] = Field(
         default_factory=dict, description="Parameters of the model; they override those of `name`."
     )
-    seed: Whole | None = Field(
+    seed: QuantityParser.Whole | None = Field(
         None,
         ge=0,
         lt=2**63,

@@ -11,9 +11,9 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.core.errors import closest, shown
+from hcss_twin.core.errors import Problem
 
-__all__ = ["Number", "QuantityParser", "Whole"]
+__all__ = ["QuantityParser"]
 
 # unit -> (factor, offset): SI value = factor * value + offset. The first unit is the plain number's.
 UNITS: dict[str, dict[str, tuple[float, float]]] = {
@@ -45,7 +45,7 @@ def parse_quantity(value: object, dimension: str) -> object:
     match = _QUANTITY.fullmatch(value)
     if match is None:
         raise PydanticCustomError(
-            "not_a_quantity", f"{shown(value)} is not a number with a unit; {_allowed(dimension)}"
+            "not_a_quantity", f"{Problem.shown(value)} is not a number with a unit; {_allowed(dimension)}"
         )
     number, unit = match.groups()
     if unit not in units:
@@ -54,7 +54,8 @@ def parse_quantity(value: object, dimension: str) -> object:
         guess = _closest_unit(unit, dimension)
         hint = f"; closest is '{guess}'" if guess else ""
         raise PydanticCustomError(
-            "wrong_unit", f"{shown(value)}: {shown(unit)} is not a unit of {dimension}; {_allowed(dimension)}{hint}"
+            "wrong_unit",
+            f"{Problem.shown(value)}: {Problem.shown(unit)} is not a unit of {dimension}; {_allowed(dimension)}{hint}",
         )
     factor, offset = units[unit]
     return factor * float(number) + offset
@@ -69,18 +70,18 @@ def quantity_or_word(dimension: str, low: float, high: float, *words: str, above
     def parse(value: object) -> object:
         if value in words:
             return value
-        if isinstance(value, str) and (word := closest(value, words)):
+        if isinstance(value, str) and (word := Problem.closest(value, words)):
             raise PydanticCustomError(
-                "quantity_or_word", f"{shown(value)} is not a {dimension}; {allowed}; closest is '{word}'"
+                "quantity_or_word", f"{Problem.shown(value)} is not a {dimension}; {allowed}; closest is '{word}'"
             )
         number = parse_quantity(value, dimension)
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise PydanticCustomError("quantity_or_word", f"{shown(value)} is not a {dimension}; {allowed}")
+            raise PydanticCustomError("quantity_or_word", f"{Problem.shown(value)} is not a {dimension}; {allowed}")
         if not low <= number <= high:
             nearest = f"{low:g}" if number < low else above
             nearest = meant_in(dimension, number, low, high) or nearest
             hint = f"; closest valid choice is {nearest}" if number == number else ""  # NaN has no closest value
-            raise PydanticCustomError("quantity_or_word", f"{shown(value)} is out of range; {allowed}{hint}")
+            raise PydanticCustomError("quantity_or_word", f"{Problem.shown(value)} is out of range; {allowed}{hint}")
         return float(number)
 
     return parse
@@ -125,32 +126,12 @@ def _closest_unit(unit: str, dimension: str) -> str | None:
     names = [name for name in UNITS[dimension] if name]
     bare = unit.casefold().lstrip("°")
     # "C" and "°C" mean degC, though few of their letters agree.
-    return closest(unit, names) or next((name for name in names if name.casefold().endswith(bare)), None)
+    return Problem.closest(unit, names) or next((name for name in names if name.casefold().endswith(bare)), None)
 
 
 def _refuse_bool(value: object, kind: str) -> None:
     if isinstance(value, bool):  # Python would treat it as 0 or 1
         raise PydanticCustomError(kind, "not a number")
-
-
-@dataclass(frozen=True)
-class QuantityParser:
-    """Parser of quantities in plain units, such as metres, for ``BeforeValidator`` in a field's annotation.
-
-    Messages about limits read it there.
-
-    Attributes
-    ----------
-    dimension : str
-        Of :data:`UNITS`: ``length`` (m), ``angle`` (deg), ``duration`` (s), ``length in an instrument`` (m) and others.
-    """
-
-    dimension: str
-
-    def __call__(self, value: object) -> object:
-        """Return the value in plain units; raises PydanticCustomError."""
-        _refuse_bool(value, "float_type")
-        return parse_quantity(value, self.dimension)
 
 
 def _plain(kind: str) -> Callable[[object], object]:
@@ -163,27 +144,90 @@ def _plain(kind: str) -> Callable[[object], object]:
     return parse
 
 
+@dataclass(frozen=True)
+class QuantityParser:
+    """Parser of quantities in plain units, such as metres, for ``BeforeValidator`` in a field's annotation.
+
+    Messages about limits read it there.
+
+    Attributes
+    ----------
+    dimension : str
+        Of :data:`UNITS`: ``length`` (m), ``angle`` (deg), ``duration`` (s), ``length in an instrument`` (m) and others.
+    Number, Whole
+        Types of a number and of a whole number without unit: no text or boolean.
+    """
+
+    Number = Annotated[float, BeforeValidator(_plain("float_type"))]
+    Whole = Annotated[int, BeforeValidator(_plain("int_type"))]
+
+    dimension: str
+
+    def __call__(self, value: object) -> object:
+        """Return the value in plain units; raises PydanticCustomError."""
+        _refuse_bool(value, "float_type")
+        return parse_quantity(value, self.dimension)
+
+    @staticmethod
+    def parse_accuracy(value: Any) -> float | str:
+        """Validate an accuracy: a fraction of the radiance as a number, or kelvin as text, ``"0.1 K"``.
+
+        Raises
+        ------
+        PydanticCustomError
+            If it is not an accuracy, or out of range.
+        """
+        unit, number = "", value
+        if isinstance(value, str):
+            match = _ACCURACY_TEXT.fullmatch(value)
+            if match is None:
+                raise PydanticCustomError(
+                    "not_an_accuracy", f"{Problem.shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}"
+                )
+            number, unit = float(match.group(1)), match.group(2)
+            if unit not in _ACCURACY_FACTORS:
+                closest = "K" if any(map(str.isalpha, unit)) else "%"
+                raise PydanticCustomError(
+                    "not_an_accuracy",
+                    f"{Problem.shown(value)}: {Problem.shown(unit)} is not a unit of accuracy; {_ACCURACY_ALLOWED}; "
+                    f"closest is '{closest}'",
+                )
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise PydanticCustomError(
+                "not_an_accuracy", f"{Problem.shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}"
+            )
+        try:
+            plain = float(number) * _ACCURACY_FACTORS[unit]
+        except OverflowError:  # an integer too large for a float
+            plain = float("inf") if number > 0 else -float("inf")
+        kelvin = unit.endswith("K")
+        least, most = (MIN_ACCURACY_K, MAX_ACCURACY_K) if kelvin else (MIN_ACCURACY, MAX_ACCURACY)
+        if not least <= plain <= most:
+            nearest = most if plain > most else least
+            raise PydanticCustomError(
+                "accuracy_range",
+                f"{Problem.shown(value)} is out of range; allowed: {MIN_ACCURACY:g} to {MAX_ACCURACY:g} of the "
+                f"radiance, or text from '{MIN_ACCURACY_K:g} K' to '{MAX_ACCURACY_K:g} K'; closest valid choice is "
+                + (f"'{nearest:g} K'" if kelvin else f"{nearest:g}"),
+            )
+        return f"{plain:g} K" if kelvin else plain
+
+
 def _gas_amount(value: object) -> object:
     _refuse_bool(value, "gas_amount")
     allowed = 'allowed: a factor above 0 to 100, or text with ppm, ppb or DU, for example "420 ppm"'
     if isinstance(value, str):
         match = _QUANTITY.fullmatch(value)
         if match is None or match.group(2) not in ("ppm", "ppb", "DU") or not float(match.group(1)) > 0.0:
-            raise PydanticCustomError("gas_amount", f"{shown(value)} is not an amount of a gas; {allowed}")
+            raise PydanticCustomError("gas_amount", f"{Problem.shown(value)} is not an amount of a gas; {allowed}")
         return f"{match.group(1)} {match.group(2)}"
     if not isinstance(value, int | float) or not 0.0 < value <= 100.0:
-        raise PydanticCustomError("gas_amount", f"{shown(value)} is not an amount of a gas; {allowed}")
+        raise PydanticCustomError("gas_amount", f"{Problem.shown(value)} is not an amount of a gas; {allowed}")
     return float(value)
 
 
 GasAmount = Annotated[float | str, BeforeValidator(_gas_amount)]
 """A factor on the amount in the profile, or text with an amount."""
-
-Number = Annotated[float, BeforeValidator(_plain("float_type"))]
-"""A number without unit; no text or boolean."""
-
-Whole = Annotated[int, BeforeValidator(_plain("int_type"))]
-"""A whole number; no text or boolean."""
 
 Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
 """Metres: a number, or text with m, km, cm or ft."""
@@ -222,48 +266,9 @@ def kelvin_of(accuracy: float | str) -> float | None:
     return float(accuracy.removesuffix(" K")) if isinstance(accuracy, str) else None
 
 
-def parse_accuracy(value: Any) -> float | str:
-    """Validate an accuracy: a fraction of the radiance as a number, or kelvin as text, ``"0.1 K"``.
-
-    Raises
-    ------
-    PydanticCustomError
-        If it is not an accuracy, or out of range.
-    """
-    unit, number = "", value
-    if isinstance(value, str):
-        match = _ACCURACY_TEXT.fullmatch(value)
-        if match is None:
-            raise PydanticCustomError("not_an_accuracy", f"{shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}")
-        number, unit = float(match.group(1)), match.group(2)
-        if unit not in _ACCURACY_FACTORS:
-            closest = "K" if any(map(str.isalpha, unit)) else "%"
-            raise PydanticCustomError(
-                "not_an_accuracy",
-                f"{shown(value)}: {shown(unit)} is not a unit of accuracy; {_ACCURACY_ALLOWED}; closest is '{closest}'",
-            )
-    if isinstance(number, bool) or not isinstance(number, int | float):
-        raise PydanticCustomError("not_an_accuracy", f"{shown(value)} is not an accuracy; {_ACCURACY_ALLOWED}")
-    try:
-        plain = float(number) * _ACCURACY_FACTORS[unit]
-    except OverflowError:  # an integer too large for a float
-        plain = float("inf") if number > 0 else -float("inf")
-    kelvin = unit.endswith("K")
-    least, most = (MIN_ACCURACY_K, MAX_ACCURACY_K) if kelvin else (MIN_ACCURACY, MAX_ACCURACY)
-    if not least <= plain <= most:
-        nearest = most if plain > most else least
-        raise PydanticCustomError(
-            "accuracy_range",
-            f"{shown(value)} is out of range; allowed: {MIN_ACCURACY:g} to {MAX_ACCURACY:g} of the radiance, or text "
-            f"from '{MIN_ACCURACY_K:g} K' to '{MAX_ACCURACY_K:g} K'; closest valid choice is "
-            + (f"'{nearest:g} K'" if kelvin else f"{nearest:g}"),
-        )
-    return f"{plain:g} K" if kelvin else plain
-
-
 Accuracy = Annotated[
     float | str,
-    BeforeValidator(parse_accuracy),
+    BeforeValidator(QuantityParser.parse_accuracy),
     WithJsonSchema(
         {
             "anyOf": [

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
-from hcss_twin.core.errors import Problem, shown
+from hcss_twin.core.errors import Problem
 from hcss_twin.physics.viewing import (
     GEOSTATIONARY_M,
     ground_speed_m_s,
@@ -250,7 +250,7 @@ def _motion(scenario: ScenarioModel) -> Iterator[Problem]:
         return
     speed = motion.platform_speed
     if mode == "staring" and speed != 0.0:
-        yield Problem("platform.mode", f"'staring' with motion.platform_speed {shown(speed)}; allowed: speed 0")
+        yield Problem("platform.mode", f"'staring' with motion.platform_speed {Problem.shown(speed)}; allowed: speed 0")
     if mode == "push-broom" and speed == 0.0:
         yield Problem(
             "platform.mode",

@@ -11,7 +11,6 @@ from click.testing import CliRunner
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import HcssError, Problem, ScenarioError
 from hcss_twin.core.plugins import Origin
-from hcss_twin.scenario.file_checks import FileCheck
 
 FILE = """
 time = 2024-04-20T12:30:00+10:00
@@ -31,7 +30,7 @@ def install(monkeypatch):
     def check(source, overrides):
         if overrides:
             raise ScenarioError([Problem("visits", f"not with {overrides}")], source)
-        return FileCheck("3 visits", {"visits": 3})
+        return "3 visits", {"visits": 3}
 
     module = types.ModuleType("visitor")
     module.check = check

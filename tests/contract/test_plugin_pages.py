@@ -10,7 +10,7 @@ import pytest
 import hcss_twin
 from hcss_twin.core.errors import HcssError
 from hcss_twin.core.plugins import Origin
-from hcss_twin.reports.page import Page, Section
+from hcss_twin.reports.page import Page
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def install(monkeypatch):
         monkeypatch.setattr("hcss_twin.reports.report.installed", lambda group: entries)
 
     module = types.ModuleType("visitor")
-    module.page = lambda path: Page("title of a visitor", path.name, [Section("One", ["text"])])
+    module.page = lambda path: Page("title of a visitor", path.name, [Page.Section("One", ["text"])])
     monkeypatch.setitem(sys.modules, "visitor", module)
     return install
 

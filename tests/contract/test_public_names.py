@@ -4,9 +4,11 @@ This module imports what the page of public names lists, and nothing else of hcs
 """
 
 import ast
+import dataclasses
 import json
 import math
 import re
+import warnings
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -21,20 +23,27 @@ from hcss_author import sample_cloud_inputs
 from pydantic import BeforeValidator, Field, ValidationError
 from test_plugins_use_the_public_api import FROZEN, PAGE, private_imports
 
-from hcss_twin import Scenario, brightness_temperature, make_plan, simulate
+from hcss_twin import Scenario, brightness_temperature, make_plan, open_cube, simulate
 from hcss_twin.cli import options
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.errors import OptionError
+from hcss_twin.core.environment import announce_compilation
+from hcss_twin.core.errors import CertificateWarning, OptionError
 from hcss_twin.core.files import Writing
 from hcss_twin.core.json_numbers import json_value
 from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.core.reading import Reading
+from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.clouds import FrameClouds
+from hcss_twin.engine.cluster import Cluster
 from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.cube_temperature import kelvin_of_band
+from hcss_twin.engine.parts import Workers
 from hcss_twin.engine.scene_around import SceneAround
+from hcss_twin.engine.simulate import run
 from hcss_twin.engine.stages.element_paths import ElementPaths
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.stream import PartMaker
@@ -44,35 +53,33 @@ from hcss_twin.models.atmosphere.climatology import Climatology
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable
+from hcss_twin.models.clouds.coverage import Coverage
+from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
-from hcss_twin.models.clouds.fractal.field import FractalField, Lattice, PixelWindow
+from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.parameters import ImageReading
 from hcss_twin.models.clouds.imagery.reader import read_image
-from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.models.radiance.physical.sunlight_in_air import scattered_once
-from hcss_twin.models.sensor.noise import key_of, standard_normal
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
+from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
+from hcss_twin.models.sensor.noise import Noise
 from hcss_twin.models.sensor.parameters import OfBands
-from hcss_twin.models.sensor.philox import fill_normals
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn, to_plane
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.physics.sun import sun_position
-from hcss_twin.plan.air_over_field import Air, AirOverField, PlacedView
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.choose_light import light_inputs
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.plan.omissions import texture_of_sea
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
-from hcss_twin.plan.sensor_geometry import examine_geometry
-from hcss_twin.plan.sensor_stages import build_stages, smear_of_sensor
-from hcss_twin.plan.views import views_over_image
+from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.providers import (
     Array,
     AtmosphereInputs,
@@ -90,9 +97,16 @@ from hcss_twin.providers import (
 from hcss_twin.providers import Path as LightPath
 from hcss_twin.providers.light import LightInputs
 from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.reports.cloud_volume import CloudVolume
+from hcss_twin.reports.cube_frames import Reader
+from hcss_twin.reports.figures import Figures
+from hcss_twin.reports.page import Markup, Page
+from hcss_twin.reports.power_spectrum import Rings
+from hcss_twin.reports.provenance import Provenance
+from hcss_twin.reports.tables import Table
 from hcss_twin.scenario.bands import spectral_band
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import Number, QuantityParser, Whole
+from hcss_twin.scenario.units import QuantityParser
 
 SOURCE = Path(__file__).read_text(encoding="utf-8")
 
@@ -116,9 +130,9 @@ def test_a_command_of_another_package_reads_a_scenario_and_writes_a_new_file(tmp
     @options.Shared.force
     @click.option("--scale", type=options.Number(min=0.0), default=1.0)
     def ours(scenario, assignments, json_file, force, scale):
-        options.require_writable([json_file], force, form="JSON")
-        coverage = options.load(scenario, assignments).clouds.layers[0].coverage
-        options.write_json({"coverage": scale * coverage}, json_file)
+        options.Output.require_writable([json_file], force, form="JSON")
+        coverage = options.Shared.load(scenario, assignments).clouds.layers[0].coverage
+        options.Shared.write_json({"coverage": scale * coverage}, json_file)
 
     def run(*arguments):
         return CliRunner().invoke(ours, ["stratus", "--set", "clouds.coverage=0.25", *arguments])
@@ -160,12 +174,45 @@ def test_a_command_answers_nothing_but_json_which_has_no_infinity():
     def ours(path, output, as_json):
         click.echo(f"reading {path}")
         if as_json:
-            options.write_json(json_value({"output": str(output), "sizes": (1.0, math.inf)}))
+            options.Shared.write_json(json_value({"output": str(output), "sizes": (1.0, math.inf)}))
 
     result = CliRunner().invoke(ours, [".", "--json", "-o", "a.nc"])
     assert json.loads(result.stdout) == {"output": "a.nc", "sizes": [1.0, None]}
     assert CliRunner().invoke(ours, ["/dev/null"]).exit_code == 2
     assert "name of a file" in CliRunner().invoke(ours, [".", "-o", "new/"]).output
+
+
+def test_a_signal_stops_a_command_between_two_steps():
+    stop = options.Stop()
+    assert list(stop.progress(range(3), 3)) == [0, 1, 2]
+    with pytest.raises(KeyboardInterrupt):
+        stop(2, None)
+    with pytest.raises(KeyboardInterrupt):  # again: a library may have swallowed the first
+        next(stop.progress(range(3), 3))
+
+
+def test_arrays_come_back_unless_another_program_has_changed_them(tmp_path):
+    path, kept = tmp_path / "kept.npz", {"numbers": np.arange(5.0), "names": np.array(["a", "b"])}
+    Writing(path, CatalogError).arrays(kept)
+    found = Reading(path, CatalogError).arrays()
+    assert {name: values.tolist() for name, values in found.items()} == {n: v.tolist() for n, v in kept.items()}
+    np.savez(path, **kept, digest=np.array("other"))
+    with pytest.raises(CatalogError, match="checksum"):
+        Reading(path, CatalogError).arrays()
+
+
+def test_results_of_a_key_are_computed_once():
+    cache, made = ResultCache(), []
+    assert [cache.get_or_compute("key", lambda: made.append(1) or len(made)) for _ in range(3)] == [1, 1, 1]
+    assert set(cache.versions()) >= {"hcss-twin", "numpy"}
+
+
+def test_work_comes_back_in_order_and_a_cluster_that_does_not_answer_is_an_error():
+    with Workers.of(1) as workers:
+        assert workers.executor is None
+        assert list(workers.in_order(str, iter((3, 1)))) == [(3, "3"), (1, "1")]
+    with pytest.raises(CatalogError, match="Dask"), Cluster.connected("nowhere", CatalogError):
+        pass
 
 
 def test_compiled_loops_give_what_python_gives():
@@ -183,6 +230,47 @@ def test_compiled_loops_give_what_python_gives():
     assert total(np.array([1.0, 2.0, 3.0])) == 14.0
 
 
+# --- reports
+
+
+def test_a_page_escapes_text_and_shows_tables_and_figures(tmp_path):
+    figure, axes = Figures.panels(2)
+    axes[0].plot([1.0, 2.0])
+    table = Table(["row", "value"], [[Table.ordinal(2), Table.number(0.5)]])
+    shown = [Markup.paragraph("x < y"), "a & b", table, Markup.picture(figure, "a line")]
+    Page("Ours", "of a < b", [Page.Section("One part", shown)]).write(tmp_path / "ours.html")
+    text = (tmp_path / "ours.html").read_text(encoding="utf-8")
+    for part in ("of a &lt; b", "<p>x &lt; y</p>", "a &amp; b", "<td>2nd</td>", 'id="one-part"', 'alt="a line"'):
+        assert part in text
+    assert [line.split() for line in table.lines()] == [["row", "value"], ["2nd", "0.5"]]
+    assert Figures.png(figure) == Figures.png(figure)
+    with pytest.raises(ValueError, match="1 cells"):
+        Table(["row", "value"], [["1"]])
+
+
+def test_provenance_is_what_a_file_says_of_itself():
+    attributes = {"hcss_versions": json.dumps({"hcss-twin": "1.0"}), "hcss_providers": "no JSON"}
+    assert Provenance.versions(Provenance.value(attributes, "hcss_versions", {})) == "hcss-twin 1.0"
+    assert Provenance.value(attributes, "hcss_providers", {}) == {}
+
+
+def test_the_power_of_white_noise_is_its_variance_in_all_rings():
+    noise = 3.0 * np.random.default_rng(5).normal(size=(128, 96))
+    rings = Rings.of(noise)
+    known = rings.waves > 0
+    assert np.average(rings.power[known], weights=rings.waves[known]) == pytest.approx(9.0, rel=0.1)
+
+
+def test_a_cloud_is_drawn_from_its_base_to_its_top():
+    x, y = np.arange(6.0), np.arange(5.0)
+    top = np.full((5, 6), np.nan)
+    top[1:4, 2:5] = 1200.0
+    fraction = np.isfinite(top).astype(float)
+    columns = CloudVolume.Columns("ours", np.datetime64("2024-04-20"), 0, x, y, top - 200.0, top, fraction)
+    assert np.nanmax(columns.thickness_m) == 200.0
+    assert len(CloudVolume.figure(columns).axes) >= 3
+
+
 # --- sections of scenarios
 
 
@@ -192,8 +280,8 @@ def test_a_section_takes_quantities_with_units_and_refuses_unknown_keys():
         field: Annotated[float, BeforeValidator(QuantityParser("angle"))] = Field(1.0, gt=0)
         altitude: Annotated[float, BeforeValidator(QuantityParser("length"))] = 1.0
         exposure: Annotated[float, BeforeValidator(QuantityParser("duration"))] = 1.0
-        gain: Number = 1.0
-        lines: Whole = 1
+        gain: QuantityParser.Number = 1.0
+        lines: QuantityParser.Whole = 1
 
     given = {"focal_length": "50 mm", "altitude": "500 km", "exposure": "2 ms", "field": f"{math.pi / 4} rad"}
     scope = Scope.model_validate(given)
@@ -209,14 +297,14 @@ def test_a_section_takes_quantities_with_units_and_refuses_unknown_keys():
 
 def test_the_plane_of_the_scene_is_where_the_earth_is():
     x, y = np.array([-3e5, 0.0, 2e5]), np.array([1e5, 0.0, -2e5])
-    latitude, longitude, turn = to_geographic_with_turn(x, y, 40.0, 10.0)
-    back = to_plane(latitude, longitude, 40.0, 10.0)
+    latitude, longitude, turn = Ellipsoid.to_geographic_with_turn(x, y, 40.0, 10.0)
+    back = Ellipsoid.to_plane(latitude, longitude, 40.0, 10.0)
     assert np.max(np.abs(np.stack(back) - [x, y])) < 1e-3
     assert turn[1] == 0.0
-    position = to_earth_centred(latitude, longitude)
-    east, north, up = east_north_up(latitude, longitude)
+    position = Ellipsoid.to_earth_centred(latitude, longitude)
+    east, north, up = Ellipsoid.east_north_up(latitude, longitude)
     np.testing.assert_allclose(np.cross(east, north), up, atol=1e-12)
-    higher = to_earth_centred(latitude, longitude, 1e3)
+    higher = Ellipsoid.to_earth_centred(latitude, longitude, 1e3)
     np.testing.assert_allclose(higher - position, 1e3 * up, atol=1e-6)
 
 
@@ -263,14 +351,14 @@ def test_rays_place_their_pixels_and_name_what_excludes_them():
     assert rays.filled_in[0].field == "wide.pixels"
     table = (Excluded("elements", False, "elements", "none"), Excluded("view.zenith", True, "another view", "0"))
     with pytest.raises(ScenarioError, match=r"view\.zenith: another view cannot be computed with wide; allowed: 0"):
-        require_none("wide", table)
-    require_none("wide", table[:1])
+        Excluded.require_none("wide", table)
+    Excluded.require_none("wide", table[:1])
 
 
 def test_air_over_a_field_is_that_of_the_place_of_a_view(plan):
-    air = {latitude: Air(plan.assembly.profile, plan.assembly.transmittance) for latitude in (10.0, 60.0)}
+    air = {latitude: AirOverField.Air(plan.assembly.profile, plan.assembly.transmittance) for latitude in (10.0, 60.0)}
     over = AirOverField((10.0, 0.0), lambda latitude, longitude: air[latitude], lambda: iter(()))
-    assert over.of(PlacedView(0.0, 0.0, 60.0, 0.0)) is air[60.0]
+    assert over.of(AirOverField.PlacedView(0.0, 0.0, 60.0, 0.0)) is air[60.0]
     assert over.of(View(0.0, 0.0)) is air[10.0]
 
 
@@ -308,8 +396,8 @@ def test_a_plan_says_what_it_computes_and_what_it_leaves_out(plan, scenario):
     assert plan.cloudy_layers == [0]
     assert plan.layers[0].reference_height_m == plan.layers[0].top_m
     assert plan.assembly.plane(3).samples == 3
-    assert views_over_image(plan.assembly).at([(-1.0, 0.0), (1.0, 1.0)]) == [plan.view] * 2  # parallel lines of sight
-    left_out = [*plan.omissions, texture_of_sea(plan.assembly, "one temperature")]
+    assert plan.views_over_image().at([(-1.0, 0.0), (1.0, 1.0)]) == [plan.view] * 2  # parallel lines of sight
+    left_out = [*plan.omissions, plan.texture_of_sea("one temperature")]
     assert all(isinstance(omission, Omission) and omission.what for omission in left_out)
     assert 0.0 < left_out[-1].bound < 0.1
     bands = [spectral_band(band, plan.catalog) for band in scenario.bands]
@@ -335,6 +423,32 @@ def test_parts_of_frames_are_those_of_the_cube(plan, tables, scenario, tmp_path)
     np.testing.assert_allclose(kelvin, np.asarray(expected)[1, :, 3:9, 5:20], atol=2e-4)
 
 
+def test_a_cube_is_read_plane_by_plane_and_its_certificate_told(scenario, tmp_path):
+    told, said = [], []
+    changed = Scenario.from_dict(json.loads(scenario.to_json()), {"output.certificate": 20, "frames.count": 1})
+    with warnings.catch_warnings(), announce_compilation(said.append):
+        warnings.simplefilter("error", CertificateWarning)
+        run(make_plan(changed), tmp_path / "cube.nc", report=told.append)
+    (certificate,) = told
+    assert isinstance(certificate, Certificate)
+    assert certificate.passed
+    assert {each.name for each in certificate.strata} <= set(Certificate.stratum_names(1))
+    assert len(said) <= 1
+    with FrameSelection.as_seen(open_cube(tmp_path / "cube.nc")) as cube:
+        (radiance, *_), reader = Reader.quantities(cube), Reader.of(cube)
+        assert (radiance.name, radiance.parts) == ("radiance", ("lwir",))
+        np.testing.assert_array_equal(reader.plane(radiance, 0, 0), cube["radiance"].values[0, 0])
+        assert reader.mean(radiance, 0, 0) == pytest.approx(float(cube["radiance"].mean()), rel=1e-6)
+        kelvin = kelvin_of_band(cube, tmp_path / "cube.nc", "lwir")(cube["radiance"].values[0, 0].astype(np.float64))
+        np.testing.assert_allclose(kelvin, brightness_temperature(cube)[0, 0], atol=0.01)
+
+
+def test_weights_of_a_grid_integrate_over_the_band(plan):
+    grid = SpectralGrid.dense([spectral_band((8.0, 12.5), plan.catalog)], None)
+    assert grid.weights_cm1.sum() == pytest.approx(1e4 / 8.0 - 1e4 / 12.5)
+    np.testing.assert_array_equal(grid.all_nodes().wavenumber_cm1, grid.wavenumber_cm1)
+
+
 def test_the_scene_around_a_frame_contains_it_at_any_time(plan, tables):
     window, time_s = (slice(0, 16), slice(0, 20)), float(plan.frame_times_s[1])
     frame, _ = PartMaker(plan, tables).part(1, window)
@@ -357,7 +471,7 @@ def test_nothing_is_between_the_sensor_and_what_is_above_the_air_and_the_clouds(
 
 
 def test_light_gets_the_scene_of_the_plan(plan, tables):
-    inputs = light_inputs(plan, tables.spectrum.nodes)
+    inputs = LightStage.inputs(plan, tables.spectrum.nodes)
     assert isinstance(inputs, LightInputs)
     assert inputs.layer == plan.layers[0]
     assert inputs.image == (16 * plan.samples_per_pixel, 20 * plan.samples_per_pixel)
@@ -377,25 +491,25 @@ def test_the_stages_of_a_sensor_are_built_and_examined(plan, scenario):
         seed=1,
         catalog=plan.catalog,
     )
-    (stage,) = build_stages(scenario.sensor, inputs)
+    (stage,) = Stage.build(scenario.sensor, inputs)
     measured, _ = stage.measure(np.full((1, 16, 20), 8.0, np.float32), 0, 0.0)
     assert np.mean(measured.radiance) == pytest.approx(8.0, rel=1e-2)
     assert np.std(measured.radiance) > 0.0
-    assert isinstance(examine_geometry({}, (stage,)), tuple)
-    assert smear_of_sensor(scenario.sensor, plan.catalog) is None
+    assert isinstance(Stage.examine_geometry({}, (stage,)), tuple)
+    assert Stage.smear_of_sensor(scenario.sensor, plan.catalog) is None
     smeared = scenario.sensor.model_copy(update={"parameters": {"integration_time": 0.01}})
-    time_s, key = smear_of_sensor(smeared, plan.catalog)
+    time_s, key = Stage.smear_of_sensor(smeared, plan.catalog)
     assert (time_s, key) == (0.01, "sensor.parameters.integration_time")
 
 
 def test_random_numbers_of_pixels_depend_on_their_place_alone():
-    key = key_of(7, "ours", "lwir")
-    assert key != key_of(7, "ours", "mwir")
-    whole, part = standard_normal(key, (40, 50), (-5, -5)), standard_normal(key, (3, 4), (10, 20))
+    key = Noise.key_of(7, "ours", "lwir")
+    assert key != Noise.key_of(7, "ours", "mwir")
+    whole, part = Noise.standard_normal(key, (40, 50), (-5, -5)), Noise.standard_normal(key, (3, 4), (10, 20))
     np.testing.assert_array_equal(part, whole[15:18, 25:29])
     numbers, tail = np.empty(64 * 200, np.float32), np.empty(64, np.float32)
-    fill_normals(numbers, 3, 0, np.uint64(key))
-    fill_normals(tail, 3, 199, np.uint64(key))
+    Noise.fill_normals(numbers, 3, 0, np.uint64(key))
+    Noise.fill_normals(tail, 3, 199, np.uint64(key))
     np.testing.assert_array_equal(numbers[-64:], tail)
     assert (np.mean(numbers), np.std(numbers)) == pytest.approx((0.0, 1.0), abs=0.03)
 
@@ -427,18 +541,46 @@ def test_octaves_share_the_variance_of_the_field(octaves):
 
 def test_a_window_of_the_field_is_a_part_of_the_whole(octaves, plan):
     field = FractalField(5, octaves)
-    whole = field.window(0.0, PixelWindow(0, 30, 0.0), PixelWindow(0, 40, 0.0))
-    part = field.window(0.0, PixelWindow(10, 5, 0.0), PixelWindow(20, 8, 0.0))
+    whole = field.window(0.0, FractalField.PixelWindow(0, 30, 0.0), FractalField.PixelWindow(0, 40, 0.0))
+    part = field.window(0.0, FractalField.PixelWindow(10, 5, 0.0), FractalField.PixelWindow(20, 8, 0.0))
     np.testing.assert_array_equal(part, whole[10:15, 20:28])
     layer = replace(plan.layers[0], coverage=0.5)
-    thickness = field_thickness(whole[None].astype(np.float32), layer)[0]
+    thickness = FractalClouds.field_thickness(whole[None].astype(np.float32), layer)[0]
     np.testing.assert_array_equal(thickness > 0.0, whole >= 0.0)  # the median of the field
     assert np.max(thickness) <= layer.thickness_max_m
 
 
+def test_the_highest_values_of_a_field_are_cloudy():
+    field = np.random.default_rng(3).normal(size=(40, 50)).astype(np.float32)
+    cloudy = Coverage.cloudy_pixels(field, 0.3)
+    assert cloudy.mean() == 0.3
+    assert field[cloudy].min() == Coverage.highest_values(field, 0.3)[0] > field[~cloudy].max()
+    assert np.all(np.diff(Coverage.cloud_fraction_value(np.sort(field.ravel()))) >= 0.0)
+
+
+def test_waves_of_a_developed_sea_have_the_variance_of_their_spectrum():
+    omega = np.linspace(0.2, 40.0, 400_000)
+    variance = float(np.trapezoid(PiersonMoskowitz.spectrum_m2_s(omega, 10.0), omega))
+    assert variance == pytest.approx(PiersonMoskowitz.elevation_variance_m2(10.0), rel=1e-3)
+    assert PiersonMoskowitz.significant_wave_height_m(10.0) == pytest.approx(4.0 * math.sqrt(variance), rel=1e-3)
+
+
+def test_an_entry_of_the_cloud_database_comes_back_from_its_file(tmp_path):
+    plain = {"str": "ours", "float": 2.0, "int": 1, "bool": False}
+    facts = CloudEntry.Facts(**{each.name: plain[str(each.type)] for each in dataclasses.fields(CloudEntry.Facts)})
+    labels = np.zeros((4, 5), np.int32)
+    labels[1:3, 2:4] = 1
+    grey = np.where(labels, 100, 0).astype(np.uint8)
+    CloudEntry(grey, labels, np.zeros((4, 5), bool), grey, facts).write(tmp_path / f"ours{CloudEntry.SUFFIX}")
+    found = CloudEntry.read(tmp_path / "ours.nc")
+    np.testing.assert_array_equal(found.labels, labels)
+    assert found.facts == facts
+    assert CloudEntry.read_facts(tmp_path / "ours.nc") == (facts, (4, 5))
+
+
 def test_weights_between_nodes_have_unit_norm_and_correlate_as_tabulated():
     fraction = np.linspace(0.0, 1.0, 11)
-    weights = Lattice.weights(fraction)
+    weights = FractalField.Lattice.weights(fraction)
     np.testing.assert_allclose(np.sum(weights**2, axis=1), 1.0)
     correlation = KernelCorrelation.tabulate()
     assert correlation(np.array([0.0])) == pytest.approx(1.0)
@@ -449,12 +591,12 @@ def test_weights_between_nodes_have_unit_norm_and_correlate_as_tabulated():
 
 
 def test_nodes_of_a_lattice_are_those_of_any_part_of_it():
-    lattice, places = Lattice(7, 2), np.arange(-3, 60)
+    lattice, places = FractalField.Lattice(7, 2), np.arange(-3, 60)
     whole = lattice.normals(0, places, places)
     np.testing.assert_array_equal(lattice.normals(0, places[5:9], places[20:]), whole[5:9, 20:])
     assert np.mean(whole) == pytest.approx(0.0, abs=0.05)
     assert not np.any(lattice.normals(1, places, places) == whole)
-    assert len({Lattice(7, octave).offset(axis) for octave in (1, 2) for axis in (0, 1)}) == 4
+    assert len({FractalField.Lattice(7, octave).offset(axis) for octave in (1, 2) for axis in (0, 1)}) == 4
 
 
 def test_an_image_of_celsius_is_one_of_kelvin_in_which_cold_is_cloud(tmp_path):

@@ -31,7 +31,6 @@ from surface_files import write_netcdf
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.models.clouds.database import write_entry
 from hcss_twin.models.radiance.as_printed import AsPrinted
 from hcss_twin.physics.profile import airmass_of_legs
 from hcss_twin.providers import Motion
@@ -165,7 +164,7 @@ class TestScatteredClouds(CloudGeneratorContract):
         np.save(tmp_path / "image.npy", image)
         (tmp_path / "clouds").mkdir()
         entry = import_image(tmp_path / "image.npy", ImportOptions(pixel_size_m=200.0, cleaning=Cleaning(1)))
-        write_entry(tmp_path / "clouds" / "squares.nc", entry)
+        entry.write(tmp_path / "clouds" / "squares.nc")
 
     def make_provider(self, inputs):
         return create("clouds", "imagery", inputs, entry="squares", placement="single-clouds")

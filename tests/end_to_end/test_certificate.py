@@ -19,7 +19,7 @@ from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.tensor_train import TensorTrain
-from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.numerics import reference_level
 
 SMALL = CHEAP | {"bands": ["mwir-3.7", "lwir-10.8"], "image.rows": 40, "image.columns": 50, "frames.count": 3}
@@ -106,7 +106,7 @@ def test_the_achieved_error_is_that_of_the_cube_against_the_reference():
         plan.assembly.setting(plan.sun_at(0.0)),
     )
     grid = plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
-    exact = reference_radiance(model, setting, grid, thickness)
+    exact = SpectralGrid.reference_radiance(model, setting, grid, thickness)
     error = np.abs(made.radiance.values[0].reshape(2, -1).T / exact - 1.0).max(axis=0)
     achieved = json.loads(made.attrs["hcss_accuracy_achieved"])
     np.testing.assert_allclose(list(achieved.values()), error, rtol=0.1)

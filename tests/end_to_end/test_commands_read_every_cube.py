@@ -13,7 +13,7 @@ from distributions import need
 import hcss_twin
 from hcss_twin import Scenario, simulate
 from hcss_twin.core.errors import HcssError
-from hcss_twin.cube.coordinates import as_seen
+from hcss_twin.cube.frame_selection import FrameSelection
 
 SCENE = {
     "time": "2024-04-20T11:00:00+09:00",
@@ -127,7 +127,7 @@ def command(name, kind, *arguments):
 def images(path):
     """First frame of the cube as it is seen, south first, in memory."""
     with hcss_twin.open_cube(path) as cube:
-        return as_seen(cube).isel(time=0).load()
+        return FrameSelection.as_seen(cube).isel(time=0).load()
 
 
 ALL = pytest.mark.parametrize("kind", KINDS)

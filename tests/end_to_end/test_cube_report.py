@@ -19,7 +19,7 @@ from hcss_twin.cube.requested_variables import expand
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.reports import cube_frames
 from hcss_twin.reports.colour_scale import LEVELS
-from hcss_twin.reports.cube_frames import Reader, spread
+from hcss_twin.reports.cube_frames import Reader
 
 MASK = tuple(expand(["cloud_mask"], {}))
 """Of a cube without curves, for what is not about them."""
@@ -260,7 +260,7 @@ def test_of_many_frames_some_are_shown_the_ends_among_them(tmp_path):
 
 @pytest.mark.parametrize(("count", "wanted"), [(1, 24), (7, 24), (24, 24), (25, 24), (2000, 24), (5, 1)])
 def test_spread_numbers_are_distinct_and_as_many_as_wanted(count, wanted):
-    found = spread(count, wanted)
+    found = Reader.spread(count, wanted)
     assert len(found) == min(count, wanted)
     assert sorted(set(found)) == found
     assert found[0] == 0

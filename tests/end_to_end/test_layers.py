@@ -8,7 +8,7 @@ from cheap import CHEAP
 from reference_agreement import assert_tables_agree_with_the_reference_path
 
 from hcss_twin import Scenario, ScenarioError, make_plan, simulate
-from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.clouds import layer_seed
 from hcss_twin.plan.description import describe
 from hcss_twin.reports.plan_text import plan_text
@@ -85,7 +85,7 @@ def test_where_one_layer_has_cloud_the_radiance_is_that_of_its_own_scene(both):
         where = ((thickness.sel(layer=name) > 0) & (others == 0)).values
         assert where.any()
         plan = make_plan(scenario(layer))
-        exact = reference_radiance(
+        exact = SpectralGrid.reference_radiance(
             plan.assembly.model,
             plan.assembly.setting(plan.sun_track.at(0.0)),
             plan.spectral_grid,

@@ -17,7 +17,7 @@ from hcss_twin.core.errors import CatalogError, CubeError, HcssError, ProviderDe
 from hcss_twin.core.memory import OutOfMemory, naming_memory
 from hcss_twin.core.processes import worker_pool
 from hcss_twin.engine import cluster
-from hcss_twin.engine.cluster import Cluster, connected
+from hcss_twin.engine.cluster import Cluster
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="POSIX")
 
@@ -160,7 +160,7 @@ def test_a_scheduler_that_goes_while_something_waits_is_an_error(quick):
     ],
 )
 def test_addresses_without_a_scheduler_are_refused(address, message):
-    with pytest.raises(HcssError, match=message), connected(address, HcssError):
+    with pytest.raises(HcssError, match=message), Cluster.connected(address, HcssError):
         raise AssertionError
 
 
@@ -178,7 +178,7 @@ def test_a_scheduler_that_dies_while_a_client_connects_is_one_line(capfd, monkey
 
         threading.Thread(target=hang_up, daemon=True).start()
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
-        with pytest.raises(CubeError, match="no Dask scheduler answers at"), connected(address, CubeError):
+        with pytest.raises(CubeError, match="no Dask scheduler answers at"), Cluster.connected(address, CubeError):
             raise AssertionError
         server.shutdown(socket.SHUT_RDWR)
     assert "Traceback" not in "".join(capfd.readouterr())

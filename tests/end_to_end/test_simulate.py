@@ -12,7 +12,7 @@ from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
 from hcss_twin.models.radiance.as_printed import AsPrinted
 from hcss_twin.models.radiance.physical.directions import TERMS
-from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 
 THREE_LINES = """
 time = 2024-04-20T12:30:00+10:00
@@ -137,7 +137,7 @@ def test_sun_moving_over_hours_is_followed():
     assert len(tables.time_s) > 2
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
         setting = plan.assembly.setting(plan.sun_track.at(float(time_s)))
-        exact = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, [0.0])
+        exact = SpectralGrid.reference_radiance(plan.assembly.model, setting, plan.spectral_grid, [0.0])
         assert frame["radiance"][0, 0, 0] == pytest.approx(exact[0, 0], rel=1e-4)
 
 
@@ -166,7 +166,7 @@ def test_days_are_not_mistaken_for_moments(name, overrides):
     for time_s, frame in zip(plan.frame_times_s, stream(plan, tables), strict=True):
         sun = plan.sun_track.at(float(time_s))
         setting = plan.assembly.setting(sun if sun.is_up else None)
-        exact = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, [0.0])
+        exact = SpectralGrid.reference_radiance(plan.assembly.model, setting, plan.spectral_grid, [0.0])
         assert frame["radiance"][0, 0, 0] == pytest.approx(exact[0, 0], rel=1e-4 + 3e-7)
 
 

@@ -16,16 +16,16 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 
 PARENT = """
 import os, time
-from hcss_twin.engine.parts import executor_of
+from hcss_twin.engine.parts import Workers
 
 def work(seconds):
     time.sleep(seconds)
     return os.getpid()
 
 if __name__ == "__main__":
-    with executor_of(2) as (pool, count):
-        print(*{each.result() for each in [pool.submit(work, 0.5) for _ in range(2)]}, flush=True)
-        list(pool.map(work, [60, 60]))
+    with Workers.of(2) as workers:
+        print(*{each.result() for each in [workers.executor.submit(work, 0.5) for _ in range(2)]}, flush=True)
+        list(workers.executor.map(work, [60, 60]))
 """
 
 

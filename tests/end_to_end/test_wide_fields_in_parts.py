@@ -16,7 +16,6 @@ from hcss_twin.engine.parts import stream_parts
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.verification import verify_cube
-from hcss_twin.scenario.scenario import read_scenario_file
 
 WIDE = {
     **CHEAP,
@@ -142,7 +141,7 @@ def test_the_certificate_of_a_window_follows_the_views_of_the_whole_image():
 
 def test_a_sensor_measures_a_platform_that_says_its_pixels_and_speed_by_optics_and_orbit(tmp_path):
     optics = {"platform.focal_length": 0.1, "platform.detector_pitch": 3e-4, "platform.off_nadir": 10.0}
-    raw, base = read_scenario_file("stratus")
+    raw, base = Scenario.read_file("stratus")
     del raw["image"], raw["view"], raw["motion"]
     changes = {**WIDE, **optics, "image.rows": 6, "image.columns": 8, "sensor.name": "generic-mwir"}
     del changes["image.pixel_size"]

@@ -12,7 +12,6 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.engine.tables.columns import BandColumns
 from hcss_twin.engine.tables.texture import OverWarmerSea
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
-from hcss_twin.models.radiance.spectral_grid import all_nodes
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, TextureShape
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.providers import Grid
@@ -194,7 +193,7 @@ def test_the_sea_shows_through_cloud_as_where_all_is_solved_over_a_warmer_sea(ti
     changes = {"clouds": {"type": "paper-stratus", "coverage": 0.5}, "sea": {"temperature_texture": 0.5}}
     plan = make_plan(scene(**changes, time=time, bands=[band]))
     warmer = replace(plan, assembly=plan.texture.perturbed(plan.assembly, (1.0, 0.0)))
-    columns, sun = BandColumns(plan, all_nodes(plan.spectral_grid)), plan.sun_up_at(0.0)
+    columns, sun = BandColumns(plan, plan.spectral_grid.all_nodes()), plan.sun_up_at(0.0)
     thickness = np.array([[2.0], [20.0]])
     scene_, derived, solved = (
         np.sum(each.cloudy(thickness, [each.plan.assembly.setting(sun)])[0], axis=1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
+from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
@@ -37,7 +37,7 @@ def test_the_expected_variogram_is_the_mean_over_realisations_at_any_direction(s
         sums.append(row)
     mean, error = np.mean(sums, axis=0), np.std(sums, axis=0) / math.sqrt(len(sums))
     dx, dy = np.array(lags).T
-    expected = expected_variogram(shape, 20.0, dx, dy, KERNEL)
+    expected = KERNEL.expected_variogram(shape, 20.0, dx, dy)
     assert np.all(np.abs(mean - expected) < 4.5 * error + 2e-3 * expected)
     # The comparison can fail: the errors are small.
     assert np.all(error < 0.1 * expected)
@@ -47,7 +47,7 @@ def test_the_frame_variance_is_the_mean_over_realisations():
     rows, columns = 60, 90
     shape = FractalParameters(gamma=2.0, H=0.6, L=(30.0, 12.0), k=(0, 5))
     measured = np.array([float(v.var()) for v in fields(shape, 300, rows, columns)])
-    expected = frame_variance(shape, 20.0, rows, columns, KERNEL)
+    expected = KERNEL.frame_variance(shape, 20.0, rows, columns)
     error = measured.std() / math.sqrt(measured.size)
     assert expected < 0.9
     assert measured.mean() == pytest.approx(expected, abs=4.5 * error)

@@ -16,7 +16,7 @@ from whole_frames import thickness_frame
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
-from hcss_twin.models.clouds.database import read_entry, write_entry
+from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.models.clouds.imagery.generator import ImageryClouds, ScatteredClouds
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.sky import Sky, single_clouds
@@ -54,7 +54,7 @@ def folder(tmp_path_factory):
     np.save(base / "image.npy", image)
     options = ImportOptions(pixel_size_m=1000.0, cleaning=Cleaning(1, 1, 0, 1))
     (base / "clouds").mkdir()
-    write_entry(base / "clouds" / "drawn.nc", import_image(base / "image.npy", options))
+    import_image(base / "image.npy", options).write(base / "clouds" / "drawn.nc")
     return base
 
 
@@ -86,7 +86,7 @@ def _scattered(folder, **inputs):
 
 
 def _sky(folder, seed=0, turned=True):
-    clouds = single_clouds(read_entry(folder / "clouds" / "drawn.nc"), THINNEST, THICKEST)
+    clouds = single_clouds(CloudEntry.read(folder / "clouds" / "drawn.nc"), THINNEST, THICKEST)
     return Sky(clouds, seed, turned), clouds
 
 
@@ -280,7 +280,7 @@ def test_an_image_whose_clouds_are_all_cut_is_refused(tmp_path):
     np.save(tmp_path / "image.npy", image)
     (tmp_path / "clouds").mkdir()
     entry = import_image(tmp_path / "image.npy", ImportOptions(pixel_size_m=1000.0))
-    write_entry(tmp_path / "clouds" / "drawn.nc", entry)
+    entry.write(tmp_path / "clouds" / "drawn.nc")
     with pytest.raises(CatalogError, match="cut all 1 clouds"):
         _clouds(tmp_path)
 

@@ -15,8 +15,7 @@ from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.spectrum import Spectrum
 from hcss_twin.models.radiance.physical import sunlight_in_air
-from hcss_twin.models.radiance.reference import reference_radiance
-from hcss_twin.models.radiance.spectral_grid import all_nodes
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.plan import sunlight
 from hcss_twin.plan.assembly import Assembly
@@ -60,7 +59,7 @@ def every_wavenumber(monkeypatch):
 
     def all_of(plan, *_):
         grid = plan.spectral_grid
-        return Spectrum(all_nodes(grid), grid.wavenumber_cm1.size, 0.0)
+        return Spectrum(grid.all_nodes(), grid.wavenumber_cm1.size, 0.0)
 
     monkeypatch.setattr(compiling, "choose_spectrum", all_of)
 
@@ -120,7 +119,7 @@ def test_faint_sunlight_by_day(models, name, time):
     grid, model = plan.spectral_grid, plan.assembly.model
     sun = plan.sun_up_at(0.0)
     with_sun, without = (
-        reference_radiance(model, plan.assembly.setting(each), grid, columns, 8) for each in (sun, None)
+        SpectralGrid.reference_radiance(model, plan.assembly.setting(each), grid, columns, 8) for each in (sun, None)
     )
     assert 0.1 * bound < largest_change(with_sun, without) < bound
     lit = dataclasses.replace(plan, sunlight=sunlight.COMPUTED)
@@ -214,7 +213,7 @@ def test_tables_for_single_pixels():
         pixels = np.random.default_rng(1).choice(frame["cloud_thickness"].size, 16, replace=False)
         thickness = frame["cloud_thickness"].ravel()[pixels].astype(np.float64)
         setting = plan.assembly.setting(plan.sun_up_at(float(time_s)))
-        exact = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickness)
+        exact = SpectralGrid.reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickness)
         assert largest_change(frame["radiance"].reshape(len(plan.bands), -1)[:, pixels].T, exact) < bound
 
 
@@ -226,7 +225,7 @@ def reached(plan, scene, sun):
     """Clear sky and clouds from the thinnest to the thickest."""
     layer = plan.layers[0]
     columns = np.concatenate(([0.0], np.geomspace(layer.thickness_min_m, layer.thickness_max_m, 3)))
-    return reference_radiance(scene.model, scene.setting(sun), plan.spectral_grid, columns, 8)
+    return SpectralGrid.reference_radiance(scene.model, scene.setting(sun), plan.spectral_grid, columns, 8)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hcss_twin.models.radiance.spectral_grid import SpectralBand, all_nodes, choose_nodes, dense_grid
+from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 
 
 def band(name, lower, upper):
@@ -14,7 +14,7 @@ def band(name, lower, upper):
 
 @pytest.fixture(scope="module")
 def grid():
-    return dense_grid([band("mwir", 3.0, 5.0), band("lwir", 8.0, 14.0)], None)
+    return SpectralGrid.dense([band("mwir", 3.0, 5.0), band("lwir", 8.0, 14.0)], None)
 
 
 def gas_spectra(grid, amounts, seed=0):
@@ -34,14 +34,14 @@ def sums(grid, nodes, spectra):
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-5, 1e-7])
 def test_every_term_it_knows_is_summed_within_the_tolerance_of_the_total(grid, tolerance):
     spectra = gas_spectra(grid, np.geomspace(1e-2, 1e2, 12))
-    nodes = choose_nodes(grid, spectra, tolerance)
+    nodes = grid.choose_nodes(spectra, tolerance)
     exact = spectra @ grid.weights_cm1.T
     error = np.abs(sums(grid, nodes, spectra) - exact) / exact.sum(axis=1, keepdims=True)
     assert np.max(error) <= tolerance
 
 
 def test_unknown_amounts_between_those_known_are_summed_too(grid):
-    nodes = choose_nodes(grid, gas_spectra(grid, np.geomspace(1e-2, 1e2, 24)), 1e-5)
+    nodes = grid.choose_nodes(gas_spectra(grid, np.geomspace(1e-2, 1e2, 24)), 1e-5)
     between = gas_spectra(grid, np.geomspace(1.3e-2, 80.0, 31))
     exact = between.sum(axis=1) @ grid.weights_cm1.T
     found = sums(grid, nodes, between).sum(axis=1)
@@ -50,7 +50,7 @@ def test_unknown_amounts_between_those_known_are_summed_too(grid):
 
 
 def test_weights_are_not_negative_and_belong_to_the_band(grid):
-    nodes = choose_nodes(grid, gas_spectra(grid, [0.1, 1.0, 10.0]), 1e-4)
+    nodes = grid.choose_nodes(gas_spectra(grid, [0.1, 1.0, 10.0]), 1e-4)
     assert np.all(nodes.weights_cm1 >= 0)
     for row, (low, high) in enumerate([(2000.0, 1e4 / 3.0), (1e4 / 14.0, 1250.0)]):
         inside = (nodes.wavenumber_cm1 >= low - 1e-6) & (nodes.wavenumber_cm1 <= high + 1e-6)
@@ -59,22 +59,22 @@ def test_weights_are_not_negative_and_belong_to_the_band(grid):
 
 def test_a_stricter_tolerance_takes_more_wavenumbers(grid):
     spectra = gas_spectra(grid, np.geomspace(1e-2, 1e2, 24))
-    sizes = [choose_nodes(grid, spectra, t).wavenumber_cm1.size for t in (1e-1, 1e-2, 1e-4, 1e-6)]
+    sizes = [grid.choose_nodes(spectra, t).wavenumber_cm1.size for t in (1e-1, 1e-2, 1e-4, 1e-6)]
     assert sizes == sorted(sizes)
     assert sizes[0] < sizes[-1]
 
 
 def test_spectra_that_have_nothing_in_common_take_every_wavenumber():
-    narrow = dense_grid([band("narrow", 10.0, 10.02)], None)
+    narrow = SpectralGrid.dense([band("narrow", 10.0, 10.02)], None)
     size = narrow.wavenumber_cm1.size
     spectra = np.eye(size)[:, None, :]
-    nodes = choose_nodes(narrow, spectra, 1e-6)
-    np.testing.assert_array_equal(nodes.wavenumber_cm1, all_nodes(narrow).wavenumber_cm1)
+    nodes = narrow.choose_nodes(spectra, 1e-6)
+    np.testing.assert_array_equal(nodes.wavenumber_cm1, narrow.all_nodes().wavenumber_cm1)
     np.testing.assert_allclose(nodes.weights_cm1, narrow.weights_cm1, rtol=1e-12)
 
 
 def test_darkness_keeps_every_wavenumber(grid):
-    nodes = choose_nodes(grid, np.zeros((3, 2, grid.wavenumber_cm1.size)), 1e-3)
+    nodes = grid.choose_nodes(np.zeros((3, 2, grid.wavenumber_cm1.size)), 1e-3)
     np.testing.assert_array_equal(nodes.wavenumber_cm1, grid.wavenumber_cm1)
     np.testing.assert_array_equal(nodes.weights_cm1, grid.weights_cm1)
 
@@ -83,5 +83,5 @@ def test_darkness_keeps_every_wavenumber(grid):
 def test_a_bright_line_at_a_band_edge_is_not_lost_for_a_faint_continuum(grid, faint):
     spectra = np.full((2, 1, grid.wavenumber_cm1.size), faint)
     spectra[1, 0, grid.nodes[0][0]] = 1.0
-    nodes = choose_nodes(grid, spectra, 1e-4)
+    nodes = grid.choose_nodes(spectra, 1e-4)
     np.testing.assert_allclose(sums(grid, nodes, spectra), spectra @ grid.weights_cm1.T, rtol=1e-4)

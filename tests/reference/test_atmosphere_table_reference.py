@@ -9,7 +9,7 @@ from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table import TableTransmittance
 from hcss_twin.models.parameters import TableParameters
-from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, dense_grid
+from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralGrid
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.providers import AtmosphereInputs
@@ -26,7 +26,7 @@ def atmosphere():
 
 
 def band_grid(name, table):
-    return dense_grid([spectral_band(name, Catalog())], table.declares.native_grid_cm1)
+    return SpectralGrid.dense([spectral_band(name, Catalog())], table.declares.native_grid_cm1)
 
 
 # The MODTRAN columns are thermal-only runs over a black surface whose temperature was fitted to each.

@@ -11,7 +11,7 @@ from hcss_twin.core.catalog import Catalog, catalog_root
 from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.parameters import COEFFICIENTS, BandModelParameters
-from hcss_twin.models.radiance.spectral_grid import dense_grid
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
@@ -147,7 +147,7 @@ def test_clear_air_over_a_black_surface_gives_the_modtran_columns(table_name, ro
     provider = BandModelTransmittance(
         AtmosphereInputs(profile, catalog), BandModelParameters(aerosol="none", file=LOWTRAN7)
     )
-    grid = dense_grid([spectral_band(band, catalog)], provider.declares.native_grid_cm1)
+    grid = SpectralGrid.dense([spectral_band(band, catalog)], provider.declares.native_grid_cm1)
     paths = [to_space(0.0, zenith) for zenith in PAPER["view_zenith_deg"]]
     spectrum = provider.transmittance(grid.wavenumber_cm1, paths) * planck(grid.wavenumber_cm1, surface_K)
     spectrum += provider.path_radiance(grid.wavenumber_cm1, paths)

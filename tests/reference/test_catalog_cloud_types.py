@@ -6,7 +6,7 @@ import pytest
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram
+from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.cloud_types import load_cloud_type
@@ -30,7 +30,7 @@ def test_neighbouring_pixels_correlate_as_measured_up_to_the_pixel_size_of_the_t
     shape, kernel = FractalParameters(**cloud_type.fractal.model_dump(exclude_none=True)), KernelCorrelation.tabulate()
 
     def correlation(pixel_m):
-        return 1.0 - float(np.max(expected_variogram(shape, pixel_m, [1, 0], [0, 1], kernel)))
+        return 1.0 - float(np.max(kernel.expected_variogram(shape, pixel_m, [1, 0], [0, 1])))
 
     most = cloud_type.pixel_size_max
     assert correlation(most) >= MEASURED_CORRELATION

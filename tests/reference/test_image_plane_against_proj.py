@@ -4,14 +4,7 @@ import numpy as np
 import pyproj
 import pytest
 
-from hcss_twin.physics.geodesy import (
-    altitude_m,
-    distance_from_equator_m,
-    to_earth_centred,
-    to_geographic,
-    to_geographic_with_turn,
-    to_plane,
-)
+from hcss_twin.physics.geodesy import Ellipsoid, altitude_m, distance_from_equator_m, to_geographic
 
 GLOBE = pyproj.Geod(ellps="WGS84")
 ALLOWED_M = 1e-3
@@ -48,19 +41,19 @@ def test_places_lie_where_proj_has_them_in_the_plane(latitude, longitude, side_m
     projection = pyproj.Proj(proj="aeqd", lat_0=latitude, lon_0=longitude, ellps="WGS84")
     x, y = plane(side_m)
     places = projection(x, y, inverse=True)[::-1]
-    found = np.stack(to_plane(*places, latitude, longitude))
+    found = np.stack(Ellipsoid.to_plane(*places, latitude, longitude))
     assert np.max(np.abs(found - np.stack(projection(*places[::-1])))) < ALLOWED_M
 
 
 def test_places_beyond_60_degrees_are_refused():
     with pytest.raises(ValueError, match="60 degrees or more from the image centre"):
-        to_plane(np.array([0.0]), np.array([61.0]), 0.0, 0.0)
+        Ellipsoid.to_plane(np.array([0.0]), np.array([61.0]), 0.0, 0.0)
 
 
 @pytest.mark.parametrize("latitude", [-80.0, 0.0, 45.0, 89.0])
 def test_points_of_the_plane_keep_their_distance_and_bearing_from_the_centre(latitude):
     x, y = plane(4000e3)
-    found, longitude, turn = to_geographic_with_turn(x, y, latitude, 100.0)
+    found, longitude, turn = Ellipsoid.to_geographic_with_turn(x, y, latitude, 100.0)
     start = np.full_like(x, 100.0), np.full_like(x, latitude)
     bearing, back, distance = GLOBE.inv(*start, longitude, found)
     assert np.max(np.abs(distance - np.hypot(x, y))) < ALLOWED_M
@@ -91,7 +84,7 @@ def test_distances_along_a_meridian(latitude):
 def test_positions_and_altitudes_are_those_of_proj(altitude):
     latitude = np.array([-90.0, -45.0, 0.0, 1e-7, 30.0, 89.9999, 90.0])
     longitude = np.linspace(-180.0, 180.0, latitude.size)
-    ours = to_earth_centred(latitude, longitude, altitude)
+    ours = Ellipsoid.to_earth_centred(latitude, longitude, altitude)
     to_centre = pyproj.Transformer.from_crs("EPSG:4979", "EPSG:4978", always_xy=True)
     theirs = np.stack(to_centre.transform(longitude, latitude, np.full_like(latitude, altitude)), axis=-1)
     np.testing.assert_allclose(ours, theirs, atol=1e-6)

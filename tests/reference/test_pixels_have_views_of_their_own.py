@@ -13,7 +13,7 @@ from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.verification import verify_cube
-from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.views import ONE_VIEW
 
@@ -49,7 +49,7 @@ def narrow_scene(plan, row, column):
 
 def radiance_of(scene, plan, thickness):
     setting = scene.setting(plan.sun_up_at(0.0))
-    return reference_radiance(scene.model, setting, plan.spectral_grid, thickness)[0]
+    return SpectralGrid.reference_radiance(scene.model, setting, plan.spectral_grid, thickness)[0]
 
 
 @pytest.mark.parametrize(

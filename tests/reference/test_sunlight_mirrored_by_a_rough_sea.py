@@ -13,7 +13,7 @@ import pytest
 
 from hcss_twin.engine.certificate.reference_columns import References
 from hcss_twin.models.radiance.physical import sunlight_between
-from hcss_twin.models.radiance.reference import reference_spectra
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 
@@ -83,7 +83,7 @@ def test_the_certificates_reference_contradicts_radiance_without_the_peak(monkey
     model, setting = coarse.assembly.model, coarse.assembly.setting(sun)
 
     def differs():
-        spectra = reference_spectra(model, setting, grid.wavenumber_cm1, metres, 32).sum(axis=1)
+        spectra = SpectralGrid.reference_spectra(model, setting, grid.wavenumber_cm1, metres, 32).sum(axis=1)
         return float(np.max(np.abs(spectra @ grid.weights_cm1.T / exact - 1.0)))
 
     assert differs() < plan.accuracy.relative

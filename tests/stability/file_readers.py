@@ -25,7 +25,7 @@ from hcss_twin.engine.simulate import simulate
 from hcss_twin.engine.verification import verify_cube
 from hcss_twin.models.atmosphere.profile_file import load_profile, load_profiles
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable
-from hcss_twin.models.clouds.database import read_entry, read_facts
+from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.optics.table_store import read_into
 from hcss_twin.models.refractive_index import load_refractive_index
@@ -99,7 +99,7 @@ _CUBE = {
 
 FAST = {
     **{f"image.{suffix}": {"image": read_image} for suffix in ("jpg", "nc", "npy", "npz", "png", "tif")},
-    "entry.nc": {"entry": read_entry, "facts": read_facts},
+    "entry.nc": {"entry": CloudEntry.read, "facts": CloudEntry.read_facts},
     "profile.csv": {"profile": lambda path: load_profile(str(path), Catalog())},
     "profile.nc": {"profile": lambda path: load_profile(str(path), Catalog())},
     "profiles.nc": {"profiles": lambda path: load_profiles(str(path), Catalog()).with_levels_near(36.0, 0.0)},

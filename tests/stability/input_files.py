@@ -27,7 +27,6 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.engine.sense import sense_file
 from hcss_twin.engine.simulate import run
 from hcss_twin.models.atmosphere.table_file import DIMENSIONS, FORMAT, FORMAT_VERSION
-from hcss_twin.models.clouds.database import write_entry
 from hcss_twin.models.optics import table_store
 from hcss_twin.models.optics.bulk import Accuracy, BulkTable
 from hcss_twin.models.optics.size_distribution import gamma_distribution
@@ -120,7 +119,7 @@ def _images(folder):
             axis.units, axis[:] = "m", np.arange(size) * 100.0
         plane = file.createVariable("Rad", "i2", ("y", "x"), zlib=True)
         plane.units, plane.long_name, plane.scale_factor, plane[:] = "W m-2 sr-1 um-1", "radiance", 0.5, values
-    write_entry(folder / "entry.nc", import_image(folder / "image.npy", ImportOptions(pixel_size_m=100.0)))
+    import_image(folder / "image.npy", ImportOptions(pixel_size_m=100.0)).write(folder / "entry.nc")
 
 
 def write_airs(folder):

@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as hnp
 
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.models.radiance.spectral_grid import SpectralBand, choose_nodes, dense_grid
+from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.physics.geometry import scattering_cosine, wind_azimuths
 from hcss_twin.physics.monotone_cubic import pchip_in_window
@@ -55,7 +55,7 @@ def test_planck_is_positive_below_its_classical_limit_and_rises_with_temperature
 @given(bands(), st.lists(KELVIN, min_size=1, max_size=8))
 def test_brightness_temperature_inverts_the_band_radiance_of_any_black_body(band, kelvin):
     """Within a hundredth of a kelvin, and less where single precision can tell that much, or is refused."""
-    grid = dense_grid([band], NATIVE)
+    grid = SpectralGrid.dense([band], NATIVE)
     temperature = np.array(kelvin)
     exact = planck(grid.wavenumber_cm1[None, :], temperature[:, None]) @ grid.weights_cm1[0]
     single = exact.astype(np.float32).reshape(1, 1, -1)
@@ -114,7 +114,7 @@ def test_the_sun_is_somewhere_at_every_place_and_time(when, latitude, longitude)
 @MANY
 @given(bands(), st.sampled_from([NATIVE, None]))
 def test_weights_of_any_band_are_not_negative_and_sum_to_its_integral(band, native):
-    grid = dense_grid([band], native)
+    grid = SpectralGrid.dense([band], native)
     assert np.all(np.isfinite(grid.wavenumber_cm1))
     assert np.all(np.diff(grid.wavenumber_cm1) > 0.0)
     assert np.all(grid.weights_cm1 >= 0.0)
@@ -136,11 +136,11 @@ def test_weights_of_any_band_are_not_negative_and_sum_to_its_integral(band, nati
 )
 def test_chosen_wavenumbers_sum_any_spectra_within_the_tolerance(band, seed, tolerance, power, dark):
     """Spectra of any scale, of whole zeros, with zeros at random."""
-    grid = dense_grid([band], NATIVE)
+    grid = SpectralGrid.dense([band], NATIVE)
     random = np.random.default_rng(seed)
     spectra = 10.0 ** random.uniform(-8, 0, (6, 3, grid.wavenumber_cm1.size)) * 10.0**power
     spectra[random.random(spectra.shape) < dark] = 0.0
-    nodes = choose_nodes(grid, spectra, tolerance)
+    nodes = grid.choose_nodes(spectra, tolerance)
     assert np.all(nodes.weights_cm1 >= 0.0)
     assert np.all(np.isfinite(nodes.weights_cm1))
     kept = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
@@ -180,7 +180,7 @@ def test_every_grid_of_a_band_has_its_width(low, power, refinement):
     """Whatever lies between the edges: no native wavenumber, one at an edge, or many."""
     high = min(low + 10.0**power, 14.29)
     edges = np.array([low, high])
-    grid = dense_grid([SpectralBand("any", edges, np.ones(2))], NATIVE, refinement)
+    grid = SpectralGrid.dense([SpectralBand("any", edges, np.ones(2))], NATIVE, refinement)
     assert np.all(np.diff(grid.wavenumber_cm1) > 0.0)
     assert np.sum(grid.weights_cm1) == pytest.approx(1e4 / low - 1e4 / high, rel=1e-9)
     assert grid.weights_cm1.min() > 0.0

@@ -23,7 +23,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.atmosphere.band_model.absorption import read_coefficients
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable
-from hcss_twin.models.clouds.database import read_entry, write_entry
+from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.optics.ice_crystals import load_crystals
@@ -249,13 +249,13 @@ def test_an_import_marks_what_is_missing_and_its_entry_reads_back(seed, bad, sha
         np.testing.assert_array_equal(entry.missing, hole)
         assert not np.any(entry.mask & hole)
         path = Path(folder) / "entry.nc"
-        write_entry(path, entry)
-        again = read_entry(path)
+        entry.write(path)
+        again = CloudEntry.read(path)
         np.testing.assert_array_equal(again.grey, entry.grey)
         with netCDF4.Dataset(path, "a") as file:
             file.pixel_size_m = bad
         with pytest.raises(CatalogError, match=r"entry\.nc: pixel_size_m"):
-            read_entry(path)
+            CloudEntry.read(path)
 
 
 MODELS = (

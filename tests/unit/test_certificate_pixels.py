@@ -12,7 +12,7 @@ from scipy.stats import kstest
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.certificate.certificate import Certificate, StratumCheck
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample, allot
-from hcss_twin.engine.certificate.part_sample import PartSample, strata, stratum_names
+from hcss_twin.engine.certificate.part_sample import PartSample
 from hcss_twin.engine.stages.stage import SeenWindow
 from hcss_twin.plan.sunlight import checked_frames
 
@@ -31,8 +31,10 @@ def layer(plan):
 
 
 def names(layers, thickness, shape, samples=1):
-    table = np.array(stratum_names(len(layers)))
-    return table[strata(layers, [np.array(each, np.float32) for each in thickness], shape, samples)].tolist()
+    table = np.array(Certificate.stratum_names(len(layers)))
+    return table[
+        Certificate.stratum_of(layers, [np.array(each, np.float32) for each in thickness], shape, samples)
+    ].tolist()
 
 
 def test_a_cloud_has_edges_and_is_thick_or_thin_inside(layer):
@@ -77,9 +79,11 @@ def test_clear_pixels_in_shadow_are_a_stratum_and_shadow_changes_no_other(layer,
     thickness[:, 4:] = 50.0
     shaded = np.zeros((3, 9), np.bool_)
     shaded[:, 2:6] = True
-    table, of_layers = np.array(stratum_names(layers, shadows=True)), [layer] * layers
-    assert table[:-1].tolist() == list(stratum_names(layers))
-    here, without = (table[strata(of_layers, [thickness] * layers, (3, 9), 1, light)] for light in (shaded, None))
+    table, of_layers = np.array(Certificate.stratum_names(layers, shadows=True)), [layer] * layers
+    assert table[:-1].tolist() == list(Certificate.stratum_names(layers))
+    here, without = (
+        table[Certificate.stratum_of(of_layers, [thickness] * layers, (3, 9), 1, light)] for light in (shaded, None)
+    )
     assert np.all((here == "clear in shadow") == (shaded & (thickness == 0.0)))
     np.testing.assert_array_equal(here[:, 4:], without[:, 4:])
     assert np.all(here[:, :2] == "clear")
@@ -196,13 +200,13 @@ def test_of_each_stratum_those_with_the_smallest_numbers_are_drawn(plan, rare):
     clear = np.random.default_rng(1).choice(size, rare, replace=False)
     thickness[clear, clear] = 0.0
     index = checked_frames(1, plan.frame_times_s.size)[0]
-    kind, window = strata(plan.layers, [thickness], (size, size), 1), (slice(0, size), slice(0, size))
+    kind, window = Certificate.stratum_of(plan.layers, [thickness], (size, size), 1), (slice(0, size), slice(0, size))
     sample = PixelSample(plan).of_part(index)
     number = numbers_of(plan, index, size)
     assert kstest(number.ravel(), "uniform").pvalue > 1e-3
     sample.observe(SeenWindow(window, [thickness]))
     found = sample.drawn(np.zeros((1, 1, size, size), np.float32))
-    for stratum in range(len(stratum_names(1))):
+    for stratum in range(len(Certificate.stratum_names(1))):
         places = np.argwhere(kind == stratum)
         wanted = places[np.argsort(number[kind == stratum])][:24]
         own = found.place[:, 0] == stratum

@@ -6,7 +6,7 @@ import pytest
 from hcss_twin.models.clouds.fractal import blocks
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, BlockCache, NodeWindow
 from hcss_twin.models.clouds.fractal.lattice import lattice_normals, plane_key
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Grid, Motion
 
@@ -101,4 +101,4 @@ def test_noise_is_new_in_a_frame_if_it_evolves_or_drifts_by_a_part_of_a_pixel(
 
 @pytest.mark.parametrize(("step", "phases"), [(0.5, 0), (2.7, 2), (4.0, 4), (1000.0, 4)])
 def test_noise_divides_a_pixel_into_its_cells_up_to_four(step, phases):
-    assert AxisScale(step, True).phases == phases
+    assert Octave.AxisScale(step, True).phases == phases

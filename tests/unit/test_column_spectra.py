@@ -5,7 +5,7 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, column_spectra, make_plan, simulate
-from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 
 SMALL = {**CHEAP, "image.rows": 4, "image.columns": 4, "frames.count": 1, "output.certificate": 0}
 
@@ -23,7 +23,7 @@ def test_spectra_integrate_to_the_band_radiance_of_their_columns(scenario):
     )
     sun = plan.sun_up_at(30.0)
     setting = plan.assembly.setting(sun)
-    expected = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, found.thickness_m)
+    expected = SpectralGrid.reference_radiance(plan.assembly.model, setting, plan.spectral_grid, found.thickness_m)
     np.testing.assert_allclose(found.radiance @ found.weights_cm1.T, expected, rtol=1e-9)
     assert found.bands == tuple(band.name for band in plan.bands)
 

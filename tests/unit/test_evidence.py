@@ -114,7 +114,7 @@ def test_a_provider_of_another_package_with_a_known_name_has_no_evidence():
     [
         ({"b": (10.23, 11.33)}, 1.0),
         ({"b": (9.13, 11.33)}, 0.5),
-        ({"b": (8.0, 14.0)}, (0.43 + 1.10 + 1.04) / 6.0),
+        ({"b": (8.0, 14.0)}, (0.43 + 1.10 + 1.04 + 1.00) / 6.0),
         ({"b": (2.7, 3.0)}, 0.0),
     ],
 )
@@ -125,7 +125,7 @@ def test_a_band_is_supported_by_the_share_that_measurements_cover(bands, share):
 
 def test_comparisons_at_other_wavelengths_are_not_shown():
     at = references(evidence(bands={"b": (10.5, 11.0)}), "clear sky")
-    assert [row.um for row in at] == [(10.23, 11.33)]
+    assert {row.um for row in at} == {(10.23, 11.33)}
 
 
 def test_low_cloud_is_measured_for_its_type_and_inversion_only():
@@ -134,8 +134,8 @@ def test_low_cloud_is_measured_for_its_type_and_inversion_only():
         return [row.figure for row in references(scene, "temperature of low cloud")]
 
     assert figures("stratus") == []
-    assert len(figures("stratocumulus")) == len(figures("stratocumulus", inversion={})) == 1
-    assert figures("stratocumulus") != figures("stratocumulus", inversion={})
+    assert len(figures("stratocumulus")) == 1
+    assert figures("stratocumulus", inversion="off") == []
 
 
 def test_the_budget_lists_references_largest_first_and_names_what_is_unknown():

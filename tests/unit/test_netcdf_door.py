@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hcss_twin.core.netcdf import NetcdfFile, netcdf_lock, open_with_xarray, write_with_xarray
+from hcss_twin.core.netcdf import NetcdfFile, netcdf_lock
 
 TEXTS = ["a", "bc"]
 
@@ -60,12 +60,12 @@ def test_readers_of_one_file_have_their_own_settings(path):
 
 @on_linux
 def test_the_last_reader_closes_the_file(path):
-    held = open_with_xarray(path)
+    held = NetcdfFile.open_with_xarray(path)
     for _ in range(3):
         with NetcdfFile(path) as file:
             assert file.title == "mine"
         assert handles(path) == 1
-        with open_with_xarray(path) as other:
+        with NetcdfFile.open_with_xarray(path) as other:
             assert list(other["name"].values) == TEXTS
     held.close()
     assert handles(path) == 0
@@ -90,7 +90,7 @@ def test_files_that_nobody_uses_are_closed_by_whatever_thread_finds_them(path):
         file = NetcdfFile(path)
         assert file["packed"].units == "m"
 
-    for run in (lose, lambda: open_with_xarray(path)["name"].values):
+    for run in (lose, lambda: NetcdfFile.open_with_xarray(path)["name"].values):
         thread = threading.Thread(target=run)
         thread.start()
         thread.join()
@@ -121,7 +121,7 @@ def test_the_garbage_collector_does_not_wait_for_a_thread_that_reads(path):
 
 def test_values_of_xarrays_own_files_and_ours_are_read_in_turns(path):
     another = shutil.copy(path, path.with_name("another.nc"))
-    with xr.open_dataset(another, engine="netcdf4") as theirs, open_with_xarray(path, cache=False) as ours:
+    with xr.open_dataset(another, engine="netcdf4") as theirs, NetcdfFile.open_with_xarray(path, cache=False) as ours:
         lock = xr.backends.netCDF4_.NETCDF4_PYTHON_LOCK
         with netcdf_lock():
             assert lock.locked()
@@ -135,12 +135,12 @@ def test_values_of_xarrays_own_files_and_ours_are_read_in_turns(path):
             assert waiting.is_alive()
         waiting.join()
         np.testing.assert_array_equal(theirs["packed"].values, [4.0, np.nan])
-    with open_with_xarray(path.with_name("copy.nc")) as copy:
+    with NetcdfFile.open_with_xarray(path.with_name("copy.nc")) as copy:
         assert list(copy["name"].values) == TEXTS
 
 
 def test_a_dataset_goes_to_another_process_and_a_copied_process_reads(path):
-    with open_with_xarray(path) as held:
+    with NetcdfFile.open_with_xarray(path) as held:
         assert list(pickle.loads(pickle.dumps(held))["name"].values) == TEXTS
         if "fork" in multiprocessing.get_all_start_methods():
             copy = multiprocessing.get_context("fork").Process(target=held["name"].load)
@@ -153,6 +153,6 @@ def test_a_dataset_goes_to_another_process_and_a_copied_process_reads(path):
 def test_what_xarray_writes_through_the_door_is_what_it_writes_itself(tmp_path):
     dataset = xr.Dataset({"a": ("x", [1.0, 2.0]), "b": ("x", ["u", "v"])}, attrs={"title": "t"})
     encoding = {"a": {"zlib": True, "_FillValue": None}}
-    write_with_xarray(dataset, tmp_path / "ours.nc", encoding=encoding)
+    NetcdfFile.write_with_xarray(dataset, tmp_path / "ours.nc", encoding=encoding)
     dataset.to_netcdf(tmp_path / "theirs.nc", engine="netcdf4", encoding=encoding)
     assert (tmp_path / "ours.nc").read_bytes() == (tmp_path / "theirs.nc").read_bytes()

@@ -10,7 +10,7 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.laws.samples import sample_radiance_inputs
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.numerics import LEVELS, levels
-from hcss_twin.models.radiance.spectral_grid import SpectralBand, dense_grid
+from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 from hcss_twin.plan.numerics import FIRST_LEVELS, NumericalLevel, choose_level, finest, reference_level, spectral_level
 from hcss_twin.providers import Sun
 
@@ -95,7 +95,7 @@ class Scene:
     layers: tuple = ()
     cloudy_layers: tuple = ()
     has_clear_sky: bool = True
-    spectral_grid: object = field(default_factory=lambda: dense_grid([BAND], NATIVE))
+    spectral_grid: object = field(default_factory=lambda: SpectralGrid.dense([BAND], NATIVE))
     extreme_thicknesses_m: object = field(default_factory=lambda: np.empty((0, 0)))
 
     def setting(self, sun):
@@ -151,7 +151,7 @@ def test_a_model_without_levels_has_one():
 
 @pytest.mark.parametrize("refinement", [1, 2])
 def test_refined_grids_integrate_cubic_polynomials_exactly(refinement):
-    grid = dense_grid([BAND], NATIVE, refinement)
+    grid = SpectralGrid.dense([BAND], NATIVE, refinement)
     low, high = grid.wavenumber_cm1[[0, -1]]
     values = (grid.wavenumber_cm1 - 2500.0) ** 3
     exact = ((high - 2500.0) ** 4 - (low - 2500.0) ** 4) / 4.0
@@ -159,7 +159,7 @@ def test_refined_grids_integrate_cubic_polynomials_exactly(refinement):
 
 
 def test_refined_grids_contain_the_coarser_ones():
-    coarse, native, fine, finest = (dense_grid([BAND], NATIVE, n).wavenumber_cm1 for n in (-1, 0, 1, 2))
+    coarse, native, fine, finest = (SpectralGrid.dense([BAND], NATIVE, n).wavenumber_cm1 for n in (-1, 0, 1, 2))
     for few, many in ((coarse, native), (native, fine), (native, finest)):
         assert np.all(np.isin(few, many))
     assert fine.size == 2 * native.size - 1

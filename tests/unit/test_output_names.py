@@ -13,7 +13,7 @@ from example_cube import example_frame, example_header
 from hcss_twin.cli.main import cli
 from hcss_twin.cli.options import Output
 from hcss_twin.core.errors import CubeError, HcssError
-from hcss_twin.core.files import FORMS, Writing, remove_orphans
+from hcss_twin.core.files import FORMS, Writing
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.requested_variables import expand
 from hcss_twin.cube.zarr_writer import ZarrWriter
@@ -151,7 +151,7 @@ def test_a_store_of_others_is_not_replaced_and_a_link_to_one_is_not_followed(tmp
 
 def test_only_drafts_of_this_package_are_removed(tmp_path):
     (tmp_path / ".thesis.docx.partial").write_text("mine")
-    remove_orphans(tmp_path, every=True)
+    Writing.remove_orphans(tmp_path, every=True)
     assert [each.name for each in tmp_path.iterdir()] == [".thesis.docx.partial"]
 
 

@@ -6,8 +6,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from hcss_twin.core.errors import HcssError
-from hcss_twin.reports.page import Markup, Page, Section, page_text, png_of
-from hcss_twin.reports.tables import WIDTH, Table, bound_text, labelled
+from hcss_twin.reports.figures import Figures
+from hcss_twin.reports.page import Markup, Page, page_text
+from hcss_twin.reports.tables import WIDTH, Table, bound_text
 
 VOID = {"meta", "img", "br", "input", "link", "hr"}
 
@@ -45,12 +46,14 @@ def parsed(text):
 
 
 SECTIONS = (
-    Section(
+    Page.Section(
         "First & <last>",
         [Markup.paragraph("a < b & c"), Markup.badge("passed", "good"), Markup.picture(figure(), "a line", "x")],
     ),
-    Section("Second", [Table(["name", "value"], [["<x>", "1"]]), Markup.folded("more", Markup.facts([("k", "v")]))]),
-    Section("Third", ["plain <text>"]),
+    Page.Section(
+        "Second", [Table(["name", "value"], [["<x>", "1"]]), Markup.folded("more", Markup.facts([("k", "v")]))]
+    ),
+    Page.Section("Third", ["plain <text>"]),
 )
 
 
@@ -74,7 +77,7 @@ def test_contents_link_to_every_section():
 
 
 def test_the_same_figure_gives_the_same_bytes():
-    assert png_of(figure()) == png_of(figure())
+    assert Figures.png(figure()) == Figures.png(figure())
 
 
 def test_markup_is_not_escaped_again_and_attributes_always_are():
@@ -88,7 +91,7 @@ def test_rows_and_titles_that_do_not_fit_are_refused():
     with pytest.raises(ValueError, match="a row of 1 cells in a table of 2"):
         Table(["a", "b"], [["1"]])
     with pytest.raises(ValueError, match="titles that differ"):
-        page_text(Page("t", "s", [Section("A b", []), Section("a-B", [])]))
+        page_text(Page("t", "s", [Page.Section("A b", []), Page.Section("a-B", [])]))
 
 
 def test_a_page_that_cannot_be_written_is_an_error_and_leaves_nothing(tmp_path):
@@ -105,7 +108,7 @@ def test_a_page_that_cannot_be_written_is_an_error_and_leaves_nothing(tmp_path):
 def test_a_table_is_one_on_a_page_and_aligned_lines_on_a_terminal():
     data = Table(["name", "value"], [["<x>", "1"], ["longer", "23.5"]], "All of them.")
     assert list(data.lines()) == ["All of them.", "  name    value", "  <x>         1", "  longer   23.5"]
-    found = parsed(page_text(Page("t", "s", [Section("A", [data])])))
+    found = parsed(page_text(Page("t", "s", [Page.Section("A", [data])])))
     for text in ("All of them.", "<x>", "23.5"):
         assert text in found.text
 
@@ -116,11 +119,11 @@ def test_a_row_of_one_cell_is_a_heading_that_widens_no_column():
 
 
 def test_text_beside_a_label_is_wrapped_below_itself_and_words_stay_whole():
-    lines = labelled("sea", "word " * 60, 13, 4).splitlines()
+    lines = Table.labelled("sea", "word " * 60, 13, 4).splitlines()
     assert lines[0].startswith("  sea          word")
     assert all(line.startswith(" " * 19 + "word") for line in lines[1:])
     assert max(map(len, lines)) <= WIDTH
-    assert labelled("", "x" * 200, 13).endswith("x" * 200)
+    assert Table.labelled("", "x" * 200, 13).endswith("x" * 200)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import pytest
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ProviderError
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, dense_grid
+from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand, SpectralGrid
 from hcss_twin.physics.planck import planck
 from hcss_twin.scenario.bands import ResponseBand, spectral_band
 
@@ -16,9 +16,9 @@ def flat(low, high):
 
 
 def test_bands_that_overlap_share_wavenumbers_and_not_weights():
-    together = dense_grid([flat(8.0, 12.0), flat(10.0, 14.0)], NATIVE)
+    together = SpectralGrid.dense([flat(8.0, 12.0), flat(10.0, 14.0)], NATIVE)
     for row, alone in enumerate((flat(8.0, 12.0), flat(10.0, 14.0))):
-        single = dense_grid([alone], NATIVE)
+        single = SpectralGrid.dense([alone], NATIVE)
         spectrum = planck(together.wavenumber_cm1, 290.0) @ together.weights_cm1[row]
         assert spectrum == pytest.approx(planck(single.wavenumber_cm1, 290.0) @ single.weights_cm1[0], rel=1e-13)
 
@@ -26,7 +26,7 @@ def test_bands_that_overlap_share_wavenumbers_and_not_weights():
 def test_planck_integral_agrees_with_adaptive_quadrature():
     from scipy.integrate import quad
 
-    grid = dense_grid([flat(3.0, 5.0)], NATIVE)
+    grid = SpectralGrid.dense([flat(3.0, 5.0)], NATIVE)
     exact, _ = quad(lambda v: planck(np.array([v]), 290.0)[0], 2000, 1e4 / 3, epsrel=1e-12)
     assert planck(grid.wavenumber_cm1, 290.0) @ grid.weights_cm1[0] == pytest.approx(exact, rel=1e-4)
 
@@ -48,7 +48,7 @@ def test_the_centre_of_a_band_is_the_centroid_of_its_response(wavelength, respon
 def test_measured_response_weights_the_band(tmp_path):
     (tmp_path / "triangle.csv").write_text("wavelength_um,response\n10,0\n11,1\n12,0\n")
     band = spectral_band(ResponseBand(name="t", response="triangle.csv"), Catalog(base=tmp_path))
-    grid = dense_grid([band], NATIVE)
+    grid = SpectralGrid.dense([band], NATIVE)
     assert band.central_um == pytest.approx(11.0)
     # Integral of the triangle over wavenumber, with a Planck function that hardly varies: compare with quadrature.
     from scipy.integrate import quad
@@ -78,7 +78,7 @@ def test_malformed_responses_are_refused(tmp_path, text):
 
 @pytest.mark.parametrize("limits", [(1.5, 1.7), (2.7, 3.0), (3.0, 5.0), (8.0, 14.0), (15.0, 30.0)])
 def test_temperature_is_that_of_the_black_body_within_steps_of_single_precision(limits):
-    grid = dense_grid([flat(*limits)], NATIVE)
+    grid = SpectralGrid.dense([flat(*limits)], NATIVE)
     kelvin = np.geomspace(60.001, 2999.9, 5001)
     exact = planck(grid.wavenumber_cm1, kelvin[:, None]) @ grid.weights_cm1[0]
     single = exact.astype(np.float32)
@@ -90,7 +90,7 @@ def test_temperature_is_that_of_the_black_body_within_steps_of_single_precision(
 
 
 def test_radiance_below_the_normal_numbers_has_a_temperature_too():
-    grid = dense_grid([flat(1.5, 1.7)], NATIVE)
+    grid = SpectralGrid.dense([flat(1.5, 1.7)], NATIVE)
     exact = planck(grid.wavenumber_cm1, 84.0) @ grid.weights_cm1[0]
     assert 1e-40 < exact < 1e-38
     found = BrightnessTemperature(grid, ["flat"])(np.full((1, 1, 2), exact, np.float32))
@@ -99,7 +99,7 @@ def test_radiance_below_the_normal_numbers_has_a_temperature_too():
 
 @pytest.mark.parametrize("value", [0.0, -0.0, -1.0, 1e9, np.inf, -np.inf, np.nan])
 def test_radiance_of_no_temperature_is_refused(value):
-    grid = dense_grid([flat(8.0, 14.0)], NATIVE)
+    grid = SpectralGrid.dense([flat(8.0, 14.0)], NATIVE)
     radiance = np.array([10.0, value, 12.0], np.float32).reshape(1, 1, 3)
     with pytest.raises(ProviderError, match=r"'flat'.*brightness"):
         BrightnessTemperature(grid, ["flat"])(radiance)
@@ -109,7 +109,7 @@ def test_solar_spectrum_integrates_to_the_catalogued_band_values():
     sun = SolarSpectrum(Catalog())
     # Trapezoidal integrals of the ASTM E490 table over wavelength, W m-2.
     for limits, expected in {(2.7, 3.0): 9.566, (3.0, 5.0): 21.08}.items():
-        grid = dense_grid([flat(*limits)], None)
+        grid = SpectralGrid.dense([flat(*limits)], None)
         assert sun(grid.wavenumber_cm1) @ grid.weights_cm1[0] == pytest.approx(expected, rel=3e-3)
 
 

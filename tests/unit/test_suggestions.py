@@ -2,7 +2,7 @@
 
 import pytest
 
-from hcss_twin.core.errors import closest
+from hcss_twin.core.errors import Problem
 
 
 @pytest.mark.parametrize(
@@ -30,4 +30,4 @@ from hcss_twin.core.errors import closest
     ],
 )
 def test_suggestions_are_close_and_of_the_same_meaning(name, choices, suggestion):
-    assert closest(name, choices) == suggestion
+    assert Problem.closest(name, choices) == suggestion

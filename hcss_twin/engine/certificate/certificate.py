@@ -11,15 +11,29 @@ be larger, especially if a large stratum has few samples.
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.json_numbers import json_value
 from hcss_twin.plan.accuracy import RequestedAccuracy
-from hcss_twin.plan.error_budget import ErrorBudget
+from hcss_twin.plan.error_budget import ErrorBudget, error_budget
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.windows import pixel_sums
+from hcss_twin.providers import CloudLayer
+
+__all__ = ["Certificate"]
+
+Thickness = NDArray[np.float32]
+
+SHADED = "clear in shadow"
+PARTS = ("thin", "edge", "thick")
+CHOICES = ("low only", "high only", "both")
+COUNTS = ("one layer", "two layers", "three layers", "four layers", "five layers")
 
 CONFIDENCE = 0.95
 
@@ -125,7 +139,11 @@ class Certificate:
         The total error, models included, by class and band.
     sides : dict
         Light between columns against a reference of its plugin, also as ``text``; empty for independent columns.
+    CLEAR : str
+        Name of the stratum without cloud.
     """
+
+    CLEAR: ClassVar = "clear"
 
     requested: RequestedAccuracy
     estimated: float
@@ -143,6 +161,74 @@ class Certificate:
     left_out: tuple[str, ...] = ()
     budget: ErrorBudget | None = None
     sides: dict[str, Any] = field(default_factory=dict)
+
+    @staticmethod
+    def stratum_names(layers: int, surfaces: Sequence[str] = (), shadows: bool = False) -> tuple[str, ...]:
+        """Return the names (S,) of the strata of a scene, by number.
+
+        Parameters
+        ----------
+        layers : int
+            Number of layers.
+        surfaces : sequence of str
+            Classes of surface.
+        shadows : bool
+            Whether clouds cast shadows.
+        """
+        of_clouds: tuple[str, ...] = (Certificate.CLEAR, *PARTS) if layers == 1 else (Certificate.CLEAR,)
+        if layers > 1:
+            choices = CHOICES if layers == 2 else COUNTS[:layers]
+            of_clouds = (Certificate.CLEAR, *(f"{part} ({choice})" for choice in choices for part in PARTS))
+        if shadows:
+            of_clouds = (*of_clouds, SHADED)
+        return tuple(f"{cloud} over {name}" for name in surfaces for cloud in of_clouds) if surfaces else of_clouds
+
+    @staticmethod
+    def stratum_of(
+        layers: Sequence[CloudLayer],
+        thickness_m: Sequence[Thickness],
+        shape: tuple[int, int],
+        samples: int,
+        shaded: NDArray[np.bool_] | None = None,
+    ) -> NDArray[np.int8]:
+        """Return the stratum of each pixel of a window (y, x), as an index into :meth:`stratum_names`.
+
+        Parameters
+        ----------
+        thickness_m : sequence of ndarray (y x samples, x x samples)
+            Thickness of each layer at the points of the window. Pixels outside the window are not
+            considered in the search for edges.
+        shape : (int, int)
+            Rows and columns of the window, in pixels.
+        samples : int
+            Points along each side of a pixel.
+        shaded : ndarray of bool (y, x), optional
+            Pixels with points in the shadow of clouds.
+        """
+        layer_choice = np.zeros(shape, dtype=np.int8)
+        edge, thick = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
+        for number, (layer, thickness) in enumerate(zip(layers, thickness_m, strict=True)):
+            points = _sums(thickness > 0, samples)
+            cloudy, full = points > 0, points == samples**2
+            layer_choice += np.int8(number + 1 if len(layers) <= 2 else 1) * cloudy
+            edge |= cloudy & _at_or_beside(~full)
+            middle = math.sqrt(layer.thickness_min_m * layer.thickness_max_m)
+            # In a pixel with several points only the cloudy ones count.
+            least = middle if samples == 1 else middle * points
+            thick |= cloudy & (_sums(thickness, samples) >= least)
+        # One byte per pixel, because default numpy integers would take eight times the memory.
+        part = np.where(edge, np.int8(1), np.int8(2) * thick.view(np.int8))
+        stratum: NDArray[np.int8] = np.where(
+            layer_choice > 0, np.int8(3) * layer_choice + (part - np.int8(2)), np.int8(0)
+        )
+        if shaded is not None:
+            stratum[shaded & (stratum == 0)] = len(Certificate.stratum_names(len(layers)))
+        return stratum
+
+    @staticmethod
+    def budget_of(plan: Plan) -> ErrorBudget:
+        """Return the total error of a scene by class and band, with the accuracy that it asks for."""
+        return error_budget(plan)
 
     @property
     def checked(self) -> int:
@@ -313,3 +399,17 @@ class Certificate:
 
 def _percent(share: float) -> str:
     return f"{100 * share:.3g} %"
+
+
+def _sums(values: NDArray[Any], samples: int) -> NDArray[Any]:
+    return values if samples == 1 else pixel_sums(values, samples)
+
+
+def _at_or_beside(open_sky: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels in the mask, or adjacent to one in the mask."""
+    beside = open_sky.copy()
+    beside[1:] |= open_sky[:-1]
+    beside[:-1] |= open_sky[1:]
+    beside[:, 1:] |= open_sky[:, :-1]
+    beside[:, :-1] |= open_sky[:, 1:]
+    return beside

@@ -8,107 +8,25 @@ otherwise thin.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.stages.stage import REASONS, SeenWindow
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.windows import Window, pixel_sums, points_of
-from hcss_twin.providers import CloudLayer
+from hcss_twin.plan.windows import Window, points_of
 
 Thickness = NDArray[np.float32]
-
-CLEAR, SHADED = "clear", "clear in shadow"
-PARTS = ("thin", "edge", "thick")
-CHOICES = ("low only", "high only", "both")
-COUNTS = ("one layer", "two layers", "three layers", "four layers", "five layers")
-
-
-def stratum_names(layers: int, surfaces: Sequence[str] = (), shadows: bool = False) -> tuple[str, ...]:
-    """Return the names (S,) of the strata of a scene, by number.
-
-    Parameters
-    ----------
-    layers : int
-        Number of layers.
-    surfaces : sequence of str
-        Classes of surface.
-    shadows : bool
-        Whether clouds cast shadows.
-    """
-    of_clouds: tuple[str, ...] = (CLEAR, *PARTS) if layers == 1 else (CLEAR,)
-    if layers > 1:
-        choices = CHOICES if layers == 2 else COUNTS[:layers]
-        of_clouds = (CLEAR, *(f"{part} ({choice})" for choice in choices for part in PARTS))
-    if shadows:
-        of_clouds = (*of_clouds, SHADED)
-    return tuple(f"{cloud} over {name}" for name in surfaces for cloud in of_clouds) if surfaces else of_clouds
 
 
 def strata_of(plan: Plan) -> tuple[str, ...]:
     """Return the names (S,) of the strata of a scene, by number."""
     surfaces = [name for surfaces in plan.assembly.surfaces for name in surfaces.names]
-    return stratum_names(len(plan.layers), surfaces, plan.has_shadows)
-
-
-def strata(
-    layers: Sequence[CloudLayer],
-    thickness_m: Sequence[Thickness],
-    shape: tuple[int, int],
-    samples: int,
-    shaded: NDArray[np.bool_] | None = None,
-) -> NDArray[np.int8]:
-    """Return the stratum of each pixel of a window (y, x), as an index into :func:`stratum_names`.
-
-    Parameters
-    ----------
-    thickness_m : sequence of ndarray (y x samples, x x samples)
-        Thickness of each layer at the points of the window. Pixels outside the window are not
-        considered in the search for edges.
-    shape : (int, int)
-        Rows and columns of the window, in pixels.
-    samples : int
-        Points along each side of a pixel.
-    shaded : ndarray of bool (y, x), optional
-        Pixels with points in the shadow of clouds.
-    """
-    layer_choice = np.zeros(shape, dtype=np.int8)
-    edge, thick = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
-    for number, (layer, thickness) in enumerate(zip(layers, thickness_m, strict=True)):
-        points = _sums(thickness > 0, samples)
-        cloudy, full = points > 0, points == samples**2
-        layer_choice += np.int8(number + 1 if len(layers) <= 2 else 1) * cloudy
-        edge |= cloudy & _at_or_beside(~full)
-        middle = math.sqrt(layer.thickness_min_m * layer.thickness_max_m)
-        # In a pixel with several points only the cloudy ones count.
-        least = middle if samples == 1 else middle * points
-        thick |= cloudy & (_sums(thickness, samples) >= least)
-    # One byte per pixel, because default numpy integers would take eight times the memory.
-    part = np.where(edge, np.int8(1), np.int8(2) * thick.view(np.int8))
-    stratum: NDArray[np.int8] = np.where(layer_choice > 0, np.int8(3) * layer_choice + (part - np.int8(2)), np.int8(0))
-    if shaded is not None:
-        stratum[shaded & (stratum == 0)] = len(stratum_names(len(layers)))
-    return stratum
-
-
-def _sums(values: NDArray[Any], samples: int) -> NDArray[Any]:
-    return values if samples == 1 else pixel_sums(values, samples)
-
-
-def _at_or_beside(open_sky: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels in the mask, or adjacent to one in the mask."""
-    beside = open_sky.copy()
-    beside[1:] |= open_sky[:-1]
-    beside[:-1] |= open_sky[1:]
-    beside[:, 1:] |= open_sky[:, :-1]
-    beside[:, :-1] |= open_sky[:, 1:]
-    return beside
+    return Certificate.stratum_names(len(plan.layers), surfaces, plan.has_shadows)
 
 
 Counts = NDArray[np.int64]
@@ -177,9 +95,9 @@ class PartSample:
         window, thickness_m, surface = seen.inside, seen.thickness_m, seen.surface
         samples = self._plan.samples_per_pixel
         shape = window[0].stop - window[0].start, window[1].stop - window[1].start
-        stratum = strata(self._plan.layers, thickness_m, shape, samples, seen.shaded)
+        stratum = Certificate.stratum_of(self._plan.layers, thickness_m, shape, samples, seen.shaded)
         if surface is not None:
-            of_each = stratum_names(len(self._plan.layers), shadows=self._plan.has_shadows)
+            of_each = Certificate.stratum_names(len(self._plan.layers), shadows=self._plan.has_shadows)
             stratum = stratum + np.int8(len(of_each)) * surface.view(np.int8)
         free = np.ones(shape, dtype=np.bool_)
         for number, reason in enumerate(REASONS):

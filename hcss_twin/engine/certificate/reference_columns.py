@@ -22,7 +22,7 @@ from hcss_twin.core.error_norm import largest_error
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.engine.certificate.reference_curve import ReferenceCurve, reference_curve
 from hcss_twin.engine.tables.table_key import table_key
-from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes, all_nodes, choose_nodes
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid, SpectralNodes
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.numerics import for_spectra, reference_level
 from hcss_twin.plan.plan import Plan
@@ -268,10 +268,10 @@ def _reference_terms(
     coarse, coarsest = few.numerical_level, few.at_level(0)
     known = _spectra(few, grid.wavenumber_cm1, thickness_m, suns, views)
     terms: Array = known @ grid.weights_cm1.T
-    nodes = wavenumbers if isinstance(wavenumbers, SpectralNodes) else all_nodes(grid)
+    nodes = wavenumbers if isinstance(wavenumbers, SpectralNodes) else grid.all_nodes()
     if fine != coarse:
         if not isinstance(wavenumbers, SpectralNodes):
-            nodes = choose_nodes(grid, known, wavenumbers)
+            nodes = grid.choose_nodes(known, wavenumbers)
         places, change = level_change(assembly, fine, grid, nodes, known, thickness_m, suns, views)
         if any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed):
             # What counts as direct light, and so how the total is divided into terms, depends on the streams: terms are

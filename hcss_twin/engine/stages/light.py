@@ -19,11 +19,12 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.frame_look_up import FrameLookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, pixel_sums
 from hcss_twin.providers import Sun
-from hcss_twin.providers.light import InstantLight, LightTransport
+from hcss_twin.providers.light import InstantLight, LightInputs, LightTransport
 
 __all__ = ["LightStage"]
 
@@ -46,6 +47,11 @@ class LightStage(Stage):
 
     reads = ("columns",)
     writes = ("light between columns",)
+
+    @staticmethod
+    def inputs(plan: Plan, nodes: SpectralNodes) -> LightInputs:
+        """Return the inputs of a light transport for the lowest layer with cloud, and for those above it."""
+        return light_inputs(plan, nodes)
 
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
         self._plan, self._name = plan, plan.light.name

@@ -20,7 +20,7 @@ from hcss_twin.engine.tables.radiance_tables import InstantTable, Quantities
 from hcss_twin.engine.tables.tensor_train import Indices, TensorTrain, beside, cross, spread, total
 from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
 from hcss_twin.engine.tables.waves import probe_waves
-from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes
+from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.physics import quadrature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import ColumnSetting, ColumnStates, RadianceModel, Sun, View
@@ -66,7 +66,7 @@ class BandColumns:
         self.plan = plan
         self.nodes = nodes
         # The changes by waves are computed at all wavenumbers, so the clear column they are added to is, too.
-        self._clear_grid = all_nodes(plan.spectral_grid) if plan.waves.varies else nodes
+        self._clear_grid = plan.spectral_grid.all_nodes() if plan.waves.varies else nodes
         terms = tuple(plan.assembly.model.terms)
         wanted = {spec.name.removeprefix(TERM_PREFIX) for spec in plan.computed}
         self.known = KnownColumns() if known is None else known

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.engine.tables.spectrum import Spectrum
+from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.engine.tables.tensor_train import TensorTrain, beside, fewest_states, stacked, total
 from hcss_twin.engine.tables.thickness_axis import ThicknessAxis
 from hcss_twin.physics.quadrature import lagrange
 from hcss_twin.plan.accuracy import Budget
+from hcss_twin.plan.plan import Plan
 
 __all__ = ["RadianceTables"]
 
@@ -356,6 +358,11 @@ class RadianceTables:
     texture: TextureTables = NO_TEXTURE
     over: tuple[RadianceTables, ...] = ()
     over_error: float = 0.0
+
+    @staticmethod
+    def key_of(plan: Plan) -> str:
+        """Return a hash of everything that the tables of a plan depend on, before they are compiled."""
+        return table_key(plan)
 
     @property
     def estimated_error(self) -> float:

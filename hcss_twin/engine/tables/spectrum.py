@@ -11,7 +11,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.error_norm import largest_error
 from hcss_twin.engine.tables.tensor_train import evenly
 from hcss_twin.engine.tables.thickness_axis import axis_of
-from hcss_twin.models.radiance.spectral_grid import SpectralNodes, all_nodes, choose_nodes
+from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sunlight import checked_frames
 from hcss_twin.providers import ColumnStates, Sun, View
@@ -99,7 +99,7 @@ def _choose(plan: Plan, tolerance: float, views: Sequence[View], tested: Sequenc
     others = [_spectra(in_state, (views, first, suns, skies))[0] for in_state in perturbed]
     known = np.concatenate((known, *others))
     for number in range(1, MAX_TRIALS + 1):
-        nodes = choose_nodes(grid, known, CHOICE_SHARE * tolerance)
+        nodes = grid.choose_nodes(known, CHOICE_SHARE * tolerance)
         if nodes.wavenumber_cm1.size == grid.wavenumber_cm1.size:
             break
         places = np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)
@@ -110,7 +110,7 @@ def _choose(plan: Plan, tolerance: float, views: Sequence[View], tested: Sequenc
         known = np.concatenate((known, tried))
         if number < MAX_TRIALS:
             (tried,) = _spectra(plan, (tested, *trial(number)))
-    return Spectrum(all_nodes(grid), grid.wavenumber_cm1.size, 0.0)
+    return Spectrum(grid.all_nodes(), grid.wavenumber_cm1.size, 0.0)
 
 
 _Part = tuple[Sequence[View], Array, Sequence[Sun | None], Sequence[Sun | None]]

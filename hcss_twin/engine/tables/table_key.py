@@ -8,7 +8,7 @@ from typing import Any
 
 from hcss_twin.core.cache import result_key
 from hcss_twin.cube.variables import TERM_PREFIX
-from hcss_twin.plan.air_over_field import PlacedView
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.specs import Kind
 
@@ -49,7 +49,7 @@ def table_key(plan: Plan) -> str:
         parts["family"] = assembly.family.key
     for effect in plan.effects:
         parts |= effect.key(scenario, assembly)
-    if isinstance(plan.view, PlacedView):
+    if isinstance(plan.view, AirOverField.PlacedView):
         parts["place"] = [plan.view.latitude_deg, plan.view.longitude_deg]
     if assembly.alterations:
         sections = json.loads(plan.scenario.to_json())

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from hcss_twin.core.errors import closest
+from hcss_twin.core.errors import Problem
 from hcss_twin.physics.profile import GASES
 
 Unit = tuple[float, float]
@@ -164,7 +164,7 @@ def recognised(header: str) -> tuple[ProfileQuantity, Unit] | None:
     if any(text == passed_over or text.startswith(f"{passed_over}_") for passed_over in PASSED_OVER):
         return None
     spellings = [spelling for spelling, _ in _by_length()]
-    guess = closest(text, spellings) or closest(text.rpartition("_")[0], spellings)
+    guess = Problem.closest(text, spellings) or Problem.closest(text.rpartition("_")[0], spellings)
     hint = f"; closest is '{guess}'" if guess else ""
     raise ValueError(f"column '{header}' is not known; allowed: {', '.join(QUANTITIES)}{hint}")
 
@@ -196,7 +196,7 @@ def unit_of(quantity: ProfileQuantity, unit: str, label: str) -> Unit:
     try:
         return quantity.units[folded(unit)]
     except KeyError:
-        guess = closest(folded(unit), quantity.units)
+        guess = Problem.closest(folded(unit), quantity.units)
         hint = f"; closest is '{guess}'" if guess else ""
         raise ValueError(f"'{label}': unknown unit '{unit.strip()}'; allowed: {allowed}{hint}") from None
 

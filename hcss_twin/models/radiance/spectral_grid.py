@@ -1,7 +1,7 @@
 """Spectral bands: response, wavenumbers of the spectra, and integration over the band.
 
 A band radiance is a weighted sum of spectral radiance over a dense grid, or over a few wavenumbers chosen for the scene
-(:func:`choose_nodes`).
+(:meth:`SpectralGrid.choose_nodes`).
 """
 
 from __future__ import annotations
@@ -15,6 +15,10 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.physics.planck import wavenumber_from_um
+from hcss_twin.providers import ColumnSetting, RadianceModel
+from hcss_twin.providers.column_states import spectra_of
+
+__all__ = ["SpectralGrid"]
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,22 @@ class SolarSpectrum:
         return result
 
 
+@dataclass(frozen=True)
+class SpectralNodes:
+    """Wavenumbers at which spectra are computed, and their weights in each band.
+
+    Attributes
+    ----------
+    wavenumber_cm1 : ndarray (N,)
+        Ascending.
+    weights_cm1 : ndarray (B, N)
+        Band radiance = spectral radiance (N,) @ weights.
+    """
+
+    wavenumber_cm1: Array
+    weights_cm1: Array
+
+
 DEFAULT_STEP_CM1 = 5.0
 """Step if the transmittance provider has no grid of its own: that of LOWTRAN7."""
 
@@ -127,34 +147,117 @@ class SpectralGrid:
         result: Array = self.wavenumber_cm1[np.unique([end for node in self.nodes for end in (node[0], node[-1])])]
         return result
 
+    @staticmethod
+    def dense(bands: Sequence[SpectralBand], native_cm1: Array | None, refinement: int = 0) -> SpectralGrid:
+        """Return the grid of all native wavenumbers inside the bands, the band edges, and the nodes of the responses.
 
-def dense_grid(bands: Sequence[SpectralBand], native_cm1: Array | None, refinement: int = 0) -> SpectralGrid:
-    """Return the grid of all native wavenumbers inside the bands, the band edges, and the nodes of the responses.
+        Weights are those of the trapezoidal rule, or of Simpson's on a refined grid.
 
-    Weights are those of the trapezoidal rule, or of Simpson's on a refined grid.
+        Parameters
+        ----------
+        bands : sequence of SpectralBand (B,)
+            Resolved bands.
+        native_cm1 : ndarray or None
+            Grid of the transmittance provider; a regular 5 cm-1 grid if it has none.
+        refinement : int
+            0: these wavenumbers; -1: every second native one; n above 0: divided into 2^n.
+        """
+        per_band = [_refined(_band_nodes(band, native_cm1, 2 if refinement < 0 else 1), refinement) for band in bands]
+        wavenumber = np.unique(np.concatenate(per_band))
+        weights = np.zeros((len(bands), wavenumber.size))
+        nodes, responses = [], []
+        for row, (band, nodes_cm1) in enumerate(zip(bands, per_band, strict=True)):
+            index = np.searchsorted(wavenumber, nodes_cm1)
+            response = np.interp(1e4 / nodes_cm1, band.wavelength_um, band.response)
+            weights[row, index] = (
+                _simpson_weights(nodes_cm1) if refinement > 0 else _trapezoid_weights(nodes_cm1)
+            ) * response
+            nodes.append(index)
+            responses.append(response)
+        return SpectralGrid(wavenumber, weights, tuple(nodes), tuple(responses))
 
-    Parameters
-    ----------
-    bands : sequence of SpectralBand (B,)
-        Resolved bands.
-    native_cm1 : ndarray or None
-        Grid of the transmittance provider; a regular 5 cm-1 grid if it has none.
-    refinement : int
-        0: these wavenumbers; -1: every second native one; n above 0: divided into 2^n.
-    """
-    per_band = [_refined(_band_nodes(band, native_cm1, 2 if refinement < 0 else 1), refinement) for band in bands]
-    wavenumber = np.unique(np.concatenate(per_band))
-    weights = np.zeros((len(bands), wavenumber.size))
-    nodes, responses = [], []
-    for row, (band, nodes_cm1) in enumerate(zip(bands, per_band, strict=True)):
-        index = np.searchsorted(wavenumber, nodes_cm1)
-        response = np.interp(1e4 / nodes_cm1, band.wavelength_um, band.response)
-        weights[row, index] = (
-            _simpson_weights(nodes_cm1) if refinement > 0 else _trapezoid_weights(nodes_cm1)
-        ) * response
-        nodes.append(index)
-        responses.append(response)
-    return SpectralGrid(wavenumber, weights, tuple(nodes), tuple(responses))
+    def all_nodes(self) -> SpectralNodes:
+        """Return all wavenumbers as nodes."""
+        return SpectralNodes(self.wavenumber_cm1, self.weights_cm1)
+
+    def choose_nodes(self, spectra: Array, tolerance: float) -> SpectralNodes:
+        """Choose a few wavenumbers whose weighted sums reproduce the band radiances of given spectra.
+
+        Spectra of one scene are similar: gas lines, clouds and sun vary with thickness and time in few independent
+        ways. A band therefore needs only a few wavenumbers, if they and their weights are chosen for the spectra of the
+        scene. Non-negative weights keep radiances positive, and the terms of a spectrum still sum to its total.
+
+        The method is an empirical quadrature: wavenumbers are added greedily, and their weights follow by non-negative
+        least squares (C. L. Lawson and R. J. Hanson, *Solving Least Squares Problems*, 1974, chapter 23), until the sum
+        of every spectrum is within the tolerance.
+
+        Parameters
+        ----------
+        spectra : ndarray (S, K, V)
+            K terms of S columns.
+        tolerance : float
+            Maximum error of any term of any column, relative to the column's total in the band.
+
+        Returns
+        -------
+        SpectralNodes
+            A subset of the grid.
+        """
+        weights = np.zeros_like(self.weights_cm1)
+        for band, node in enumerate(self.nodes):
+            summands = spectra[:, :, node] * self.weights_cm1[band, node]
+            weights[band, node] = self.weights_cm1[band, node] * _factors(summands, tolerance)
+        used = np.flatnonzero(weights.any(axis=0))
+        return SpectralNodes(self.wavenumber_cm1[used], np.ascontiguousarray(weights[:, used]))
+
+    @staticmethod
+    def reference_radiance(
+        model: RadianceModel,
+        setting: ColumnSetting,
+        grid: SpectralGrid,
+        thickness_m: Sequence[float] | Array,
+        together: int = 1,
+    ) -> Array:
+        """Return the band radiance of single pixels from dense spectra, without tables or interpolation.
+
+        It is slow and simple; all faster code is tested against it.
+
+        Parameters
+        ----------
+        thickness_m : sequence of float (N,) or array (N, L)
+            Cloud thickness of each pixel, 0 for clear sky, with one column per layer; (N,) is short for a single layer.
+        together : int
+            Number of columns that the model computes together, which is faster.
+
+        Returns
+        -------
+        ndarray (N, B)
+            W m-2 sr-1.
+        """
+        thickness = np.asarray(thickness_m, dtype=np.float64)
+        columns = thickness[:, None] if thickness.ndim == 1 else thickness
+        spectra = SpectralGrid.reference_spectra(model, setting, grid.wavenumber_cm1, columns, together)
+        result: Array = np.sum(spectra, axis=1) @ grid.weights_cm1.T
+        return result
+
+    @staticmethod
+    def reference_spectra(
+        model: RadianceModel, setting: ColumnSetting, wavenumber_cm1: Array, thickness_m: Array, together: int = 1
+    ) -> Array:
+        """Return the terms (N, K, V) of columns (N, L) at wavenumbers (V,), in the order of ``model.terms``.
+
+        Parameters
+        ----------
+        model, setting, together
+            As for :meth:`reference_radiance`.
+        """
+        result = np.empty((thickness_m.shape[0], len(model.terms), wavenumber_cm1.size))
+        if not wavenumber_cm1.size:  # a finer grid of narrow bands may have no new ones
+            return result
+        for start in range(0, thickness_m.shape[0], together):
+            rows = slice(start, start + together)
+            result[rows] = spectra_of(model, [setting], wavenumber_cm1, thickness_m[rows])[0]
+        return result
 
 
 def _band_nodes(band: SpectralBand, native_cm1: Array | None, every: int) -> Array:
@@ -196,60 +299,6 @@ def _trapezoid_weights(nodes: Array) -> Array:
     weights[:-1] += 0.5 * step
     weights[1:] += 0.5 * step
     return weights
-
-
-@dataclass(frozen=True)
-class SpectralNodes:
-    """Wavenumbers at which spectra are computed, and their weights in each band.
-
-    Attributes
-    ----------
-    wavenumber_cm1 : ndarray (N,)
-        Ascending.
-    weights_cm1 : ndarray (B, N)
-        Band radiance = spectral radiance (N,) @ weights.
-    """
-
-    wavenumber_cm1: Array
-    weights_cm1: Array
-
-
-def all_nodes(grid: SpectralGrid) -> SpectralNodes:
-    """Return all wavenumbers of a grid as nodes."""
-    return SpectralNodes(grid.wavenumber_cm1, grid.weights_cm1)
-
-
-def choose_nodes(grid: SpectralGrid, spectra: Array, tolerance: float) -> SpectralNodes:
-    """Choose a few wavenumbers whose weighted sums reproduce the band radiances of given spectra.
-
-    Spectra of one scene are similar: gas lines, clouds and sun vary with thickness and time in few independent ways. A
-    band therefore needs only a few wavenumbers, if they and their weights are chosen for the spectra of the scene.
-    Non-negative weights keep radiances positive, and the terms of a spectrum still sum to its total.
-
-    The method is an empirical quadrature: wavenumbers are added greedily, and their weights follow by non-negative
-    least squares (C. L. Lawson and R. J. Hanson, *Solving Least Squares Problems*, 1974, chapter 23), until the sum of
-    every spectrum is within the tolerance.
-
-    Parameters
-    ----------
-    grid : SpectralGrid
-        V wavenumbers, B bands.
-    spectra : ndarray (S, K, V)
-        K terms of S columns.
-    tolerance : float
-        Maximum error of any term of any column, relative to the column's total in the band.
-
-    Returns
-    -------
-    SpectralNodes
-        A subset of the grid.
-    """
-    weights = np.zeros_like(grid.weights_cm1)
-    for band, node in enumerate(grid.nodes):
-        summands = spectra[:, :, node] * grid.weights_cm1[band, node]
-        weights[band, node] = grid.weights_cm1[band, node] * _factors(summands, tolerance)
-    used = np.flatnonzero(weights.any(axis=0))
-    return SpectralNodes(grid.wavenumber_cm1[used], np.ascontiguousarray(weights[:, used]))
 
 
 def _factors(summands: Array, tolerance: float) -> Array:

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
-from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.lattice import fold
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave, lifetime_s
+from hcss_twin.models.clouds.fractal.octaves import Octave, lifetime_s
 from hcss_twin.providers import Grid
 
 COARSE = 4
@@ -117,9 +117,9 @@ class TextureField:
             _add_interpolated(field, nodes, y.first % COARSE, x.first % COARSE, _WEIGHTS)
         return field
 
-    def _window(self, pixels: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
+    def _window(self, pixels: slice, size: int, speed_m_s: float, time_s: float) -> FractalField.PixelWindow:
         shift = self._grid.displacement_pixels(speed_m_s, time_s)
-        return PixelWindow(pixels.start, pixels.stop - pixels.start, (0.5 - 0.5 * size) + shift)
+        return FractalField.PixelWindow(pixels.start, pixels.stop - pixels.start, (0.5 - 0.5 * size) + shift)
 
 
 def cells_of(shape: TextureShape, grid: Grid) -> list[tuple[float, float]]:
@@ -137,21 +137,21 @@ def octaves_of(shape: TextureShape, grid: Grid) -> tuple[Octave, ...]:
         step, k = grid.pixel_size_m / cell_m, round(math.log2(shape.outer_m / cell_m))
         # Mean correlation of two points of the pixel, along either axis.
         mean = float(np.mean(2.0 * (1.0 - apart) * correlation(apart * step)))
-        scale, still = AxisScale(step, False), not np.isfinite(shape.lifetime_s_per_m)
-        time = AxisScale(0.0 if still else 1.0 / lifetime_s(cell_m, shape.lifetime_s_per_m), False)
+        scale, still = Octave.AxisScale(step, False), not np.isfinite(shape.lifetime_s_per_m)
+        time = Octave.AxisScale(0.0 if still else 1.0 / lifetime_s(cell_m, shape.lifetime_s_per_m), False)
         octaves.append(Octave(k, variance * mean**2, scale, scale, time, False))
     return tuple(octaves)
 
 
 def _at_every(pixels: int, octave: Octave) -> Octave:
-    scale = AxisScale(pixels * octave.x.step, False)
+    scale = Octave.AxisScale(pixels * octave.x.step, False)
     return Octave(octave.k, octave.variance, scale, scale, octave.t, False)
 
 
-def _nodes_around(pixels: PixelWindow) -> PixelWindow:
+def _nodes_around(pixels: FractalField.PixelWindow) -> FractalField.PixelWindow:
     """Return every COARSE-th pixel, from the second before the first to the second after the last."""
     first, last = pixels.first // COARSE - 1, (pixels.first + pixels.count - 1) // COARSE + 2
-    return PixelWindow(first, last - first + 1, pixels.origin / COARSE)
+    return FractalField.PixelWindow(first, last - first + 1, pixels.origin / COARSE)
 
 
 _WEIGHTS = np.array(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.special import ndtri
@@ -17,8 +17,9 @@ from scipy.special import ndtri
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.core.kernels import kernel
+from hcss_twin.models.sensor.philox import fill_normals
 
-__all__ = ["key_of", "standard_normal"]
+__all__ = ["Noise"]
 
 MAX_COUNTED = 1e12
 """Maximum expected number of electrons; above it, rounding would distort the distribution."""
@@ -27,31 +28,12 @@ _SMALL_MEAN = 10.0
 """Mean above which transformed rejection is valid; below it, uniform numbers are multiplied."""
 
 
-def key_of(seed: int, stage: str, band: str, frame: int = 0) -> int:
-    """Return the key, 64 bits, of the random numbers of one stage, band and frame.
-
-    ``seed`` and ``frame`` are 0 or more; ``frame`` is 0 for the fixed pattern, the same in all frames.
-    """
-    digest = hashlib.sha256(f"{stage}/{band}".encode()).digest()
-    words = [int.from_bytes(digest[start : start + 4], "little") for start in (0, 4, 8)]
-    sequence = np.random.SeedSequence(seed, spawn_key=(*words, frame))
-    return int(sequence.generate_state(1, np.uint64)[0])
-
-
 def too_many_electrons(most: float) -> ProviderError:
     """Return the error of a pixel in which more electrons are expected than can be drawn."""
     return ProviderError(
         f"{most:.3g} electrons are expected in a pixel; allowed: up to {MAX_COUNTED:g} (aperture_diameter, "
         "pixel_angle, integration_time)"
     )
-
-
-def standard_normal(key: int, shape: tuple[int, int], corner: tuple[int, int]) -> Array:
-    """Return standard normal numbers (Y, X) for the pixels from ``corner`` on, which may be negative."""
-    numbers = np.empty(shape)
-    _fill_uniform(numbers, np.uint64(key), np.int64(corner[0]), np.int64(corner[1]))
-    normals: Array = ndtri(numbers, out=numbers)
-    return normals
 
 
 @kernel()
@@ -132,3 +114,35 @@ def _rejected(mean: float, pixel_key: Any) -> float:
         log_accepted = math.log(v * inverse_alpha / (a / (us * us) + b))
         if log_accepted <= k * log_mean - mean - math.lgamma(k + 1.0):
             return float(k)
+
+
+class Noise:
+    """Random numbers of pixels, each a hash of its purpose and place.
+
+    Attributes
+    ----------
+    fill_normals
+        Compiled: fills ``numbers`` (N,) of float32, N a multiple of 64, with standard normal numbers for the pixels of
+        a ``row`` from a ``block`` of columns on, with a ``key``.
+    """
+
+    fill_normals: ClassVar = fill_normals
+
+    @staticmethod
+    def key_of(seed: int, stage: str, band: str, frame: int = 0) -> int:
+        """Return the key, 64 bits, of the random numbers of one stage, band and frame.
+
+        ``seed`` and ``frame`` are 0 or more; ``frame`` is 0 for the fixed pattern, the same in all frames.
+        """
+        digest = hashlib.sha256(f"{stage}/{band}".encode()).digest()
+        words = [int.from_bytes(digest[start : start + 4], "little") for start in (0, 4, 8)]
+        sequence = np.random.SeedSequence(seed, spawn_key=(*words, frame))
+        return int(sequence.generate_state(1, np.uint64)[0])
+
+    @staticmethod
+    def standard_normal(key: int, shape: tuple[int, int], corner: tuple[int, int]) -> Array:
+        """Return standard normal numbers (Y, X) for the pixels from ``corner`` on, which may be negative."""
+        numbers = np.empty(shape)
+        _fill_uniform(numbers, np.uint64(key), np.int64(corner[0]), np.int64(corner[1]))
+        normals: Array = ndtri(numbers, out=numbers)
+        return normals

@@ -15,8 +15,6 @@ import numpy as np
 
 from hcss_twin.core.kernels import kernel
 
-__all__ = ["fill_normals"]
-
 BLOCK, LANE = 64, 16
 """Columns of a block, and of each of its four parts, which the four numbers of a call belong to."""
 

@@ -19,7 +19,7 @@ from hcss_twin.models.sensor.detector import (
     photon_wavelength_um,
     photons_per_radiance,
 )
-from hcss_twin.models.sensor.noise import key_of, standard_normal, too_many_electrons
+from hcss_twin.models.sensor.noise import Noise, too_many_electrons
 from hcss_twin.models.sensor.parameters import OfBands, RadiometerParameters
 from hcss_twin.models.sensor.rows import Detector, measure
 from hcss_twin.providers import Measured, Points, SensorBand, SensorDeclaration, SensorInputs
@@ -181,7 +181,7 @@ class _Channel:
             shape, corner = (shape[0], 1), (corner[0], 0)
         offset = self._number("offset_radiance") if self.electrons_per_radiance is None else given.offset_electrons
         return tuple(
-            (size * standard_normal(self._key(stage), shape if size else (0, 0), corner)).astype(np.float32)
+            (size * Noise.standard_normal(self._key(stage), shape if size else (0, 0), corner)).astype(np.float32)
             for stage, size in (("gain", given.gain_deviation), ("offset", offset))
         )
 
@@ -221,7 +221,7 @@ class _Channel:
 
     def _key(self, stage: str, frame: int = 0) -> int:
         """Return the key of a stage's random numbers."""
-        return key_of(self.inputs.seed, stage, self.band.name, frame)
+        return Noise.key_of(self.inputs.seed, stage, self.band.name, frame)
 
     def _number(self, name: str) -> float:
         return OfBands.number(getattr(self.parameters, name), self.band.name, name)

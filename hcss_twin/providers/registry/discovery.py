@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pluggy
 
-from hcss_twin.core.errors import ProviderError, closest
+from hcss_twin.core.errors import Problem, ProviderError
 from hcss_twin.core.plugins import MOVING, OWN_DISTRIBUTION, Origin, Remark
 from hcss_twin.providers.registry import specs
 from hcss_twin.providers.registry.specs import API_VERSION, Kind, ProviderSpec
@@ -132,7 +132,7 @@ class Collection:
         unknown = {
             name: mark["optionalhook"] for name, mark in hooks.items() if name not in (*known, *_OF_OTHER_GROUPS)
         }
-        guesses = {name: closest(name, known) for name, optional in unknown.items() if not optional}
+        guesses = {name: Problem.closest(name, known) for name, optional in unknown.items() if not optional}
         hints = [f"'{name}'" + (f" (did you mean '{guess}'?)" if guess else "") for name, guess in guesses.items()]
         wrong, all_known = f"unknown hook {', '.join(hints)}", f"; hooks are {', '.join(known)}"
         if not hooks:

@@ -7,7 +7,7 @@ import importlib.metadata
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -68,6 +68,31 @@ class Registry:
         registry = cls()
         registry.add(defaults, Origin("defaults", OWN_DISTRIBUTION, __version__))
         return registry
+
+    @staticmethod
+    def answers(group: str, *given: Any) -> Iterator[tuple[Origin, tuple[Any, ...], str]]:
+        """Call the functions of all packages in an entry point group, none of which is needed.
+
+        Parameters
+        ----------
+        group : str
+            Name of the group.
+        *given
+            Arguments of each function, which returns an iterable.
+
+        Yields
+        ------
+        tuple
+            Package, what its function returned, and the error if it failed, else empty text.
+        """
+        for origin, source in installed(group):
+            try:
+                if isinstance(source, BaseException):
+                    raise source
+                answer = origin, tuple(source.load()(*given)), ""
+            except FAILURES as error:
+                answer = origin, (), describe(error)
+            yield answer
 
     def add(self, plugin: object, origin: Origin) -> None:
         """Register an imported plugin module or object."""

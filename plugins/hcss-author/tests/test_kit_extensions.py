@@ -17,9 +17,8 @@ from hcss_author.new_plugin.write import write_package
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.cli.main import cli
+from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.laws.law import LawBroken
-from hcss_twin.models.radiance.spectral_grid import all_nodes
-from hcss_twin.plan.choose_light import light_inputs
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +168,7 @@ def test_the_law_refuses_wrong_rays(law):
 @pytest.fixture(scope="module")
 def inputs():
     plan = make_plan(Scenario.from_toml(hcss_author.extensions.SCENE))
-    return light_inputs(plan, all_nodes(plan.spectral_grid))
+    return LightStage.inputs(plan, plan.spectral_grid.all_nodes())
 
 
 def lit(change):

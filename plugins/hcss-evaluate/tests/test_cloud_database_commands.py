@@ -17,7 +17,7 @@ from sample_data import sample_file
 
 from hcss_twin import Scenario, open_cube, simulate
 from hcss_twin.core.errors import CatalogError, ScenarioError
-from hcss_twin.models.clouds.database import read_entry
+from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.plan.make_plan import make_plan
 
 
@@ -50,7 +50,7 @@ def test_import_writes_an_entry_and_a_picture_and_says_what_it_found(working_fol
 
 def test_the_answer_in_json_is_what_the_entry_says(working_folder):
     answer = json.loads(hcss("import", "sea.png", "--pixel-size", "500", "--name", "a", "--json").output)
-    entry = read_entry(Path(answer["entry"]))
+    entry = CloudEntry.read(Path(answer["entry"]))
     assert answer["clouds"] == 5
     assert answer["coverage"] == entry.mask.mean()
     assert answer["licence"] == "not stated"
@@ -109,7 +109,7 @@ def test_an_existing_entry_is_kept_unless_forced(working_folder):
     assert "--force" in refused.output
     assert (working_folder / "clouds" / "sea.nc").read_bytes() == before
     assert hcss(*arguments, "--force", "--min-area", "300").exit_code == 0
-    assert read_entry(working_folder / "clouds" / "sea.nc").facts.clouds == 2
+    assert CloudEntry.read(working_folder / "clouds" / "sea.nc").facts.clouds == 2
 
 
 @pytest.mark.parametrize(
@@ -229,13 +229,13 @@ def test_an_entry_says_who_stated_its_pixel_size(working_folder, monkeypatch, op
     package = SimpleNamespace(submodule_search_locations=[str(working_folder)])
     monkeypatch.setattr("hcss_evaluate.database.samples.find_spec", lambda name: package)
     assert f"(from the {who})" in hcss("clouds", "import", "--sample", "sea", *options).output
-    assert read_entry(working_folder / "clouds" / "sea.nc").facts.pixel_size_from == who
+    assert CloudEntry.read(working_folder / "clouds" / "sea.nc").facts.pixel_size_from == who
 
 
 def test_a_part_of_an_image_has_the_clouds_of_that_part_and_is_named(working_folder):
     arguments = ("import", "sea.png", "--pixel-size", "500", "--json")
     answer = json.loads(hcss(*arguments, "--crop", 40, 60, 50, 60).output)
     assert (answer["clouds"], answer["source_file"]) == (1, "sea.png, rows 40 to 89 and columns 60 to 119")
-    assert read_entry(Path(answer["entry"])).grey.shape == (50, 60)
+    assert CloudEntry.read(Path(answer["entry"])).grey.shape == (50, 60)
     with pytest.raises(CatalogError, match="within the 120 rows and 150 columns"):
         hcss(*arguments, "--name", "b", "--crop", 100, 0, 50, 60)

@@ -14,7 +14,7 @@ from hcss_evaluate.database.folder import entry_path, list_entries, valid_entry_
 from hcss_evaluate.database.segmentation import Cleaning
 
 from hcss_twin.core.errors import CatalogError
-from hcss_twin.models.clouds.database import NOT_STATED, read_entry, read_facts, write_entry
+from hcss_twin.models.clouds.database import CloudEntry
 
 PLAIN = Cleaning(closing=1, opening=1, largest_hole=0, min_area=1)
 
@@ -115,7 +115,7 @@ def test_local_records_its_window_and_the_range_of_thresholds(image):
 
 def test_what_nobody_states_is_not_stated(image):
     facts = _entry(image).facts
-    assert (facts.band, facts.licence, facts.source, facts.observed) == (NOT_STATED,) * 4
+    assert (facts.band, facts.licence, facts.source, facts.observed) == (CloudEntry.NOT_STATED,) * 4
     facts = _entry(image, band="10.8 um", licence="CC0", source="drawn").facts
     assert (facts.band, facts.licence, facts.source) == ("10.8 um", "CC0", "drawn")
     assert facts.source_sha256 == hashlib.sha256(image.read_bytes()).hexdigest()
@@ -163,8 +163,8 @@ def test_a_pixel_size_is_needed(image):
 
 def test_an_entry_comes_back_as_it_was_written(image, tmp_path):
     entry = _entry(image)
-    write_entry(tmp_path / "a.nc", entry)
-    back = read_entry(tmp_path / "a.nc")
+    entry.write(tmp_path / "a.nc")
+    back = CloudEntry.read(tmp_path / "a.nc")
     for name in ("grey", "labels", "missing", "image"):
         written, read = getattr(entry, name), getattr(back, name)
         np.testing.assert_array_equal(read, written)
@@ -172,11 +172,11 @@ def test_an_entry_comes_back_as_it_was_written(image, tmp_path):
     expected, found = dataclasses.asdict(entry.facts), dataclasses.asdict(back.facts)
     for name, value in expected.items():
         assert found[name] == value or (np.isnan(value) and np.isnan(found[name])), name
-    assert read_facts(tmp_path / "a.nc")[1] == (60, 80)
+    assert CloudEntry.read_facts(tmp_path / "a.nc")[1] == (60, 80)
 
 
 def test_other_programs_see_where_north_is(image, tmp_path):
-    write_entry(tmp_path / "a.nc", _entry(image))
+    _entry(image).write(tmp_path / "a.nc")
     with xr.open_dataset(tmp_path / "a.nc") as file:
         assert file.y.values[0] == 59_500.0
         assert file.y.values[-1] == 500.0
@@ -189,7 +189,7 @@ def test_a_failed_write_keeps_the_older_file(image, tmp_path, monkeypatch):
     folder = tmp_path / "entries"
     folder.mkdir()
     entry = _entry(image)
-    write_entry(folder / "a.nc", entry)
+    entry.write(folder / "a.nc")
     before = (folder / "a.nc").read_bytes()
 
     def full(*_arguments):
@@ -197,7 +197,7 @@ def test_a_failed_write_keeps_the_older_file(image, tmp_path, monkeypatch):
 
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(CatalogError, match=r"cannot write .*a\.nc: No space left"):
-        write_entry(folder / "a.nc", entry)
+        entry.write(folder / "a.nc")
     assert [path.name for path in folder.iterdir()] == ["a.nc"]
     assert (folder / "a.nc").read_bytes() == before
 
@@ -213,27 +213,27 @@ def test_a_failed_write_keeps_the_older_file(image, tmp_path, monkeypatch):
     ],
 )
 def test_entries_with_wrong_attributes_are_refused(image, tmp_path, name, value, message):
-    write_entry(tmp_path / "a.nc", _entry(image))
+    _entry(image).write(tmp_path / "a.nc")
     _attribute(tmp_path / "a.nc", name, value)
     with pytest.raises(CatalogError, match=message):
-        read_entry(tmp_path / "a.nc")
+        CloudEntry.read(tmp_path / "a.nc")
 
 
 @pytest.mark.parametrize("variable", ["grey", "mask"])
 def test_entries_that_contradict_themselves_are_refused(image, tmp_path, variable):
-    write_entry(tmp_path / "a.nc", _entry(image))
+    _entry(image).write(tmp_path / "a.nc")
     with netCDF4.Dataset(tmp_path / "a.nc", "a") as file:
         file.variables[variable][0, 0] = 1
     with pytest.raises(CatalogError, match=f"{variable} and label disagree about cloud in 1 pixels"):
-        read_entry(tmp_path / "a.nc")
+        CloudEntry.read(tmp_path / "a.nc")
 
 
 def test_a_folder_lists_entries_and_what_is_none(image, tmp_path):
     folder = tmp_path / "entries"
     assert list_entries(folder) == []
     folder.mkdir()
-    write_entry(folder / "b.nc", _entry(image))
-    write_entry(folder / "a.nc", _entry(image))
+    _entry(image).write(folder / "b.nc")
+    _entry(image).write(folder / "a.nc")
     (folder / "c.nc").write_bytes(b"nothing")
     listed = list_entries(folder)
     assert [entry.name for entry in listed] == ["a", "b", "c"]

@@ -25,7 +25,7 @@ from scipy.special import ndtri
 from scipy.stats import multivariate_normal, multivariate_t, rankdata
 
 from hcss_twin.core.errors import ImageError
-from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
+from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Grid
@@ -62,9 +62,9 @@ def test_many_variograms_are_those_of_each(octaves):
             L=(parameters_of_row[2], parameters_of_row[3]),
             k=(octaves.first, last),
         )
-        expected = expected_variogram(parameters, PIXEL_M, dx, dy, kernel)
+        expected = kernel.expected_variogram(parameters, PIXEL_M, dx, dy)
         np.testing.assert_allclose(found[row, column], expected, atol=1e-12)
-        assert variance[row, column] == pytest.approx(frame_variance(parameters, PIXEL_M, rows, columns, kernel))
+        assert variance[row, column] == pytest.approx(kernel.frame_variance(parameters, PIXEL_M, rows, columns))
 
 
 def test_a_still_field_is_that_of_the_generator_to_the_last_bit():

@@ -76,7 +76,7 @@ def test_plugins_have_notes_on_the_image(tmp_path, monkeypatch) -> None:
             yield Origin(name, f"plugin-{name}", "1"), types.SimpleNamespace(load=lambda load=load: load)
         yield Origin("lost", "plugin-lost", "1"), importlib.metadata.PackageNotFoundError("gone")
 
-    monkeypatch.setattr(target_module, "installed", installed)
+    monkeypatch.setattr("hcss_twin.providers.registry.registry.installed", installed)
     np.save(tmp_path / "sky.npy", np.maximum(streets(), 0.0))
     choice = target_module.ImageChoice(pixel_size_m=1000.0)
     notes = read_target(tmp_path / "sky.npy", choice).notes

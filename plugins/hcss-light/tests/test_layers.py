@@ -15,7 +15,7 @@ from light_scene import DAY, NIGHT, scene
 from hcss_twin import simulate
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.plan.choose_light import light_inputs
+from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.plan.make_plan import make_plan
 
 WATER, ICE = Particles(0.03, 0.8, np.array([1.0, 0.85])), Particles(0.002, 0.6, np.array([1.0, 0.9]))
@@ -125,7 +125,7 @@ def test_a_thick_layer_above_leaves_the_one_below_dark_where_its_shadow_falls():
 def test_uniform_layers_keep_the_radiance_of_the_tables_and_an_empty_one_changes_nothing(time):
     plan = make_plan(two("columns", time=time, bands=[[3.6, 3.7]]))
     tables = tables_of(plan)
-    inputs, sun = light_inputs(plan, tables.spectrum.nodes), plan.sun_at(0.0)
+    inputs, sun = LightStage.inputs(plan, tables.spectrum.nodes), plan.sun_at(0.0)
     light = StackedSource(inputs).at(sun)
     for thickness in ((10.0, 300.0), (87.0, 2000.0), (400.0, 0.0)):
         given = np.full((2, 3, 4), np.array(thickness)[:, None, None], np.float32)
@@ -137,7 +137,7 @@ def test_uniform_layers_keep_the_radiance_of_the_tables_and_an_empty_one_changes
     lower = (draw.uniform(20.0, 400.0, (16, 16)) * (draw.random((16, 16)) < 0.5)).astype(np.float32)
     amount, share, change = light.correct(np.stack((lower, np.zeros_like(lower))))
     both = light.uniform(amount) * share + change
-    one = SourceLight(light_inputs(plan, tables.spectrum.nodes)).at(sun)
+    one = SourceLight(LightStage.inputs(plan, tables.spectrum.nodes)).at(sun)
     amount, share, change = one.correct(lower)
     alone = one.uniform(amount) * share + change
     assert np.mean(both) == pytest.approx(np.mean(alone), rel=3e-3)

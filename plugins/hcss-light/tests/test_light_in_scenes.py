@@ -18,8 +18,8 @@ from light_scene import DAY, NIGHT, scene
 from hcss_twin import simulate
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.plan import choose_light
-from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.make_plan import make_plan
 
@@ -29,7 +29,7 @@ from hcss_twin.plan.make_plan import make_plan
 def test_uniform_cloud_keeps_the_radiance_of_the_tables(tier, time):
     plan = make_plan(scene("columns", time=time, bands=[[3.6, 3.7]]))
     tables = tables_of(plan)
-    instant = tier(light_inputs(plan, tables.spectrum.nodes)).at(plan.sun_at(0.0))
+    instant = tier(LightStage.inputs(plan, tables.spectrum.nodes)).at(plan.sun_at(0.0))
     for thickness in (10.0, 87.0, 400.0):
         amount, share, change = instant.correct(np.full((3, 4), thickness, np.float32))
         np.testing.assert_allclose(amount, thickness, rtol=1e-5)
@@ -49,7 +49,7 @@ def test_vertical_rays_through_columns_change_nothing_in_the_tier_slant():
     plan = make_plan(scene("columns", view={"zenith": 0.0}))
     tables = tables_of(plan)
     thickness = np.random.default_rng(2).uniform(10.0, 400.0, (6, 5)).astype(np.float32)
-    amount, _, change = SlantLight(light_inputs(plan, tables.spectrum.nodes)).at(None).correct(thickness)
+    amount, _, change = SlantLight(LightStage.inputs(plan, tables.spectrum.nodes)).at(None).correct(thickness)
     np.testing.assert_allclose(amount, thickness, rtol=1e-5)
     assert np.all(np.abs(change) < 2e-3 * tables.tables[0].clear[0, 0])
 

@@ -31,9 +31,9 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.sea.pierson_moskowitz import spectrum_m2_s
+from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
 from hcss_twin.physics.paths import to_space
-from hcss_twin.reports.page import png_of
+from hcss_twin.reports.figures import Figures
 
 FITTED = "reproduced with fitted inputs"
 MISSING = "not reproducible"
@@ -139,12 +139,14 @@ def test_the_corrected_physics_stands_beside_and_differs(monkeypatch):
 
 class TestASpectrumThatIsNotEq1:
     def test_of_another_shape_is_noticed(self):
-        found = figure_03_sea_spectrum.figure_3(1, lambda omega, wind: 1.1 * spectrum_m2_s(omega, wind))
+        found = figure_03_sea_spectrum.figure_3(
+            1, lambda omega, wind: 1.1 * PiersonMoskowitz.spectrum_m2_s(omega, wind)
+        )
         assert found.verdict == "not reproducible"
         assert any("wave height" in statement for statement in failed(found.checks))
 
     def test_that_does_not_know_the_wind_is_noticed(self):
-        found = figure_03_sea_spectrum.figure_3(1, lambda omega, wind: spectrum_m2_s(omega, 10.0))
+        found = figure_03_sea_spectrum.figure_3(1, lambda omega, wind: PiersonMoskowitz.spectrum_m2_s(omega, 10.0))
         assert "with more wind the peak is higher" in failed(found.checks)
 
 
@@ -172,7 +174,7 @@ def test_eq_7_is_linear_in_p_between_its_ends():
 
 @pytest.mark.long
 def test_thickness_that_is_linear_in_the_field_instead_of_p_is_noticed(monkeypatch):
-    monkeypatch.setattr(figure_05_cloud_volume, "cloud_fraction_value", lambda field: field)
+    monkeypatch.setattr(figure_05_cloud_volume.Coverage, "cloud_fraction_value", lambda field: field)
     found = figure_05_cloud_volume.figure_5(1)
     assert found.verdict == "not reproducible"
     assert any("eq 7" in statement for statement in failed(found.checks))
@@ -425,7 +427,7 @@ def test_small_pictures_are_smaller_and_look_the_same():
     figure = figure_base.blank(4.0, 3.0)
     rng = np.random.default_rng(7)
     figure_base.image_panel(figure.subplots(), gaussian_filter(rng.standard_normal((200, 200)), 4.0), "title")
-    whole, small = png_of(figure), small_png(figure)
+    whole, small = Figures.png(figure), small_png(figure)
     assert len(small) < 0.9 * len(whole)
     assert small == small_png(figure)
     before, after = (np.asarray(Image.open(BytesIO(picture)).convert("RGB"), dtype=float) for picture in (whole, small))

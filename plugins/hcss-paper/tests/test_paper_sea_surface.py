@@ -8,7 +8,7 @@ import pytest
 from hcss_paper.sea_surface import component_frequencies_rad_s, surface_elevation
 from scipy.integrate import quad
 
-from hcss_twin.models.sea import pierson_moskowitz as pm
+from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz as pm
 
 
 def spectrum(omega: float, wind: float) -> float:

@@ -19,12 +19,12 @@ from hcss_payload.rays import geographic
 from payload_scenes import START, camera
 from scipy.spatial.transform import Rotation
 
-from hcss_twin.physics.geodesy import to_earth_centred
+from hcss_twin.physics.geodesy import Ellipsoid
 
 
 def above(latitude, longitude, height=700e3):
     """A trajectory that rests above a place."""
-    position = to_earth_centred(np.float64(latitude), np.float64(longitude), height)
+    position = Ellipsoid.to_earth_centred(np.float64(latitude), np.float64(longitude), height)
     return PositionTable([0.0, 1.0], [position, position])
 
 
@@ -36,7 +36,7 @@ def test_nadir_sees_the_place_below_at_poles_and_date_line(latitude, longitude):
     mesh = Mesh(camera(41, 8.0), pose)
     positions = mesh.positions_m()
     assert np.all(np.isfinite(positions))
-    below = to_earth_centred(np.float64(latitude), np.float64(longitude))
+    below = Ellipsoid.to_earth_centred(np.float64(latitude), np.float64(longitude))
     assert np.linalg.norm(mesh.exact_m(np.float64(20.0), np.float64(20.0)) - below) < 1e-2
     seen_latitude, seen_longitude, height = geographic(positions)
     # The interpolated points sink below the surface, in the middle of a block by its sagitta.
@@ -63,7 +63,7 @@ def test_tracking_shows_north_of_the_place_straight_above_it_from_any_side(beari
     toward = away * np.array([np.cos(np.radians(bearing)), np.sin(np.radians(bearing)) / np.cos(np.radians(place[0]))])
     rest = above(*(place + toward))
     pose, optics = pose_at(0.5, rest, Track(rest, *place)), camera(64, 2.0)
-    north = to_earth_centred(np.float64(place[0] + 0.005), np.float64(place[1]), 0.0)
+    north = Ellipsoid.to_earth_centred(np.float64(place[0] + 0.005), np.float64(place[1]), 0.0)
     row, column = optics.pixels(pose.to_body(north - pose.position_m))
     assert row < 31.5 - 0.05
     assert abs(column - 31.5) < 1e-3 * (31.5 - row)

@@ -14,7 +14,7 @@ from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import PartMaker, stream
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_plane
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.displaced_clouds import DisplacedClouds
 from hcss_twin.plan.texture import TextureFields
 from hcss_twin.plan.windows import windows
@@ -108,24 +108,24 @@ def squares_under(zenith_deg, azimuth_deg, water=False, shadows="on"):
 
 def places_m(made):
     """Place of each pixel in the plane of the scene, and the direction to the camera along its axes."""
-    return to_plane(made["pixel_latitude"], made["pixel_longitude"], *PLACE)
+    return Ellipsoid.to_plane(made["pixel_latitude"], made["pixel_longitude"], *PLACE)
 
 
 def views_of(plan, made, pixels):
     """Views of pixels: straight lines to the camera, whose bearing counts from the axis of the plane."""
     camera = position_of(plan)
     latitude, longitude = (made[f"pixel_{name}"][pixels] for name in ("latitude", "longitude"))
-    ground = to_earth_centred(latitude, longitude)
+    ground = Ellipsoid.to_earth_centred(latitude, longitude)
     ray = camera - ground
     ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
-    east, north, up = (np.sum(axis * ray, axis=-1) for axis in east_north_up(latitude, longitude))
+    east, north, up = (np.sum(axis * ray, axis=-1) for axis in Ellipsoid.east_north_up(latitude, longitude))
     # A step of 1e-5 rad toward the camera, in the plane.
     step = np.degrees(1e-5) * np.stack((north, east / np.cos(np.radians(latitude)))) / np.hypot(east, north)
     x, y = (
         after - before
         for after, before in zip(
-            to_plane(latitude + step[0], longitude + step[1], *PLACE),
-            to_plane(latitude, longitude, *PLACE),
+            Ellipsoid.to_plane(latitude + step[0], longitude + step[1], *PLACE),
+            Ellipsoid.to_plane(latitude, longitude, *PLACE),
             strict=True,
         )
     )

@@ -18,7 +18,7 @@ from hcss_twin.cli import cli
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.verification import verify_cube
-from hcss_twin.physics.geodesy import to_earth_centred
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.views import views_over_image
 from hcss_twin.reports.plan_text import plan_text
 
@@ -105,7 +105,7 @@ def test_pixels_of_a_pass_agree_with_its_geometry_and_certificate(pass_path):
             assert cube["platform_position"].values[number] == pytest.approx(position)
             frame = cube.isel(time=number)
             latitude, longitude = (frame[f"pixel_{name}"].values for name in ("latitude", "longitude"))
-            ground_m = to_earth_centred(latitude, longitude)
+            ground_m = Ellipsoid.to_earth_centred(latitude, longitude)
             away = position - ground_m
             distance = np.linalg.norm(away, axis=-1)
             assert frame["pixel_slant_range"].values == pytest.approx(distance, abs=20.0)

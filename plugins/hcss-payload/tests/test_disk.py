@@ -17,7 +17,7 @@ import hcss_twin
 from hcss_twin import ScenarioError
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.engine.certificate.many_points import solve_many
-from hcss_twin.physics.geodesy import to_earth_centred
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.plan import views
 from hcss_twin.plan.lines_of_sight import SunTrack
@@ -35,7 +35,7 @@ def test_a_direction_to_the_camera_tells_the_place():
     places = [(x, y) for x in line for y in line]
     for any_disk in (disk(), with_glint(disk())):
         views = any_disk.at(places)
-        ground = to_earth_centred(
+        ground = Ellipsoid.to_earth_centred(
             *(np.array([getattr(v, n) for v in views]) for n in ("latitude_deg", "longitude_deg"))
         )
         found = np.stack(any_disk.places(toward_camera(ground, CAMERA_M, any_disk.centre), ground), axis=-1)
@@ -48,7 +48,9 @@ def test_a_direction_to_the_camera_tells_the_place():
 def test_latitude_and_slant_path_tell_the_view_of_places_in_the_west():
     flat = disk()
     west = flat.at(np.random.default_rng(4).uniform((0.01, -0.7), (0.7, 0.7), (60, 2)))  # the camera is to the east
-    ground = to_earth_centred(*(np.array([getattr(v, n) for v in west]) for n in ("latitude_deg", "longitude_deg")))
+    ground = Ellipsoid.to_earth_centred(
+        *(np.array([getattr(v, n) for v in west]) for n in ("latitude_deg", "longitude_deg"))
+    )
     zonal = zonal_disk(flat, toward_camera(ground, CAMERA_M, flat.centre), np.array([-70.0, 70.0]), 75.0)
     x, y = zonal.places(toward_camera(ground, CAMERA_M, flat.centre), ground)
     assert max(np.abs(x).max(), np.abs(y).max()) < 1.0

@@ -8,7 +8,7 @@ from hcss_payload.frames import frames
 
 import hcss_twin
 from hcss_twin.core.errors import ScenarioError
-from hcss_twin.physics.geodesy import to_earth_centred, to_plane
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.physics.viewing import LinesOfSight
 
 ORBIT = Circular.above(7e5, 98.2, 30.0, 153.0, 60.0)
@@ -22,7 +22,7 @@ def scene(**parts):
 
 def above(height_m=3e6):
     """A trajectory that rests above the scene."""
-    position = to_earth_centred(np.float64(30.0), np.float64(150.0), height_m)
+    position = Ellipsoid.to_earth_centred(np.float64(30.0), np.float64(150.0), height_m)
     return PositionTable([-100.0, 200.0], [position, position])
 
 
@@ -53,10 +53,10 @@ def test_clouds_move_against_the_sea_as_with_parallax_of_the_engine():
     expected, without = (hcss_twin.simulate(scenario)["radiance"].values[0, -1] for scenario in (displaced, plain))
     position = LinesOfSight(30.0, 150.0, zenith, 0.0, 3e6).sensor_m
     trajectory = PositionTable([-1.0, 200.0], [position, position])
-    away = np.linalg.norm(position - to_earth_centred(np.float64(30.0), np.float64(150.0)))
+    away = np.linalg.norm(position - Ellipsoid.to_earth_centred(np.float64(30.0), np.float64(150.0)))
     track, camera = Track(trajectory, 30.0, 150.0), Camera(40, 40, 1.0, 100.0 / away)
     (frame,) = frames(plain, camera, trajectory, track, [0.0], points=1)
-    x, y = to_plane(frame.variables["pixel_latitude"], frame.variables["pixel_longitude"], 30.0, 150.0)
+    x, y = Ellipsoid.to_plane(frame.variables["pixel_latitude"], frame.variables["pixel_longitude"], 30.0, 150.0)
     row, column = (np.rint(coordinate / 100.0 + 0.5 * size - 0.5).astype(int) for coordinate in (y, x))
     inside = (row >= 0) & (row < size)
     assert inside.mean() > 0.5

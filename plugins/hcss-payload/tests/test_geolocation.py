@@ -20,10 +20,10 @@ def points(mesh):
 
 def off_px(mesh):
     """Distance (y, x) in pixels between each point and where the camera sees the latitude and longitude of the mesh."""
-    from hcss_twin.physics.geodesy import to_earth_centred
+    from hcss_twin.physics.geodesy import Ellipsoid
 
     latitude, longitude, _ = geographic(mesh.positions_m())
-    position_m = to_earth_centred(latitude, longitude, mesh.altitude_m)
+    position_m = Ellipsoid.to_earth_centred(latitude, longitude, mesh.altitude_m)
     row, column = mesh.camera.pixels(mesh.pose.to_body(position_m - mesh.pose.position_m))
     y, x = points(mesh)
     return np.hypot(row - y, column - x)

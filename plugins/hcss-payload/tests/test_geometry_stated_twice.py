@@ -16,7 +16,7 @@ from hcss_payload.live.sensor import LiveSensor
 import hcss_twin
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.plan.sensor import make_sensor
-from hcss_twin.plan.sensor_geometry import examine_geometry
+from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.providers import Grid, SensorInputs
 from hcss_twin.scenario.bands import sensor_bands, spectral_band
 from hcss_twin.scenario.viewing import viewing_notes
@@ -33,7 +33,7 @@ def examined(raw):
         return notes
     bands = [spectral_band(band, catalog) for band in scenario.bands]
     inputs = SensorInputs(sensor_bands(bands), Grid(8, 8, scenario.image.pixel_size), 0.0, 1.0, 1, catalog)
-    return *notes, *examine_geometry(json.loads(scenario.to_json()), make_sensor(scenario.sensor, inputs).stages)
+    return *notes, *Stage.examine_geometry(json.loads(scenario.to_json()), make_sensor(scenario.sensor, inputs).stages)
 
 
 def test_keys_that_agree_are_accepted():

@@ -10,7 +10,7 @@ from test_cube import DISK
 import hcss_twin
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.physics.geodesy import to_earth_centred
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.physics.paths import Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import EARTH_RADIUS_M, Profile
@@ -118,7 +118,7 @@ def test_grazing_ground_continues_that_of_the_tables(plan):
 
 
 def test_tangent_heights_are_the_least_along_a_line():
-    origin = to_earth_centred(np.float64(35.0), np.float64(20.0), 7e5)
+    origin = Ellipsoid.to_earth_centred(np.float64(35.0), np.float64(20.0), 7e5)
     rng = np.random.default_rng(4)
     direction = rng.normal(size=(400, 3))
     direction /= np.linalg.norm(direction, axis=1)[:, None]

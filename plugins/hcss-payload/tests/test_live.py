@@ -13,7 +13,7 @@ from payload_scenes import radiometer_of
 
 import hcss_twin
 from hcss_twin.core.errors import ScenarioError
-from hcss_twin.physics.geodesy import to_earth_centred
+from hcss_twin.physics.geodesy import Ellipsoid
 
 SIZE = 96
 SEA = {"wind_speed": 10.0, "temperature": 291.4, "model": "cox-munk"}
@@ -39,7 +39,7 @@ def scene(kind="stratus", pixels=SIZE, samples=1, pixel_m=100.0, **overrides):
 
 
 def above(height=36e6):
-    position = to_earth_centred(np.float64(30.0), np.float64(150.0), height)
+    position = Ellipsoid.to_earth_centred(np.float64(30.0), np.float64(150.0), height)
     return PositionTable([-100.0, 100.0], [position, position])
 
 

@@ -13,9 +13,9 @@ import hcss_twin
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import TableReader
-from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
-from hcss_twin.models.clouds.thickness import field_thickness
+from hcss_twin.models.clouds.fractal.field import FractalField
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.providers import Grid
 
 PIXELS, FINE, SEED = 128, 8, 11
@@ -31,7 +31,9 @@ def field_radiance(plan):
     look_up, exponent = LookUp(table), shape_of(plan).brightness_exponent
 
     def radiance(field):
-        thickness = field_thickness(np.ascontiguousarray(field, np.float32).reshape(1, -1), plan.layers[0], exponent)
+        thickness = FractalClouds.field_thickness(
+            np.ascontiguousarray(field, np.float32).reshape(1, -1), plan.layers[0], exponent
+        )
         values = np.empty((table.clear.size, 1, field.size), np.float32)
         look_up.fill(values, [thickness])
         return values[: len(plan.bands), 0].astype(float)
@@ -45,7 +47,7 @@ def true_pixels(plan, radiance, width, height):
     across, up = round(width / point_m), round(height / point_m)
     octaves = Octave.separate(shape_of(plan), Grid(1, 1, point_m), plan.assembly.motion, noise=False)
     field = FractalField(SEED, octaves, threads=1)
-    everywhere = PixelWindow(0, PIXELS * up, 0.0), PixelWindow(0, PIXELS * across, 0.0)
+    everywhere = FractalField.PixelWindow(0, PIXELS * up, 0.0), FractalField.PixelWindow(0, PIXELS * across, 0.0)
     values = radiance(field.window(0.0, *everywhere))
     return values.reshape(-1, PIXELS, up, PIXELS, across).mean(axis=(2, 4))
 
@@ -55,7 +57,7 @@ def live_pixels(plan, radiance, width, height):
     point_m, first_m = np.sqrt(width * height) / FINENESS, 0.5 * min(width, height) / FINE
     seen = seen_octaves(shape_of(plan), plan.assembly.motion, point_m, np.diag([width, height]))
     x, y = (((np.arange(PIXELS) + 0.5) * size - first_m) / point_m for size in (width, height))
-    size = (PixelWindow(0, int(coordinates[-1]) + 2, 0.0) for coordinates in (y, x))
+    size = (FractalField.PixelWindow(0, int(coordinates[-1]) + 2, 0.0) for coordinates in (y, x))
     tile = FractalField(SEED, seen.octaves, threads=1).window(0.0, *size).astype(float)
     left, top = x.astype(int), y.astype(int)
     lines = tile[:, left] + (x - left) * (tile[:, left + 1] - tile[:, left])
@@ -88,8 +90,12 @@ def test_covariance_of_a_step_is_that_of_sheppard():
 
 def test_variance_of_means_and_between_points_is_that_of_the_field():
     step = 1.0 / 16.0
-    octave = Octave(0, 1.0, AxisScale(step, False), AxisScale(step, False), AxisScale(0.0, False), False)
-    field = FractalField(5, (octave,), 1).window(0.0, PixelWindow(0, 1600, 0.0), PixelWindow(0, 1600, 0.0))
+    octave = Octave(
+        0, 1.0, Octave.AxisScale(step, False), Octave.AxisScale(step, False), Octave.AxisScale(0.0, False), False
+    )
+    field = FractalField(5, (octave,), 1).window(
+        0.0, FractalField.PixelWindow(0, 1600, 0.0), FractalField.PixelWindow(0, 1600, 0.0)
+    )
     for cells in (0.5, 1.5):
         points = int(16 * cells)
         sums = np.cumsum(np.cumsum(np.pad(field.astype(float), ((1, 0), (1, 0))), axis=0), axis=1)

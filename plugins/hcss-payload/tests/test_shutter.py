@@ -11,7 +11,7 @@ from hcss_payload.shutter import Shutter, instants_for, smear_px
 import hcss_twin
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ScenarioError
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_plane
+from hcss_twin.physics.geodesy import Ellipsoid
 
 ORBIT = Circular.above(7e5, 98.2, 30.0, 153.0, 60.0)
 STILL = {"attitude": {"provider": "push-broom", "roll": -20.0}, "frames": {"count": 1}, "output": {"certificate": 0}}
@@ -66,7 +66,7 @@ def test_background_and_target_smear_alike_within_the_integration_time_of_the_se
     camera, attitude = Camera(64, 48, 0.15, 1.5e-5), PushBroom(ORBIT, roll_deg=-20.0)
     pose = pose_at(0.0, ORBIT, attitude)
     seen = geographic(meet(pose.position_m, pose.to_earth(camera.directions(np.float64(31.2), np.float64(23.6)))))
-    x, y = (float(coordinate) for coordinate in to_plane(seen[0], seen[1], 30.0, 150.0))
+    x, y = (float(coordinate) for coordinate in Ellipsoid.to_plane(seen[0], seen[1], 30.0, 150.0))
     parts = {
         "camera": CAMERA | {"points": 8},
         "elements": [{"parameters": {"tracks": [{"x": x, "y": y, "altitude": 0.0, "intensity": 1e6}]}}],
@@ -147,12 +147,14 @@ def test_a_target_is_in_the_pixel_that_sees_its_place_when_its_row_is_read():
 
 def test_a_target_smears_by_its_motion_through_the_image_and_has_its_own_distance():
     camera, track = Camera(40, 48, 0.15, 1.5e-5), Track(ORBIT, 30.0, 150.0)
-    pose, ground = pose_at(0.0, ORBIT, track), to_earth_centred(np.float64(30.0), np.float64(150.0))
+    pose, ground = pose_at(0.0, ORBIT, track), Ellipsoid.to_earth_centred(np.float64(30.0), np.float64(150.0))
     # On the line of sight to the place that is tracked, 30 km away from it.
     toward = (pose.position_m - ground) / np.linalg.norm(pose.position_m - ground)
     target_m = ground + 3e4 * toward
     latitude, longitude, altitude = (float(coordinate) for coordinate in geographic(target_m))
-    x, y = (float(coordinate) for coordinate in to_plane(np.float64(latitude), np.float64(longitude), 30.0, 150.0))
+    x, y = (
+        float(coordinate) for coordinate in Ellipsoid.to_plane(np.float64(latitude), np.float64(longitude), 30.0, 150.0)
+    )
     source = {"x": x, "y": y, "altitude": altitude, "intensity": 1e6, "velocity": [2e4, 5.5e4, 0.0]}
     parts = {
         "camera": {"integration_time": 1e-2},
@@ -163,7 +165,7 @@ def test_a_target_smears_by_its_motion_through_the_image_and_has_its_own_distanc
     }
     cube = hcss_twin.simulate(scenario(PASS, parts))
     added = cube["element_radiance"].values[0, 0].astype(float)
-    east, north = np.array(east_north_up(np.float64(30.0), np.float64(150.0))[:2])
+    east, north = np.array(Ellipsoid.east_north_up(np.float64(30.0), np.float64(150.0))[:2])
     velocity = 2e4 * east + 5.5e4 * north
     ends = []
     for later in (-5e-3, 5e-3):

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from cheap import CHEAP
 from hcss_sweep import SweepError, open_sweep, points, sweep
-from hcss_sweep import run as running
 from hcss_sweep.points import PointOutcome, compute
 
 from hcss_twin import CubeError, Scenario, open_cube, simulate
 from hcss_twin.core import cache
 from hcss_twin.core.environment import versions
 from hcss_twin.core.files import draft_of
+from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine import compile
 from hcss_twin.models.atmosphere.band_model import provider as band_model
 
@@ -283,7 +283,7 @@ def test_a_folder_with_something_else_is_left_alone(tmp_path):
 def test_a_sweep_of_other_versions_is_not_gone_on_with(tmp_path, monkeypatch):
     folder = tmp_path / "sweep"
     swept(folder, {"seed": [1]})
-    monkeypatch.setattr(running, "versions", lambda: {**versions(), "numpy": "0.9"})
+    monkeypatch.setattr(ResultCache, "versions", lambda self: {**versions(), "numpy": "0.9"})
     with pytest.raises(SweepError, match=r"numpy .*, now 0\.9"):
         swept(folder, {"seed": [1]})
 

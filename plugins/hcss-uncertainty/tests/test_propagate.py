@@ -17,7 +17,7 @@ from scipy import ndimage
 import hcss_twin
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import HcssError
-from hcss_twin.engine.certificate.part_sample import CLEAR, PARTS
+from hcss_twin.engine.certificate.certificate import PARTS, Certificate
 
 SMALL = CHEAP | {
     "image.rows": 40,
@@ -28,7 +28,7 @@ SMALL = CHEAP | {
     "time": "2024-04-20T14:30:00Z",
 }
 FRAME = {"clouds.coverage_mode": "frame"}
-CLASSES = ("all", CLEAR, *PARTS)
+CLASSES = ("all", Certificate.CLEAR, *PARTS)
 
 
 @pytest.fixture(scope="module")

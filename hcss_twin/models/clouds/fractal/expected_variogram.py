@@ -77,68 +77,58 @@ class KernelCorrelation:
         correlation: Array = 1.0 - lag * lag * curvature
         return correlation
 
+    def expected_variogram(
+        self, parameters: FractalParameters, pixel_size_m: float, dx_pixels: ArrayLike, dy_pixels: ArrayLike
+    ) -> Array:
+        """Return the semivariogram E[(V(x + h) - V(x))^2] / 2 of the field V of eqs 2-4 at lags h = (dx, dy).
+
+        Parameters
+        ----------
+        parameters : FractalParameters
+            Shape, complete.
+        pixel_size_m : float
+            Side of a pixel.
+        dx_pixels, dy_pixels : array-like of int, shapes that broadcast
+            Lags along x and y; of any sign.
+
+        Returns
+        -------
+        ndarray, broadcast shape
+            0 at lag 0.
+
+        Raises
+        ------
+        ValueError
+            If ``parameters`` are incomplete, or a lag is not a whole number of pixels: a nearest-node octave has no
+            values between pixels.
+        """
+        dx, dy = _whole("dx_pixels", dx_pixels), _whole("dy_pixels", dy_pixels)
+        variance, step_x, step_y = _octave_arrays(_octaves(parameters, pixel_size_m))
+        along_x = _axis_correlation(dx, step_x, self)
+        along_y = _axis_correlation(dy, step_y, self)
+        variogram: Array = 1.0 - np.tensordot(along_x * along_y, variance, axes=(-1, 0))
+        return variogram
+
+    def frame_variance(self, parameters: FractalParameters, pixel_size_m: float, rows: int, columns: int) -> float:
+        """Return the expected variance of V within one frame, which is less than 1 for large cells.
+
+        It is the mean of the semivariogram over all pairs of pixels of the frame: the dispersion variance of
+        geostatistics. Raises ValueError if ``parameters`` are incomplete.
+        """
+        octaves = _octaves(parameters, pixel_size_m)
+        return 1.0 - math.fsum(
+            octave.variance
+            * _pair_mean(octave.x.step, octave.x.nearest, columns, self)
+            * _pair_mean(octave.y.step, octave.y.nearest, rows, self)
+            for octave in octaves
+        )
+
 
 def _spread(fraction: Array, cell: NDArray[np.int64]) -> Array:
     """Return the weights (N, nodes) of the nodes -1 to 7 for points (N,) in cells (N,) from 0 to 4."""
     weights = np.zeros((fraction.size, _REACH_CELLS + 4))
     np.put_along_axis(weights, cell[:, None] + np.arange(4), cubic_weights(fraction), axis=1)
     return weights
-
-
-def expected_variogram(
-    parameters: FractalParameters,
-    pixel_size_m: float,
-    dx_pixels: ArrayLike,
-    dy_pixels: ArrayLike,
-    kernel: KernelCorrelation,
-) -> Array:
-    """Return the semivariogram E[(V(x + h) - V(x))^2] / 2 of the field V of eqs 2-4 at lags h = (dx, dy).
-
-    Parameters
-    ----------
-    parameters : FractalParameters
-        Shape, complete.
-    pixel_size_m : float
-        Side of a pixel.
-    dx_pixels, dy_pixels : array-like of int, shapes that broadcast
-        Lags along x and y; of any sign.
-    kernel : KernelCorrelation
-        From :meth:`KernelCorrelation.tabulate`.
-
-    Returns
-    -------
-    ndarray, broadcast shape
-        0 at lag 0.
-
-    Raises
-    ------
-    ValueError
-        If ``parameters`` are incomplete, or a lag is not a whole number of pixels: a nearest-node octave has no values
-        between pixels.
-    """
-    dx, dy = _whole("dx_pixels", dx_pixels), _whole("dy_pixels", dy_pixels)
-    variance, step_x, step_y = _octave_arrays(_octaves(parameters, pixel_size_m))
-    along_x = _axis_correlation(dx, step_x, kernel)
-    along_y = _axis_correlation(dy, step_y, kernel)
-    variogram: Array = 1.0 - np.tensordot(along_x * along_y, variance, axes=(-1, 0))
-    return variogram
-
-
-def frame_variance(
-    parameters: FractalParameters, pixel_size_m: float, rows: int, columns: int, kernel: KernelCorrelation
-) -> float:
-    """Return the expected variance of V within one frame, which is less than 1 for large cells.
-
-    It is the mean of the semivariogram over all pairs of pixels of the frame: the dispersion variance of geostatistics.
-    Raises ValueError if ``parameters`` are incomplete.
-    """
-    octaves = _octaves(parameters, pixel_size_m)
-    return 1.0 - math.fsum(
-        octave.variance
-        * _pair_mean(octave.x.step, octave.x.nearest, columns, kernel)
-        * _pair_mean(octave.y.step, octave.y.nearest, rows, kernel)
-        for octave in octaves
-    )
 
 
 def _pair_mean(step: float, nearest: bool, count: int, kernel: KernelCorrelation) -> float:

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS, MAX_BLOCKS, BlockCache, NodeWindow
 from hcss_twin.models.clouds.fractal.lattice import lattice_normals, plane_key, unit_offset
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.rows import add_nodes, add_octave, cubic_weights, split
 
-__all__ = ["FractalField", "Lattice", "PixelWindow"]
+__all__ = ["FractalField"]
 
 _X, _Y, _T = 0, 1, 2
 
@@ -32,26 +32,6 @@ _NO_SLOTS = np.empty((0, 0, 0), dtype=np.int32)
 _NO_COLUMNS = np.empty(0, dtype=np.uint32)
 _NO_WEIGHTS = np.empty((0, 0), dtype=np.float32)
 _NEAREST = np.ones((1, 1), dtype=np.float32)
-
-
-@dataclass(frozen=True)
-class PixelWindow:
-    """Pixels first, first + 1, ... along one axis, ``origin + index`` pixels from the origin of the sky.
-
-    The integer index is separate from the origin, because a lattice of pixels needs it without rounding.
-    """
-
-    first: int
-    count: int
-    origin: float
-
-    @property
-    def position(self) -> NDArray[np.float64]:
-        """Pixel centres in pixels from the origin of the sky: x + v_x t of eq 4."""
-        # Whole and half numbers are added first and exactly, so that moving the window and moving the
-        # platform by whole pixels give the same sum.
-        indices = np.arange(self.first, self.first + self.count, dtype=np.int64)
-        return indices.astype(np.float64) + self.origin
 
 
 @dataclass(frozen=True)
@@ -80,32 +60,6 @@ class _Axis:
         return first // size * size, -(-last // size) * size
 
 
-class Lattice:
-    """Standard normal numbers at the nodes of an infinite lattice, and what interpolates them with unit variance.
-
-    Parameters
-    ----------
-    seed, octave : int
-        Each pair has its own lattice.
-    """
-
-    def __init__(self, seed: int, octave: int) -> None:
-        self._seed, self._octave = seed, octave
-
-    def offset(self, axis: int) -> float:
-        """Return the offset in [0, 1) cells along one axis, so that octaves do not share a node at the origin."""
-        return unit_offset(self._seed, self._octave, axis)
-
-    def normals(self, t: int, y: NDArray[np.int64], x: NDArray[np.int64]) -> NDArray[np.float32]:
-        """Return the numbers (M, N) of one time plane on nodes ``y`` (M,) x ``x`` (N,); ``x`` ascends."""
-        return lattice_normals(self._seed, self._octave, t, y, x)
-
-    @staticmethod
-    def weights(fraction: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the cubic weights (N, 4), of unit norm, of nodes -1, 0, 1, 2 for ``fraction`` (N,) in [0, 1]."""
-        return np.asarray(cubic_weights(fraction))
-
-
 class FractalField:
     """V(x, y, t) = sum_k sqrt(variance_k) S_k, unit variance everywhere (eqs 2-4 of the HCSS paper).
 
@@ -120,7 +74,56 @@ class FractalField:
         Terms of the sum.
     threads : int, optional
         Default: one for each processor available to this process, at most 8.
+
+    Attributes
+    ----------
+    Lattice, PixelWindow
+        The normals at the nodes with what interpolates them, and the pixels of :meth:`window` along one axis.
     """
+
+    @dataclass(frozen=True)
+    class PixelWindow:
+        """Pixels first, first + 1, ... along one axis, ``origin + index`` pixels from the origin of the sky.
+
+        The integer index is separate from the origin, because a lattice of pixels needs it without rounding.
+        """
+
+        first: int
+        count: int
+        origin: float
+
+        @property
+        def position(self) -> NDArray[np.float64]:
+            """Pixel centres in pixels from the origin of the sky: x + v_x t of eq 4."""
+            # Whole and half numbers are added first and exactly, so that moving the window and moving the
+            # platform by whole pixels give the same sum.
+            indices = np.arange(self.first, self.first + self.count, dtype=np.int64)
+            return indices.astype(np.float64) + self.origin
+
+    class Lattice:
+        """Standard normal numbers at the nodes of an infinite lattice, and what interpolates them with unit variance.
+
+        Parameters
+        ----------
+        seed, octave : int
+            Each pair has its own lattice.
+        """
+
+        def __init__(self, seed: int, octave: int) -> None:
+            self._seed, self._octave = seed, octave
+
+        def offset(self, axis: int) -> float:
+            """Return the offset in [0, 1) cells along one axis, so that octaves do not share a node at the origin."""
+            return unit_offset(self._seed, self._octave, axis)
+
+        def normals(self, t: int, y: NDArray[np.int64], x: NDArray[np.int64]) -> NDArray[np.float32]:
+            """Return the numbers (M, N) of one time plane on nodes ``y`` (M,) x ``x`` (N,); ``x`` ascends."""
+            return lattice_normals(self._seed, self._octave, t, y, x)
+
+        @staticmethod
+        def weights(fraction: NDArray[np.float64]) -> NDArray[np.float64]:
+            """Return the cubic weights (N, 4), of unit norm, of nodes -1, 0, 1, 2 for ``fraction`` (N,) in [0, 1]."""
+            return np.asarray(cubic_weights(fraction))
 
     def __init__(self, seed: int, octaves: tuple[Octave, ...], threads: int | None = None) -> None:
         self._seed = seed
@@ -138,7 +141,11 @@ class FractalField:
         self._pool: ThreadPoolExecutor | None = None
 
     def window(
-        self, time_s: float, y: PixelWindow, x: PixelWindow, out: NDArray[np.float32] | None = None
+        self,
+        time_s: float,
+        y: FractalField.PixelWindow,
+        x: FractalField.PixelWindow,
+        out: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]:
         """Return V (rows, columns), written to ``out`` if given.
 
@@ -159,11 +166,11 @@ class FractalField:
         along_x = self._axes(x, _X)
         with self._lock:
             for start, stop in self._strips(y, along_x):
-                strip = PixelWindow(y.first + start, stop - start, y.origin)
+                strip = FractalField.PixelWindow(y.first + start, stop - start, y.origin)
                 self._add(total[start:stop], time_s, strip, along_x, times)
         return total
 
-    def _strips(self, y: PixelWindow, along_x: list[_Axis]) -> list[tuple[int, int]]:
+    def _strips(self, y: FractalField.PixelWindow, along_x: list[_Axis]) -> list[tuple[int, int]]:
         """Divide the rows into strips whose nodes fit into the cache."""
         if y.count <= BLOCK_ROWS:
             return [(0, y.count)]
@@ -178,7 +185,7 @@ class FractalField:
         self,
         total: NDArray[np.float32],
         time_s: float,
-        y: PixelWindow,
+        y: FractalField.PixelWindow,
         along_x: list[_Axis],
         times: list[tuple[list[int], NDArray[np.float32]]],
     ) -> None:
@@ -263,7 +270,7 @@ class FractalField:
                 result.append(([cell - 1, cell, cell + 1, cell + 2], weight))
         return result
 
-    def _axes(self, window: PixelWindow, axis: int) -> list[_Axis]:
+    def _axes(self, window: FractalField.PixelWindow, axis: int) -> list[_Axis]:
         """Return each octave's nodes and weights of a window along one axis."""
         cells, weights = self._cells[axis].at(window.position)
         weights = weights.astype(np.float32)
@@ -314,7 +321,7 @@ class _Cells:
     offsets: NDArray[np.float64]
 
     @classmethod
-    def of(cls, seed: int, octaves: Sequence[Octave], axis: int, scales: Sequence[AxisScale]) -> _Cells:
+    def of(cls, seed: int, octaves: Sequence[Octave], axis: int, scales: Sequence[Octave.AxisScale]) -> _Cells:
         """Without interpolation, nodes are half a cell from the next rounding."""
         offsets = []
         for octave, scale in zip(octaves, scales, strict=True):

@@ -13,11 +13,11 @@ from pydantic import ValidationError
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.clouds.coverage import FrameSummary, summarise
-from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.models.clouds.fractal.octaves import Octave, describe_skipped, merge_noise
+from hcss_twin.models.clouds.fractal.field import FractalField
+from hcss_twin.models.clouds.fractal.octaves import Octave, describe_skipped
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.thickness import field_thickness, frame_thickness, thickness_in_frame
-from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid, Motion
+from hcss_twin.providers import CloudDeclaration, CloudInputs, CloudLayer, Grid, Motion
 
 __all__ = ["FractalClouds"]
 
@@ -110,6 +110,17 @@ class FractalClouds:
     declares: CloudDeclaration
     honours = ("coverage_mode", "edge_taper")
 
+    @staticmethod
+    def field_thickness(
+        field: NDArray[np.float32], layer: CloudLayer, exponent: float = 1.0, in_place: bool = False
+    ) -> NDArray[np.float32]:
+        """Return the thickness in m where V exceeds a fixed threshold, the normal quantile of the coverage (eqs 5, 7).
+
+        The coverage is exact on average over an unbounded field, and a pixel does not depend on others. ``exponent`` is
+        that of the parameters; with ``in_place`` the result replaces the field (any shape).
+        """
+        return field_thickness(field, layer, exponent, in_place)
+
     def __init__(self, inputs: CloudInputs, parameters: FractalParameters, threads: int | None = None) -> None:
         self._grid = inputs.grid
         self._layer = inputs.layer
@@ -118,7 +129,7 @@ class FractalClouds:
         self.parameters = complete_parameters(parameters, inputs.type_parameters)
         is_one_sky = inputs.layer.coverage_mode == "field"
         separate = Octave.separate(self.parameters, inputs.grid, motion, noise=not is_one_sky)
-        self.octaves = merge_noise(separate)
+        self.octaves = Octave.merge_noise(separate)
         self.skipped = describe_skipped(separate, self.octaves)
         self._field = FractalField(inputs.seed, self.octaves, threads)
         wind_x, wind_y = motion.cloud_velocity_m_s
@@ -223,11 +234,11 @@ class FractalClouds:
             summary = replace(summary, last=first + field.shape[0] * width + field.shape[1])
         return thickness_in_frame(field, first, width, summary, layer, exponent)
 
-    def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> PixelWindow:
+    def _pixels(self, name: str, window: slice, size: int, speed_m_s: float, time_s: float) -> FractalField.PixelWindow:
         if window.start is None or window.stop is None or window.step not in (None, 1):
             raise ValueError(f"{name}: {window} given, allowed: a slice with start and stop and no step")
         shift = self._grid.displacement_pixels(speed_m_s, time_s)
-        return PixelWindow(window.start, max(0, window.stop - window.start), (0.5 - 0.5 * size) + shift)
+        return FractalField.PixelWindow(window.start, max(0, window.stop - window.start), (0.5 - 0.5 * size) + shift)
 
 
 def _noise_notes(octaves: Sequence[Octave]) -> tuple[str, ...]:

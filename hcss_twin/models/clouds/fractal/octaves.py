@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Grid, Motion
 
 __all__ = ["Octave"]
-
-# L counts lattice cells in this length: 800 pixels of 20 m, the paper's image.
-REFERENCE_LENGTH_M = 16_000.0
-
-# From this many cells per step, the nearest node (one random number) replaces the interpolation of 4 to 64 nodes. This
-# neglects the correlation of neighbours: at worst -0.11 and on average -0.05 at 2 cells, within 0.007 of 0 from 3
-# cells, and 0 from 4. Octaves this fine have a small variance fraction.
-NEAREST_FROM = 2.5
 
 # Octaves that are white at this pixel size and whose total variance fraction is below this are merged even if all
 # sensors must see the same sky.
@@ -32,36 +25,47 @@ SMALLEST_MEASURED_CELL_M = 4000.0
 
 
 @dataclass(frozen=True)
-class AxisScale:
-    """Sampling of an octave along one axis.
-
-    ``step`` is in lattice cells per pixel, or per second on the time axis, and 0 on a frozen time axis; ``nearest`` is
-    True if the nearest node replaces the interpolation.
-    """
-
-    step: float
-    nearest: bool
-
-    @property
-    def phases(self) -> int:
-        """Number of nodes into which a noise pixel is divided."""
-        return min(int(self.step), _FINEST_PHASES)
-
-
-@dataclass(frozen=True)
 class Octave:
     """One term of eq 2: its number k, its share of the (unit) variance, and its axes.
 
     With ``is_noise``, the nodes on ``nearest`` axes form a lattice of the pixels instead of the octave's own cells.
     This has the same distribution, because a pixel contains several cells, and is fast, because the nodes are
     contiguous.
+
+    Attributes
+    ----------
+    REFERENCE_LENGTH_M : float
+        L counts lattice cells in this length: 800 pixels of 20 m, the paper's image.
+    NEAREST_FROM : float
+        From this many cells per step, the nearest node (one random number) replaces the interpolation of 4 to 64 nodes.
+        This neglects the correlation of neighbours: at worst -0.11 and on average -0.05 at 2 cells, within 0.007 of 0
+        from 3 cells, and 0 from 4. Octaves this fine have a small variance fraction.
     """
+
+    REFERENCE_LENGTH_M: ClassVar = 16_000.0
+    NEAREST_FROM: ClassVar = 2.5
+
+    @dataclass(frozen=True)
+    class AxisScale:
+        """Sampling of an octave along one axis.
+
+        ``step`` is in lattice cells per pixel, or per second on the time axis, and 0 on a frozen time axis; ``nearest``
+        is True if the nearest node replaces the interpolation.
+        """
+
+        step: float
+        nearest: bool
+
+        @property
+        def phases(self) -> int:
+            """Number of nodes into which a noise pixel is divided."""
+            return min(int(self.step), _FINEST_PHASES)
 
     k: int
     variance: float
-    x: AxisScale
-    y: AxisScale
-    t: AxisScale
+    x: Octave.AxisScale
+    y: Octave.AxisScale
+    t: Octave.AxisScale
     is_noise: bool = True
 
     @property
@@ -84,17 +88,34 @@ class Octave:
         total = math.fsum(powers)
         octaves = []
         for k, power in zip(numbers, powers, strict=True):
-            per_pixel = gamma**k * grid.pixel_size_m / REFERENCE_LENGTH_M
+            per_pixel = gamma**k * grid.pixel_size_m / Octave.REFERENCE_LENGTH_M
             x, y = _scale(cells[0] * per_pixel), _scale(cells[1] * per_pixel)
             per_second = gamma**k / motion.evolution_time_s
             if motion.lifetime_s_per_m is not None:
-                size_m = REFERENCE_LENGTH_M / (gamma**k * math.sqrt(cells[0] * cells[1]))
+                size_m = Octave.REFERENCE_LENGTH_M / (gamma**k * math.sqrt(cells[0] * cells[1]))
                 per_second = 1.0 / lifetime_s(size_m, motion.lifetime_s_per_m)
             # A sky that all sensors share must not depend on the frame rate of one of them.
             is_new = noise and _is_new_in_every_frame(x, y, per_second, grid, motion)
-            t = AxisScale(1.0 / motion.frame_interval_s, True) if is_new else AxisScale(per_second, False)
+            t = Octave.AxisScale(1.0 / motion.frame_interval_s, True) if is_new else Octave.AxisScale(per_second, False)
             octaves.append(cls(k, power / total, x, y, t, noise))
         return tuple(octaves)
+
+    @staticmethod
+    def merge_noise(octaves: tuple[Octave, ...]) -> tuple[Octave, ...]:
+        """Replace octaves that are white in space by the coarsest of them, with the sum of their variances.
+
+        A sum of independent white noises is white noise, so that the distribution within a frame is exact. Between
+        frames, the finer octaves would change faster than the coarsest. Where nodes belong to the sky, only negligible
+        octaves are merged.
+        """
+        white = [octave for octave in octaves if octave.is_white]
+        if not all(octave.is_noise for octave in octaves):
+            while white and math.fsum(octave.variance for octave in white) > NEGLIGIBLE_VARIANCE:
+                white.pop(0)
+        if len(white) < 2:
+            return octaves
+        merged = replace(white[0], variance=math.fsum(octave.variance for octave in white))
+        return (*(octave for octave in octaves if octave not in white), merged)
 
 
 def lifetime_s(cell_m: float, per_m: float) -> float:
@@ -102,42 +123,27 @@ def lifetime_s(cell_m: float, per_m: float) -> float:
     return per_m * cell_m * float(max(1.0, SMALLEST_MEASURED_CELL_M / cell_m) ** (1 / 3))
 
 
-def _is_new_in_every_frame(x: AxisScale, y: AxisScale, cells_per_second: float, grid: Grid, motion: Motion) -> bool:
+def _is_new_in_every_frame(
+    x: Octave.AxisScale, y: Octave.AxisScale, cells_per_second: float, grid: Grid, motion: Motion
+) -> bool:
     """Whether all frames of an octave are independent.
 
     The octave may evolve by several cells between frames, or drift by a fraction of a pixel that contains several
     cells, so that pixels see other cells. A drift by whole pixels shows the same cells again.
     """
     interval = motion.frame_interval_s
-    if interval * cells_per_second >= NEAREST_FROM:
+    if interval * cells_per_second >= Octave.NEAREST_FROM:
         return True
     speed_x = motion.platform_speed_m_s - motion.cloud_velocity_m_s[0]
     for scale, speed in ((x, speed_x), (y, motion.cloud_velocity_m_s[1])):
         drift = math.fmod(speed * interval / grid.pixel_size_m, 1.0)
-        if scale.nearest and abs(drift - round(drift)) * scale.step >= NEAREST_FROM / 2:
+        if scale.nearest and abs(drift - round(drift)) * scale.step >= Octave.NEAREST_FROM / 2:
             return True
     return False
 
 
-def _scale(cells_per_pixel: float) -> AxisScale:
-    return AxisScale(cells_per_pixel, cells_per_pixel >= NEAREST_FROM)
-
-
-def merge_noise(octaves: tuple[Octave, ...]) -> tuple[Octave, ...]:
-    """Replace octaves that are white in space by the coarsest of them, with the sum of their variances.
-
-    A sum of independent white noises is white noise, so that the distribution within a frame is exact. Between frames,
-    the finer octaves would change faster than the coarsest. Where nodes belong to the sky, only negligible octaves are
-    merged.
-    """
-    white = [octave for octave in octaves if octave.is_white]
-    if not all(octave.is_noise for octave in octaves):
-        while white and math.fsum(octave.variance for octave in white) > NEGLIGIBLE_VARIANCE:
-            white.pop(0)
-    if len(white) < 2:
-        return octaves
-    merged = replace(white[0], variance=math.fsum(octave.variance for octave in white))
-    return (*(octave for octave in octaves if octave not in white), merged)
+def _scale(cells_per_pixel: float) -> Octave.AxisScale:
+    return Octave.AxisScale(cells_per_pixel, cells_per_pixel >= Octave.NEAREST_FROM)
 
 
 AXIS_Z = (
@@ -165,7 +171,7 @@ def describe_skipped(separate: tuple[Octave, ...], merged: tuple[Octave, ...]) -
             skipped.append(
                 (
                     f"interpolation of octave {octave.k} along {', '.join(axes)}",
-                    f"{' and '.join(units)} are {NEAREST_FROM:g} or more cells apart, {whose}: "
+                    f"{' and '.join(units)} are {Octave.NEAREST_FROM:g} or more cells apart, {whose}: "
                     f"neglects correlations of -.11 to .01 in {octave.variance:.1e} of the variance",
                 )
             )

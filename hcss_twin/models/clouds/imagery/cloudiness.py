@@ -13,16 +13,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.clouds.imagery.image import CloudIs, SatelliteImage
 
 Method = Literal["otsu", "local", "coverage"]
 
 # Cloudy pixels above this percentile of grey levels get the maximum thickness: otherwise a few glinting or noisy pixels
 # would make all other clouds thin.
 TOP_PERCENTILE = 99.9
-
-CLEAR_PERCENTILE, COLD_K = 99.0, 2.0
-"""Of the brightness temperature of an image, that of the clear sky; how much colder a pixel is certainly cloudy."""
 
 # Bins of the histogram: the levels of the 8-bit images for which Otsu devised his method.
 _BINS = 256
@@ -35,54 +31,6 @@ _MEDIAN_TO_SIGMA = 1.4826
 
 # One pixel in 700 of a normal background exceeds its mean by this many standard deviations.
 _FLOOR_SIGMAS = 3.0
-
-
-def lost_cloud(image: SatelliteImage, level: Array, cloudy: NDArray[np.bool_], cloud_is: CloudIs) -> tuple[str, ...]:
-    """Return a note on cold pixels that are not ``cloudy``, for images of brightness temperature; else none."""
-    if not image.is_temperature or image.cloud_is_bright(cloud_is):
-        return ()
-    clear = float(np.nanpercentile(image.values, CLEAR_PERCENTILE))
-    cold = -level < clear - COLD_K
-    lost = np.count_nonzero(cold & ~cloudy) / max(int(np.count_nonzero(cold)), 1)
-    if lost < 5e-5:
-        return ()
-    return (
-        f"{lost:.2%} of the pixels that are {COLD_K:g} K colder than clear sky ({clear:.5g} K) are left out as clear; "
-        "the method 'temperature' of the generator imagery keeps them.",
-    )
-
-
-def find_threshold(
-    level: Array, method: Method, window: int | None, coverage: float, scene: Array
-) -> tuple[float | Array, float]:
-    """Return the threshold, for the whole image or by pixel, and its minimum, where thickness starts.
-
-    Parameters
-    ----------
-    level : ndarray (rows, columns)
-        Cloudiness level of the image.
-    method : {"otsu", "local", "coverage"}
-        :func:`otsu_threshold`, :func:`local_threshold` or :func:`coverage_threshold`.
-    window : int or None
-        Side in pixels of the averaging window of method ``local``; default: an eighth of the shorter side.
-    coverage : float
-        Fraction of cloudy pixels of ``scene``, for method ``coverage``.
-    scene : ndarray
-        The part of ``level`` that has this coverage.
-
-    Raises
-    ------
-    ValueError
-        If the levels have no contrast or the coverage is not possible.
-    """
-    if method == "otsu":
-        otsu = otsu_threshold(level)
-        return otsu, otsu
-    if method == "local":
-        local = local_threshold(level, window or max(3, min(level.shape) // 8))
-        return local, float(np.nanmin(local))
-    wanted = coverage_threshold(scene, coverage)
-    return wanted, max(wanted, float(np.nanmin(level)))
 
 
 def otsu_threshold(level: Array) -> float:
@@ -225,38 +173,75 @@ def coverage_threshold(level: Array, coverage: float) -> float:
     return float(below[-1]) if below.size else float("-inf")
 
 
-def relative_grey(level: Array, lowest: float) -> Array:
-    """Return C' = (C - C_min) / (C_max - C_min) of cloudy pixels, clipped to 0 to 1 (eq 7 for images).
+class Cloudiness:
+    """Threshold and thickness of the clouds in an image, from its cloudiness level."""
 
-    Parameters
-    ----------
-    level : ndarray (N,)
-        Cloudiness level C of the cloudy pixels.
-    lowest : float
-        C_min, the threshold. Pixels below it, which come from filled holes, get 0.
+    @staticmethod
+    def threshold(
+        level: Array, method: Method, window: int | None, coverage: float, scene: Array
+    ) -> tuple[float | Array, float]:
+        """Return the threshold, for the whole image or by pixel, and its minimum, where thickness starts.
 
-    Returns
-    -------
-    ndarray (N,)
-        C_max is the 99.9th percentile of ``level``. All values are 1 if it does not exceed C_min.
-    """
-    if level.size == 0:
-        return np.zeros(0)
-    top = float(np.percentile(level, TOP_PERCENTILE))
-    if top <= lowest:
-        return np.ones_like(level)
-    relative: Array = np.clip((level - lowest) / (top - lowest), 0.0, 1.0)
-    return relative
+        Parameters
+        ----------
+        level : ndarray (rows, columns)
+            Cloudiness level of the image.
+        method : {"otsu", "local", "coverage"}
+            :func:`otsu_threshold`, :func:`local_threshold` or :func:`coverage_threshold`.
+        window : int or None
+            Side in pixels of the averaging window of method ``local``; default: an eighth of the shorter side.
+        coverage : float
+            Fraction of cloudy pixels of ``scene``, for method ``coverage``.
+        scene : ndarray
+            The part of ``level`` that has this coverage.
 
+        Raises
+        ------
+        ValueError
+            If the levels have no contrast or the coverage is not possible.
+        """
+        if method == "otsu":
+            otsu = otsu_threshold(level)
+            return otsu, otsu
+        if method == "local":
+            local = local_threshold(level, window or max(3, min(level.shape) // 8))
+            return local, float(np.nanmin(local))
+        wanted = coverage_threshold(scene, coverage)
+        return wanted, max(wanted, float(np.nanmin(level)))
 
-def thickness_of(relative: Array, thickness_min_m: float, thickness_max_m: float) -> NDArray[np.float32]:
-    """Return Th = Th_min + (Th_max - Th_min) C' for relative grey levels C' (any shape) of cloudy pixels (eq 7).
+    @staticmethod
+    def relative_grey(level: Array, lowest: float) -> Array:
+        """Return C' = (C - C_min) / (C_max - C_min) of cloudy pixels, clipped to 0 to 1 (eq 7 for images).
 
-    The single-precision result neither exceeds Th_max nor rounds to 0, which means clear sky.
-    """
-    values = (thickness_min_m + (thickness_max_m - thickness_min_m) * relative).astype(np.float32)
-    highest = np.float32(thickness_max_m)
-    if float(highest) > thickness_max_m:
-        highest = np.nextafter(highest, np.float32(0.0))
-    inside: NDArray[np.float32] = np.maximum(np.minimum(values, highest), np.finfo(np.float32).tiny)
-    return inside
+        Parameters
+        ----------
+        level : ndarray (N,)
+            Cloudiness level C of the cloudy pixels.
+        lowest : float
+            C_min, the threshold. Pixels below it, which come from filled holes, get 0.
+
+        Returns
+        -------
+        ndarray (N,)
+            C_max is the 99.9th percentile of ``level``. All values are 1 if it does not exceed C_min.
+        """
+        if level.size == 0:
+            return np.zeros(0)
+        top = float(np.percentile(level, TOP_PERCENTILE))
+        if top <= lowest:
+            return np.ones_like(level)
+        relative: Array = np.clip((level - lowest) / (top - lowest), 0.0, 1.0)
+        return relative
+
+    @staticmethod
+    def thickness_of(relative: Array, thickness_min_m: float, thickness_max_m: float) -> NDArray[np.float32]:
+        """Return Th = Th_min + (Th_max - Th_min) C' for relative grey levels C' (any shape) of cloudy pixels (eq 7).
+
+        The single-precision result neither exceeds Th_max nor rounds to 0, which means clear sky.
+        """
+        values = (thickness_min_m + (thickness_max_m - thickness_min_m) * relative).astype(np.float32)
+        highest = np.float32(thickness_max_m)
+        if float(highest) > thickness_max_m:
+            highest = np.nextafter(highest, np.float32(0.0))
+        inside: NDArray[np.float32] = np.maximum(np.minimum(values, highest), np.finfo(np.float32).tiny)
+        return inside

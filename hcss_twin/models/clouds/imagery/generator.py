@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.database import FOLDER, SUFFIX, read_entry
+from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.models.clouds.imagery.image import size_notes
+from hcss_twin.models.clouds.imagery.moving_window import pixels_per_second, whole_pixels
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.models.clouds.imagery.sky import FARTHEST_PIXEL, Sky, single_clouds
-from hcss_twin.models.clouds.imagery.whole_scene import WholeScene, pixels_per_second, size_problem, whole_pixels
+from hcss_twin.models.clouds.imagery.whole_scene import WholeScene, size_problem
 from hcss_twin.providers import CloudDeclaration, CloudInputs, Grid
 
 # Each layer covers half of the clear sky: after this many, 2**-40 of the sky is clear.
@@ -49,7 +50,7 @@ class ScatteredClouds:
     image_coverage = None
 
     def __init__(self, inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> None:
-        entry = read_entry(path)
+        entry = CloudEntry.read(path)
         grid, layer = inputs.grid, inputs.layer
         problems = size_problem(entry.facts.pixel_size_m, grid, parameters.reinterpret_pixel_size)
         if problems:
@@ -197,7 +198,7 @@ class ImageryClouds:
         self._grid = inputs.grid
         self._clouds: WholeScene | ScatteredClouds
         if parameters.entry is not None:
-            path = inputs.catalog.find(parameters.entry, FOLDER, SUFFIX, beside=True)
+            path = inputs.catalog.find(parameters.entry, CloudEntry.FOLDER, CloudEntry.SUFFIX, beside=True)
         else:
             path = inputs.catalog.file(str(parameters.image))
         kind = ScatteredClouds if parameters.placement == "single-clouds" else WholeScene

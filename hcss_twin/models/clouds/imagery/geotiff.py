@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading, require_size
 from hcss_twin.models.clouds.imagery.image import SatelliteImage
-from hcss_twin.models.clouds.imagery.netcdf_image import quiet
 from hcss_twin.models.clouds.imagery.planes import (
     ORIENTATION,
     SQUARE,
@@ -56,7 +55,7 @@ def read_tiff(path: Path, variable: str | None) -> SatelliteImage:
     import tifffile
 
     tifffile.logger().setLevel("CRITICAL")  # damage is reported below, by one error
-    with Reading(path, CatalogError, "not an image that can be read"), quiet(), tifffile.TiffFile(path) as file:
+    with Reading(path, CatalogError, "not an image that can be read"), Reading.quiet(), tifffile.TiffFile(path) as file:
         page = _only_page(path, file)
         require_size(path, page.shape, CatalogError, MAX_IMAGE_PIXELS, "samples")
         require_upright(path, page.tags.valueof(ORIENTATION))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar, Literal
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
+from hcss_twin.models.clouds.imagery.cloudiness import Cloudiness
 from hcss_twin.models.clouds.imagery.examination import (
     KELVIN_LIMITS,
     MOST_FILLS,
@@ -26,7 +28,8 @@ from hcss_twin.providers import Grid
 
 __all__ = ["SatelliteImage"]
 
-CloudIs = Literal["auto", "bright", "dark"]
+CLEAR_PERCENTILE, COLD_K = 99.0, 2.0
+"""Of the brightness temperature of an image, that of the clear sky; how much colder a pixel is certainly cloudy."""
 
 # Relative difference of pixel sizes that is accepted as equal.
 _SAME_SIZE = 0.01
@@ -104,9 +107,38 @@ class SatelliteImage:
         What the user should know of pixels that show nothing although the file does not say so.
     WINDOW_UM : (float, float)
         Wavelengths at which the air is transparent enough for the inversion of brightness temperature at 10.8 um.
+    CloudIs, Cloudy
+        Whether cloud has the larger values, and what is cloud: threshold, relative grey level and thickness.
     """
 
     WINDOW_UM: ClassVar = (10.0, 12.6)
+
+    CloudIs = Literal["auto", "bright", "dark"]
+    Cloudy = Cloudiness
+
+    class SeveralImagesError(CatalogError):
+        """A file has several images, and none of them is chosen.
+
+        Parameters
+        ----------
+        path : Path
+            The file.
+        planes : iterable of str
+            Names of the images.
+        hint : str
+            What is known of them.
+        option : str
+            What chooses one of them.
+        """
+
+        def __init__(self, path: Path, planes: Iterable[str], hint: str = "", option: str = "variable") -> None:
+            self._parts = path, tuple(planes), hint
+            listed = ", ".join(sorted(planes))
+            super().__init__(f"{path}: several images; set {option} to one of: {listed}{f'; {hint}' if hint else ''}")
+
+        def chosen_with(self, option: str) -> SatelliteImage.SeveralImagesError:
+            """Return the same error of a command whose option chooses the image."""
+            return SatelliteImage.SeveralImagesError(*self._parts, option)
 
     values: NDArray[np.float64]
     pixel_size_m: float | None
@@ -146,6 +178,20 @@ class SatelliteImage:
         """Whether the image shows only cloud tops: "cloud top" in its name, and missing pixels elsewhere."""
         name = f"{self.variable} {self.long_name}".lower().replace("_", " ")
         return "cloud top" in name and bool(np.isnan(self.values).any())
+
+    def lost_cloud(self, level: Array, cloudy: NDArray[np.bool_], cloud_is: CloudIs) -> tuple[str, ...]:
+        """Return a note on cold pixels that are not ``cloudy``, for images of brightness temperature; else none."""
+        if not self.is_temperature or self.cloud_is_bright(cloud_is):
+            return ()
+        clear = float(np.nanpercentile(self.values, CLEAR_PERCENTILE))
+        cold = -level < clear - COLD_K
+        lost = np.count_nonzero(cold & ~cloudy) / max(int(np.count_nonzero(cold)), 1)
+        if lost < 5e-5:
+            return ()
+        return (
+            f"{lost:.2%} of the pixels that are {COLD_K:g} K colder than clear sky ({clear:.5g} K) are left out as "
+            "clear; the method 'temperature' of the generator imagery keeps them.",
+        )
 
     def cloud_is_bright(self, cloud_is: CloudIs) -> bool:
         """Whether large values are cloud, according to the user or else the quantity."""

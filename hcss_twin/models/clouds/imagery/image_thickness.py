@@ -9,21 +9,13 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.clouds.imagery.cloudiness import (
-    COLD_K,
-    TOP_PERCENTILE,
-    Method,
-    find_threshold,
-    lost_cloud,
-    relative_grey,
-    thickness_of,
-)
-from hcss_twin.models.clouds.imagery.image import CloudIs, SatelliteImage
+from hcss_twin.models.clouds.imagery.cloudiness import TOP_PERCENTILE, Cloudiness, Method
+from hcss_twin.models.clouds.imagery.image import COLD_K, SatelliteImage
 from hcss_twin.models.clouds.imagery.parameters import ImageryParameters
 from hcss_twin.providers import CloudInputs
 
 
-def method_of(image: SatelliteImage, cloud_is: CloudIs) -> Literal["temperature", "otsu"]:
+def method_of(image: SatelliteImage, cloud_is: SatelliteImage.CloudIs) -> Literal["temperature", "otsu"]:
     """Return the method "auto" for an image: no threshold where the image is a brightness temperature."""
     return "temperature" if image.is_temperature and not image.cloud_is_bright(cloud_is) else "otsu"
 
@@ -39,14 +31,16 @@ def thickness_by_threshold(
     # With an unbounded sky, the coverage refers to the image, not to the part that one sensor sees.
     scope = level if layer.coverage_mode == "field" else level[scene]
     try:
-        threshold, lowest = find_threshold(
+        threshold, lowest = Cloudiness.threshold(
             level, cast(Method, parameters.method), parameters.window_pixels, layer.coverage, scope
         )
     except ValueError as error:
         raise ScenarioError([Problem("clouds.coverage", str(error))], origin="imagery clouds") from error
     cloudy = level > threshold
     thickness = np.zeros(level.shape, dtype=np.float32)
-    thickness[cloudy] = thickness_of(relative_grey(level[cloudy], lowest), layer.thickness_min_m, layer.thickness_max_m)
+    thickness[cloudy] = Cloudiness.thickness_of(
+        Cloudiness.relative_grey(level[cloudy], lowest), layer.thickness_min_m, layer.thickness_max_m
+    )
     if parameters.method == "coverage":
         where = "over the whole image" if layer.coverage_mode == "field" else "there"
         coverage = f"; {layer.coverage:g} was requested {where}. Later frames show other parts of the image."
@@ -60,7 +54,7 @@ def thickness_by_threshold(
         f"Thickness is linear in the grey level up to the {TOP_PERCENTILE:g}th percentile of the "
         "cloudy pixels of the whole image; what is brighter has the greatest thickness. Shapes do not "
         "change.",
-        *lost_cloud(image, level, cloudy, parameters.cloud_is),
+        *image.lost_cloud(level, cloudy, parameters.cloud_is),
     )
     return thickness, notes
 
@@ -79,8 +73,8 @@ def thickness_by_temperature(
         raise ScenarioError([Problem("clouds.parameters.method", message)], origin="imagery clouds")
     if inversion is None:  # outside a scene: the linear law of eq 7, from the warmest pixel
         outside, known = np.zeros(level.shape, dtype=np.float32), ~np.isnan(level)
-        relative = relative_grey(level[known], float(np.min(level[known])))
-        outside[known] = thickness_of(relative, layer.thickness_min_m, layer.thickness_max_m)
+        relative = Cloudiness.relative_grey(level[known], float(np.min(level[known])))
+        outside[known] = Cloudiness.thickness_of(relative, layer.thickness_min_m, layer.thickness_max_m)
         return outside, (" (no scene: linear in temperature)",)
     band = "10.8 um"
     if parameters.limits_um is not None:

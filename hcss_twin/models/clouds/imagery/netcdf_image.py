@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, choose_from
-from hcss_twin.core.netcdf import NetcdfFile, netcdf_lock
+from hcss_twin.core.netcdf import NetcdfFile
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading, require_size
 from hcss_twin.models.clouds.database import FORMAT as ENTRY
 from hcss_twin.models.clouds.imagery.image import PlanckCoefficients, SatelliteImage
@@ -38,18 +35,10 @@ _OF_AN_ENTRY = (
 _USABLE = ("good", "conditionally_usable")
 
 
-@contextmanager
-def quiet() -> Iterator[None]:
-    """Suppress the warnings of file libraries about unusual attributes, which the user cannot change."""
-    with netcdf_lock(), warnings.catch_warnings():  # not thread safe either
-        warnings.simplefilter("ignore")
-        yield
-
-
 def read_netcdf(path: Path, variable: str | None) -> SatelliteImage:
     """Read one plane of a NetCDF file; see :func:`hcss_twin.models.clouds.imagery.reader.read_image`."""
     what = "it is NetCDF, but damaged, truncated or unsupported"
-    with Reading(path, CatalogError, what), quiet(), NetcdfFile(path) as dataset:
+    with Reading(path, CatalogError, what), Reading.quiet(), NetcdfFile(path) as dataset:
         hint = _OF_AN_ENTRY if _text(dataset, "format") == ENTRY else ""
         name = choose_plane(path, variable, _planes(dataset), list(dataset.variables), hint)
         require_size(path, dataset.variables[name].shape, CatalogError, MAX_IMAGE_PIXELS, "pixels")

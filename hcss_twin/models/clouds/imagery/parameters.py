@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from hcss_twin.models.clouds.imagery.moving_window import MovingWindow
 
 __all__ = ["ImageReading"]
 
@@ -18,7 +20,15 @@ _Wavelength = Annotated[float, Field(ge=3.0, le=15.0)]
 
 
 class ImageReading(BaseModel):
-    """Parameters that select a part of an image and define its clouds."""
+    """Parameters that select a part of an image and define its clouds.
+
+    Attributes
+    ----------
+    Window
+        The part of an image, in which a scene moves.
+    """
+
+    Window: ClassVar = MovingWindow
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

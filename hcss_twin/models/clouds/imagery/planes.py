@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from pathlib import Path
 from types import MappingProxyType
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.errors import CatalogError, choose_from
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 
 SQUARE = 0.01
 """Maximum relative scatter of coordinate steps, and difference of the two sides, for square pixels."""
@@ -26,31 +26,6 @@ def luminance(colours: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     grey: NDArray[np.float64] = colours[..., :3] @ _LUMINANCE
     return grey if colours.shape[2] == 3 else np.where(colours[..., 3] > 0.0, grey, np.nan)
-
-
-class SeveralImagesError(CatalogError):
-    """A file has several images, and none of them is chosen.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    planes : iterable of str
-        Names of the images.
-    hint : str
-        What is known of them.
-    option : str
-        What chooses one of them.
-    """
-
-    def __init__(self, path: Path, planes: Iterable[str], hint: str = "", option: str = "variable") -> None:
-        self._parts = path, tuple(planes), hint
-        listed = ", ".join(sorted(planes))
-        super().__init__(f"{path}: several images; set {option} to one of: {listed}{f'; {hint}' if hint else ''}")
-
-    def chosen_with(self, option: str) -> SeveralImagesError:
-        """Return the same error of a command whose option chooses the image."""
-        return SeveralImagesError(*self._parts, option)
 
 
 def choose_plane(path: Path, variable: str | None, planes: list[str], known: list[str], hint: str = "") -> str:
@@ -80,7 +55,7 @@ def choose_plane(path: Path, variable: str | None, planes: list[str], known: lis
         return planes[0]
     if not planes:
         raise CatalogError(f"{path}: no image: none of its variables has two dimensions")
-    raise SeveralImagesError(path, planes, hint)
+    raise SatelliteImage.SeveralImagesError(path, planes, hint)
 
 
 ORIENTATION = 274

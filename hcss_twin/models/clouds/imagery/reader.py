@@ -14,7 +14,7 @@ from hcss_twin.core.netcdf import NETCDF
 from hcss_twin.core.reading import MAX_IMAGE_PIXELS, Reading, require_no_stream, require_size
 from hcss_twin.models.clouds.imagery.geotiff import read_tiff
 from hcss_twin.models.clouds.imagery.image import SatelliteImage
-from hcss_twin.models.clouds.imagery.netcdf_image import quiet, read_netcdf
+from hcss_twin.models.clouds.imagery.netcdf_image import read_netcdf
 from hcss_twin.models.clouds.imagery.planes import ORIENTATION, choose_plane, luminance, require_upright
 
 __all__ = ["read_image"]
@@ -64,7 +64,7 @@ def _read_picture(path: Path) -> SatelliteImage:
     from PIL import Image as Picture
     from PIL import UnidentifiedImageError
 
-    with Reading(path, CatalogError, "not an image that can be read"), quiet():
+    with Reading(path, CatalogError, "not an image that can be read"), Reading.quiet():
         try:
             picture = Picture.open(path)
         except UnidentifiedImageError as error:

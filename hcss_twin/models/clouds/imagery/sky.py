@@ -25,7 +25,7 @@ from scipy.special import pdtr
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.database import CloudEntry
-from hcss_twin.models.clouds.imagery.cloudiness import thickness_of
+from hcss_twin.models.clouds.imagery.cloudiness import Cloudiness
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def single_clouds(
             continue
         shape = np.zeros(cloudy.shape, dtype=np.float32)
         relative = (grey[where][cloudy].astype(np.float64) - 1.0) / 254.0
-        shape[cloudy] = thickness_of(relative, thickness_min_m, thickness_max_m)
+        shape[cloudy] = Cloudiness.thickness_of(relative, thickness_min_m, thickness_max_m)
         shapes.append(shape.ravel())
         sides.append(shape.shape)
         areas.append(area)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import Number, Shared, assigned, write_json
+from hcss_twin.cli.options import Number, Shared
 
 if TYPE_CHECKING:
     from hcss_author.check import Check
@@ -45,7 +45,7 @@ def new_plugin(kind: str, name: str, folder: Path | None, as_json: bool) -> None
     folder = folder or Path(f"hcss-{name}")
     files = write_package(check_new(kind, name, folder, Registry.discover()), name, folder)
     if as_json:
-        write_json({"folder": str(folder), "files": [str(file) for file in files]})
+        Shared.write_json({"folder": str(folder), "files": [str(file) for file in files]})
         return
     click.echo("\n".join(map(str, files)))
     click.echo(f"\nNext: pip install -e '{folder}[test]' && hcss check {name}")
@@ -75,14 +75,14 @@ def check(name: str, kind: str | None, assignments: tuple[str, ...], limit: floa
     from hcss_twin.providers.registry.checks import keep_check
     from hcss_twin.providers.registry.registry import Registry
 
-    registry, parameters = Registry.discover(), assigned(assignments)
+    registry, parameters = Registry.discover(), Shared.assigned(assignments)
     entry = find(registry, name, kind)
     result = check_provider(entry, parameters, limit)
     if isinstance(entry, Entry):  # cubes quote the checks of providers
         model = registry.parameters_model(entry)
         keep_check(entry, None if model is None else model(**parameters), result.count)
     if as_json:
-        write_json(result.as_dict(), indent=1)
+        Shared.write_json(result.as_dict(), indent=1)
     else:
         click.echo(check_text(result))
     if not result.passed:

@@ -16,13 +16,12 @@ from click.testing import CliRunner
 
 from hcss_author.extension_entries import Extension, ExtensionEntry, find_extension
 from hcss_twin import Scenario, make_plan
+from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.laws import atmosphere as air_laws
 from hcss_twin.laws import conduct
 from hcss_twin.laws import sea as sea_laws
 from hcss_twin.laws.law import Inapplicable, near
 from hcss_twin.laws.samples import frozen, sample_radiance_inputs
-from hcss_twin.models.radiance.spectral_grid import all_nodes
-from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.rays import Rays
 from hcss_twin.providers import Array, Catalog, ColumnSetting, PointEffect, ScenarioError, Sun, to_space
 from hcss_twin.providers.light import LightInputs, LightTransport
@@ -304,7 +303,7 @@ class LightContract(ExtensionContract):
     def inputs(self) -> LightInputs:
         """Inputs of a small scene of stratus."""
         plan = make_plan(Scenario.from_toml(SCENE, dict(self.overrides)))
-        return light_inputs(plan, all_nodes(plan.spectral_grid))
+        return LightStage.inputs(plan, plan.spectral_grid.all_nodes())
 
     @pytest.fixture
     def light(self, entry: ExtensionEntry, inputs: LightInputs) -> LightTransport:

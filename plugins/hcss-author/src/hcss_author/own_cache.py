@@ -16,8 +16,8 @@ from typing import Any
 import pytest
 
 from hcss_twin.core.cache import recall_or_compute
-from hcss_twin.core.catalog import catalog_root
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.providers import Catalog
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -29,7 +29,7 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
             folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "results"
             folder.mkdir(exist_ok=True)
             patch.setenv("HCSS_CACHE_DIR", str(folder))
-        shipped, of_all, parsed = catalog_root(), ResultCache(), ResultCache.parsed
+        shipped, of_all, parsed = Catalog().root, ResultCache(), ResultCache.parsed
 
         @functools.wraps(parsed)
         def shipped_files_once(results: ResultCache, path: Path, *read: Any) -> Any:

@@ -29,10 +29,10 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.core.cache import private_cache
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.models.radiance.spectral_grid import SpectralGrid, dense_grid
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Problem, ScenarioError
-from hcss_twin.scenario.units import parse_accuracy
+from hcss_twin.scenario.units import QuantityParser
 
 _SEED = 20_240_420
 
@@ -59,13 +59,13 @@ def random_columns(plan: Plan, count: int) -> Array:
 
 def every_nth(plan: Plan, step: int) -> SpectralGrid:
     """Return every ``step``-th wavenumber of the provider's grid, plus the band edges."""
-    return dense_grid(plan.bands, plan.spectral_grid.wavenumber_cm1[::step])
+    return SpectralGrid.dense(plan.bands, plan.spectral_grid.wavenumber_cm1[::step])
 
 
 def even_wavelengths(plan: Plan, count: int) -> SpectralGrid:
     """Return a grid with ``count`` evenly spaced wavelengths per band."""
     inside = [1e4 / np.linspace(band.lower_um, band.upper_um, count) for band in plan.bands]
-    return dense_grid(plan.bands, np.unique(np.concatenate(inside)))
+    return SpectralGrid.dense(plan.bands, np.unique(np.concatenate(inside)))
 
 
 def points_of_scene(plan: Plan) -> int:
@@ -303,7 +303,7 @@ def _checked_plan(scenario: Scenario, accuracies: tuple[float | str, ...], say: 
 def asked_for(scenario: Scenario, accuracies: Sequence[float | str] | None) -> tuple[float | str, ...]:
     """Return the accuracies to measure: those given, or the default ones and the scenario's own."""
     if accuracies is not None:
-        return tuple(parse_accuracy(accuracy) for accuracy in accuracies)
+        return tuple(QuantityParser.parse_accuracy(accuracy) for accuracy in accuracies)
     if scenario.accuracy in ACCURACIES:
         return ACCURACIES
     if isinstance(scenario.accuracy, str):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import Existing, Output, Shared, load, require_two_files, require_writable, write_json
+from hcss_twin.cli.options import Existing, Output, Shared
 
 _ACCURACIES = ("1e-1", "1e-2", "1e-3", "1e-4", "1e-5")
 
@@ -17,10 +17,10 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
         return ()
     from pydantic_core import PydanticCustomError
 
-    from hcss_twin.scenario.units import parse_accuracy
+    from hcss_twin.scenario.units import QuantityParser
 
     try:
-        return tuple(map(parse_accuracy, given))
+        return tuple(map(QuantityParser.parse_accuracy, given))
     except PydanticCustomError as error:
         raise click.BadParameter(str(error), context, option) from error
 
@@ -70,12 +70,12 @@ def bench(
     that their ratios hold on a busy machine, too. The cache is not used. Takes some minutes.
     """
     printed = json_file is not None and str(json_file) == "-"
-    require_two_files({"--json": None if printed else json_file, "--plot": plot})
-    require_writable([None if printed else json_file], force, "give another name", form="JSON")
-    require_writable([plot], force, "give another name", form="picture")
+    Output.require_different({"--json": None if printed else json_file, "--plot": plot})
+    Output.require_writable([None if printed else json_file], force, "give another name", form="JSON")
+    Output.require_writable([plot], force, "give another name", form="picture")
     if len(set(accuracies)) < len(accuracies):
         raise click.BadParameter("the same accuracy is given twice", param_hint="--accuracy")
-    loaded = load(scenario, assignments)
+    loaded = Shared.load(scenario, assignments)
     from hcss_bench.benchmark import bench as measure
     from hcss_bench.benchmark import bench_text_before
     from hcss_bench.text import bench_text, draw_bench
@@ -90,7 +90,7 @@ def bench(
     if not printed:
         click.echo("\n\n".join(map(bench_text, found.values())))
     if json_file is not None:
-        write_json({model: result.as_dict() for model, result in found.items()}, json_file, indent=1)
+        Shared.write_json({model: result.as_dict() for model, result in found.items()}, json_file, indent=1)
     if plot is not None:
         draw_bench(found, plot)
     if not printed:

@@ -18,8 +18,7 @@ from hcss_twin import Scenario, make_plan
 from hcss_twin.engine.certificate.reference_columns import level_change
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.models.radiance.reference import reference_radiance, reference_spectra
-from hcss_twin.models.radiance.spectral_grid import SpectralGrid, choose_nodes, dense_grid
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array
 
@@ -121,10 +120,12 @@ def reference_of(
     assembly, sun, coarse = plan.assembly, plan.sun_at(float(plan.frame_times_s[0])), min(COARSE_LEVEL, level)
     say("all wavenumbers")
     setting = assembly.setting(sun)
-    known = reference_spectra(assembly.at_level(coarse).model, setting, grid.wavenumber_cm1, columns, len(columns))
+    known = SpectralGrid.reference_spectra(
+        assembly.at_level(coarse).model, setting, grid.wavenumber_cm1, columns, len(columns)
+    )
     suns = [sun] * len(columns)
     radiance = np.sum(known, axis=1) @ grid.weights_cm1.T
-    nodes = choose_nodes(grid, known, NODES_TOLERANCE)
+    nodes = grid.choose_nodes(known, NODES_TOLERANCE)
     changes = []
     for numerical_level in (level, max(level - 1, 0)):
         say(f"numerical level {numerical_level}")
@@ -141,13 +142,13 @@ def reference_of(
 
 def _finer(plan: Plan) -> SpectralGrid:
     given = plan.spectral_grid.wavenumber_cm1
-    return dense_grid(plan.bands, np.unique(np.concatenate((given, np.arange(given[0], given[-1], STEP_CM1)))))
+    return SpectralGrid.dense(plan.bands, np.unique(np.concatenate((given, np.arange(given[0], given[-1], STEP_CM1)))))
 
 
 def column_radiance(plan: Plan, grid: SpectralGrid, columns: Array, together: int = 24) -> Array:
     """Band radiance (N, B) of columns (N, L) in the first frame, without tables; so many cloudy ones at once."""
     sun = plan.sun_at(float(plan.frame_times_s[0]))
-    return reference_radiance(plan.assembly.model, plan.assembly.setting(sun), grid, columns, together)
+    return SpectralGrid.reference_radiance(plan.assembly.model, plan.assembly.setting(sun), grid, columns, together)
 
 
 def table_radiance(plan: Plan, tables: RadianceTables, columns: Array) -> Array | None:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.cache import TABLES, Store
-from hcss_twin.core.files import flush
+from hcss_twin.core.files import Writing
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
@@ -30,7 +30,6 @@ from hcss_twin.engine.simulate import cube_header, run
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.over_views import plans_over_views
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import CloudGenerator
 
@@ -94,7 +93,7 @@ def write_raw(path: Path, plane: NDArray[Any], times: int) -> None:
     except BaseException:
         draft.unlink(missing_ok=True)
         raise
-    flush(path.parent)
+    Writing.flush(path.parent)
 
 
 _T = TypeVar("_T")
@@ -174,7 +173,7 @@ def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, c
     plan = rounds.time(prefix + PLAN, lambda: make_plan(scenario))
     if compiled:
         for toward in (plan, *plans_over_views(plan)):
-            Store(*TABLES).forget(table_key(toward))
+            Store(*TABLES).forget(RadianceTables.key_of(toward))
         rounds.time(prefix + COMPILE, lambda: tables_of(plan))
     tables = rounds.time(prefix + KEPT, lambda: tables_of(plan))
     frame = _time_frames(rounds, prefix, plan, tables)

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from hcss_export.file_names import SUFFIXES, unknown_format
-from hcss_twin.cli.options import Existing, Number, Output, Shared, write_json
+from hcss_twin.cli.options import Existing, Number, Output, Shared
 
 LISTED = 8
 """Maximum number of files listed on screen; the rest are counted."""
@@ -49,7 +49,7 @@ def export_command(
 
     done = export_cube(cube, to, output, variable=variable, bands=bands, frames=frames, limits=limits, replace=force)
     if as_json:
-        write_json({**asdict(done), "files": [str(path) for path in done.files]})
+        Shared.write_json({**asdict(done), "files": [str(path) for path in done.files]})
         return
     for path in done.files[:LISTED]:
         click.echo(str(path))

@@ -8,7 +8,7 @@ from typing import Any
 import click
 import numpy as np
 
-from hcss_twin.cli.options import Shared, load, require_writable, write_json
+from hcss_twin.cli.options import Output, Shared
 
 
 @click.command()
@@ -44,13 +44,13 @@ def reference(
     from hcss_light.comparison import compare, write_to_cube
 
     printed = json_file is not None and str(json_file) == "-"
-    require_writable([None if printed else json_file], force, form="JSON")
-    given = load(scenario, assignments)
+    Output.require_writable([None if printed else json_file], force, form="JSON")
+    given = Shared.load(scenario, assignments)
     result = compare(given, pixels, photons, frame, seed)
     if cube is not None:
         write_to_cube(cube, given, result)
     if printed:
-        write_json(result, indent=1)
+        Shared.write_json(result, indent=1)
         return
     for band in result["bands"]:
         click.echo(_line(band))
@@ -58,7 +58,7 @@ def reference(
         f"{pixels} pixels, {photons} photons each; bias and rms relative to the mean, noise of Monte Carlo removed"
     )
     if json_file is not None:
-        write_json(result, json_file, indent=1)
+        Shared.write_json(result, json_file, indent=1)
 
 
 def _line(band: dict[str, Any]) -> str:

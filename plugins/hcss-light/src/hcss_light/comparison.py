@@ -21,7 +21,6 @@ from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, NetcdfFile, Sun
 from hcss_twin.providers.light import LightInputs
@@ -122,7 +121,7 @@ def _compared(
     frame: int, seed: int,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the result of :func:`compare` for pixels at some rows and columns."""
-    inputs, time_s = light_inputs(plan, tables.spectrum.nodes), float(plan.frame_times_s[frame])
+    inputs, time_s = LightStage.inputs(plan, tables.spectrum.nodes), float(plan.frame_times_s[frame])
     sampled = SampledClouds(plan, inputs)
     sun, clouds = plan.sun_at(time_s), FrameClouds(plan, time_s)
     mean, error = np.empty((2, len(places), len(plan.bands)))
@@ -130,7 +129,7 @@ def _compared(
     for number, (row, column) in enumerate(places):
         if plan.views.varies:
             toward = plan.toward(plan.rays.views_of_pixels([row], [column], time_s)[0])
-            inputs, sun = light_inputs(toward, tables.spectrum.nodes), toward.sun_at(time_s)
+            inputs, sun = LightStage.inputs(toward, tables.spectrum.nodes), toward.sun_at(time_s)
             sampled = SampledClouds(plan, inputs)
         found = sampled.radiance((row, column), time_s, clouds, sun, photons, seed + 7919 * number)
         mean[number], error[number] = (of_point[0] for of_point in found)

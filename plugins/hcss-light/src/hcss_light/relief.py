@@ -24,7 +24,6 @@ from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.models.clouds.thickness import field_thickness
 from hcss_twin.providers import Array, CloudInputs
 
 SMOOTHEST = 20.0
@@ -128,7 +127,7 @@ class ReliefClouds(FractalClouds):
         coarse = ndtri((draw.permutation(SAMPLES) + 0.5) / SAMPLES)
         field = math.sqrt(explained) * coarse + math.sqrt(max(1.0 - explained, 0.0)) * draw.standard_normal(SAMPLES)
         exponent = self.parameters.brightness_exponent
-        (thickness,) = field_thickness(field.astype(np.float32)[None], layer, exponent, in_place=True)
+        (thickness,) = FractalClouds.field_thickness(field.astype(np.float32)[None], layer, exponent, in_place=True)
         coarse, thickness = coarse[thickness > 0.0], thickness[thickness > 0.0]
         # Differences over two pixels, as of windows.
         steps, share = (

@@ -21,7 +21,6 @@ from hcss_light.voxels import LightError
 from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Sun
 
@@ -201,7 +200,7 @@ class DriftingStage(LightStage):
         toward = self._plan.toward(self._tiles.view_of(*square))
         sun, known = toward.sun_at(time_s), self._of_tiles.pop(square, None)
         if known is None or known.sun != sun:
-            transport: Any = self._plan.light.transport(light_inputs(toward, self._nodes))
+            transport: Any = self._plan.light.transport(LightStage.inputs(toward, self._nodes))
             samples = self._plan.samples_per_pixel
             seen = [tuple(-(-points // samples) for points in both) for both in transport.reach]
             light = transport.at(sun)

@@ -14,7 +14,6 @@ import numpy as np
 from hcss_light.voxels import LightError
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.views import views_over_image
 from hcss_twin.providers import Array, View
 
 LEAST_SIDE = 32
@@ -41,7 +40,7 @@ class Tiles:
     """
 
     def __init__(self, plan: Plan) -> None:
-        self._views, self._size = views_over_image(plan.assembly), (plan.grid.rows, plan.grid.columns)
+        self._views, self._size = plan.views_over_image(), (plan.grid.rows, plan.grid.columns)
         layer = plan.layers[plan.cloudy_layers[0]]
         points = layer.thickness_max_m * plan.samples_per_pixel / plan.grid.pixel_size_m
         side = max(LightStage.largest_square // plan.samples_per_pixel, 1)

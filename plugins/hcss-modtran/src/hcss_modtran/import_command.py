@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import Existing, Number, Output, Shared, require_writable, write_json
+from hcss_twin.cli.options import Existing, Number, Output, Shared
 
 
 @click.command("import")
@@ -48,7 +48,7 @@ def atmosphere_import(
     """Combine FILES of MODTRAN or libRadtran into one atmosphere table."""
     from hcss_modtran.importing import ReadOptions, import_files, parse_geometry
 
-    require_writable([output], force, form="NetCDF")
+    Output.require_writable([output], force, form="NetCDF")
     try:
         sights = dict(parse_geometry(text) for text in geometry)
     except ValueError as error:
@@ -57,6 +57,6 @@ def atmosphere_import(
     options = ReadOptions(file_format, sights, settings)
     checks = import_files(files, output, options, profile=profile, resolution_cm1=resolution, title=title)
     if as_json:
-        write_json({"table": str(output), "bytes": output.stat().st_size, "checks": checks})
+        Shared.write_json({"table": str(output), "bytes": output.stat().st_size, "checks": checks})
     else:
         click.echo("\n".join([*(f"  {line}" for line in checks), f"{output}  {output.stat().st_size / 1e6:.1f} MB"]))

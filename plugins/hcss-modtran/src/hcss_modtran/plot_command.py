@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from hcss_twin.cli.options import Number, Output, Shared, require_writable, write_json
+from hcss_twin.cli.options import Number, Output, Shared
 
 
 @click.command("plot")
@@ -35,7 +35,7 @@ def atmosphere_plot(
     """
     from hcss_modtran import plot
 
-    require_writable([output], force, form="picture")
+    Output.require_writable([output], force, form="picture")
     if len(sources) > 2:
         raise click.UsageError(f"{len(sources)} sources; allowed: one to plot, or two to compare")
     spectra = plot.sample(
@@ -51,7 +51,7 @@ def atmosphere_plot(
             spectrum.label: {"zenith_deg": spectrum.zenith_deg.tolist(), "bands": _bands(spectrum)}
             for spectrum in spectra
         }
-        write_json({"picture": str(output), "sources": found, "comparison": lines})
+        Shared.write_json({"picture": str(output), "sources": found, "comparison": lines})
     else:
         click.echo("\n".join([*lines, str(output)]))
 

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hcss_twin.models.optics.mie import BulkOptics, MieOptics
+from hcss_twin import Scenario
 from hcss_twin.models.optics.size_distribution import projected_area_m1
-from hcss_twin.models.parameters import BulkParameters, MieParameters
-from hcss_twin.providers import Array, Catalog, Microphysics, Optics, OpticsInputs
+from hcss_twin.providers import Array, Catalog, Kind, Microphysics, Optics, OpticsInputs
+from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.reports.figures import Figures
-from hcss_twin.scenario.cloud_types import load_cloud_type
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +50,7 @@ class Efficiencies:
 
 def particles(name: str, catalog: Catalog) -> Microphysics:
     """Return the particle properties of one of the paper's cloud types."""
-    cloud_type = load_cloud_type(f"paper-{name}", catalog)
+    cloud_type = Scenario.cloud_type(f"paper-{name}", catalog)
     return cloud_type.microphysics.particles(cloud_type.layer.material)
 
 
@@ -65,8 +64,11 @@ def optics_providers(catalog: Catalog, moments: int | None = None) -> dict[str, 
         Number of phase-function moments of ``mie``, if not the default.
     """
     inputs = OpticsInputs(catalog)
-    spheres = MieParameters() if moments is None else MieParameters(moments=moments)
-    return {"bulk": BulkOptics(inputs, BulkParameters()), "mie": MieOptics(inputs, spheres)}
+    registry, spheres = Registry.defaults_only(), {} if moments is None else {"moments": moments}
+    return {
+        name: registry.create(registry.resolve(Kind.OPTICS, name), inputs, parameters)
+        for name, parameters in (("bulk", {}), ("mie", spheres))
+    }
 
 
 def efficiencies(provider: Optics, cloud: Microphysics, wavelength_um: Array) -> Efficiencies:

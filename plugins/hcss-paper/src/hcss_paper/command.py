@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import Output, Shared, Stop, progress, require_two_files, require_writable, write_json
+from hcss_twin.cli.options import Output, Shared, Stop
 from hcss_twin.providers import HcssError
 
 EXIT_FAILED = 1
@@ -60,16 +60,16 @@ def reproduce(
         for item in selected:
             click.echo(f"{item.name:<{width}}{item.title}")
         return
-    require_two_files({"-o": output, "--json": json_file})
-    require_writable([output], force, "give another name", form="HTML")
-    require_writable([json_file], force, "give another name", form="JSON")
+    Output.require_different({"-o": output, "--json": json_file})
+    Output.require_writable([output], force, "give another name", form="HTML")
+    Output.require_writable([json_file], force, "give another name", form="JSON")
     from hcss_paper.report import reproduction_page, worst_text
     from hcss_paper.run import outcomes, totals
     from hcss_twin.core.environment import announce_compilation
 
     with announce_compilation(partial(click.echo, err=True)):
         stop = context.ensure_object(Stop)
-        results = list(progress(stop, outcomes(selected, seed), len(selected)))
+        results = list(stop.progress(outcomes(selected, seed), len(selected)))
     width = max(len(item.name) for item in selected) + 2
     for outcome in results:
         click.echo(f"{outcome.item.name:<{width}}{outcome.verdict:<32}{outcome.error or worst_text(outcome)}")
@@ -77,7 +77,7 @@ def reproduce(
     reproduction_page(results, seed).write(output)
     click.echo(f"{output}  {output.stat().st_size / 1e6:.1f} MB")
     if json_file is not None:
-        write_json({result.item.name: result.as_dict() for result in results}, json_file, indent=1)
+        Shared.write_json({result.item.name: result.as_dict() for result in results}, json_file, indent=1)
         click.echo(str(json_file))
     if any(outcome.result is None for outcome in results):
         sys.exit(EXIT_FAILED)

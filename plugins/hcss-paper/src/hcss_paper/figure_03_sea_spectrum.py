@@ -13,7 +13,7 @@ from scipy.optimize import minimize_scalar
 from hcss_paper.figure_base import blank
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
-from hcss_twin.models.sea import pierson_moskowitz as law
+from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz as law
 from hcss_twin.providers import Array
 
 WINDS_M_S = (5.0, 7.5, 10.0, 12.5, 15.0)

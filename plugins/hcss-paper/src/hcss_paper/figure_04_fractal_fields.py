@@ -12,8 +12,8 @@ from hcss_paper.figure_base import blank, reduced, scenario_of, shades
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_twin import make_plan
-from hcss_twin.models.clouds.coverage import cloud_fraction_value
-from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram
+from hcss_twin.models.clouds.coverage import Coverage
+from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Array
 
@@ -124,7 +124,7 @@ def drawn(panels: list[list[tuple[str, Array]]], most: int = 100) -> Figure:
     axes = figure.subplots(4, 3)
     flat = [panel for row in panels for panel in row]
     for letter, axis, (title, values) in zip("abcdefghijkl", axes.ravel(), flat, strict=True):
-        p = reduced(cloud_fraction_value(values), most)
+        p = reduced(Coverage.cloud_fraction_value(values), most)
         shown = (p - p.min()) / (p.max() - p.min())
         image = axis.imshow(shown, origin="lower", cmap=shades(), vmin=0, vmax=1)
         axis.set_title(f"({letter}) {title}", fontsize=10)
@@ -144,7 +144,7 @@ def drawn(panels: list[list[tuple[str, Array]]], most: int = 100) -> Figure:
 def _expected_dimension(change: dict[str, Any], lags: tuple[int, ...], kernel: KernelCorrelation) -> float:
     """Return 3 minus half the slope of eq 2's variogram over ``lags``, along the axes."""
     parameters = FractalParameters.model_validate({**FIXED, **change})
-    values = expected_variogram(parameters, PIXEL_M, lags, np.zeros(len(lags)), kernel)
+    values = kernel.expected_variogram(parameters, PIXEL_M, lags, np.zeros(len(lags)))
     return float(3.0 - 0.5 * np.polyfit(np.log(lags), np.log(values), 1)[0])
 
 

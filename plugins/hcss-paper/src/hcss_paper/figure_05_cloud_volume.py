@@ -10,12 +10,10 @@ from numpy.typing import NDArray
 from hcss_paper.figure_base import scenario_of
 from hcss_paper.inputs import CLOUD_HEIGHTS_KM, in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
-from hcss_twin import make_plan, simulate
-from hcss_twin.models.clouds.coverage import cloud_fraction_value
+from hcss_twin import Scenario, make_plan, simulate
+from hcss_twin.models.clouds.coverage import Coverage
 from hcss_twin.providers import Array, Catalog
-from hcss_twin.reports.cloud_columns import CloudColumns
-from hcss_twin.reports.cloud_volume import volume_figure
-from hcss_twin.scenario.cloud_types import load_cloud_type
+from hcss_twin.reports.cloud_volume import CloudVolume
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +38,7 @@ def eq_7(field: Array, cloudy: NDArray[np.bool_], thinnest_m: float, thickest_m:
     thinnest_m, thickest_m : float
         Th_min and Th_max.
     """
-    p = cloud_fraction_value(field)
+    p = Coverage.cloud_fraction_value(field)
     low, high = float(p[cloudy].min()), float(p[cloudy].max())
     mapped: Array = np.where(cloudy, thinnest_m + (thickest_m - thinnest_m) * (p - low) / (high - low), 0.0)
     return mapped
@@ -65,7 +63,7 @@ def figure_5(seed: int) -> Reproduction:
     columns = _columns(simulate(scenario))
     cloudy = ~np.isnan(columns.top_m)
     found = np.where(cloudy, columns.thickness_m, 0.0)
-    layer = load_cloud_type(f"paper-{TYPE}", Catalog()).layer
+    layer = Scenario.cloud_type(f"paper-{TYPE}", Catalog()).layer
     # The heights are those of Table III; the paper does not print the thinnest cloud.
     base_km, top_km = CLOUD_HEIGHTS_KM[TYPE]
     wanted = eq_7(field, cloudy, layer.thickness_min, 1e3 * (top_km - base_km))
@@ -101,7 +99,7 @@ def figure_5(seed: int) -> Reproduction:
         drawings=(
             Drawing(
                 "Cumulus in three dimensions, in section, and by altitude",
-                volume_figure(columns),
+                CloudVolume.figure(columns),
                 "Steep clouds of different heights with a flat base over a blue sea; below, a vertical section and "
                 "the cloud-covered fraction of the area at each altitude.",
             ),
@@ -117,13 +115,13 @@ def _highest(field: Array, coverage: float) -> NDArray[np.bool_]:
     return mask.reshape(field.shape)
 
 
-def _columns(cube: xr.Dataset) -> CloudColumns:
+def _columns(cube: xr.Dataset) -> CloudVolume.Columns:
     frame = cube.isel(time=0)
     thickness, top = (frame[name].to_numpy().astype(np.float64) for name in ("cloud_thickness", "cloud_top_altitude"))
     cloudy = thickness > 0.0
     base = np.where(cloudy, top - thickness, np.nan)
     x, y = (cube[name].to_numpy().astype(np.float64) for name in ("x", "y"))
     moment: Any = frame["time"].to_numpy().astype("datetime64[ms]")[()]
-    return CloudColumns(
+    return CloudVolume.Columns(
         str(cube.attrs["title"]), moment, 0, x, y, base, np.where(cloudy, top, np.nan), cloudy.astype(np.float64)
     )

@@ -12,9 +12,9 @@ from hcss_paper.figure_base import PANEL_PIXELS, blank, reduced, shades, simulat
 from hcss_paper.inputs import CLOUD_HEIGHTS_KM, in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_paper.sea_surface import surface_elevation
-from hcss_twin.models.sea.pierson_moskowitz import elevation_variance_m2, significant_wave_height_m
+from hcss_twin import Scenario
+from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
 from hcss_twin.providers import Array, Catalog
-from hcss_twin.scenario.cloud_types import load_cloud_type
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -87,7 +87,7 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
             Row(f"{kind}, base", "km", printed[0], base_km),
             Row(f"{kind}, highest top", "km", printed[1], base_km + float(values.max()) / 1e3),
         ]
-        thinnest = load_cloud_type(_catalog_name(kind), catalog).layer.thickness_min
+        thinnest = Scenario.cloud_type(_catalog_name(kind), catalog).layer.thickness_min
         least = float(values[cloudy].min()) - thinnest
         most = float(values.max()) - 1e3 * (top_km - base_km)
         within &= max(abs(least), abs(most)) < 0.01
@@ -98,7 +98,7 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
     rows += [
         Row(f"largest undulation of the sea at {WIND_M_S:g} m/s", "m", LARGEST_M, highest),
         Row("the same, expected of as many independent points", "m", LARGEST_M, expected),
-        Row("significant wave height", "m", None, significant_wave_height_m(WIND_M_S)),
+        Row("significant wave height", "m", None, PiersonMoskowitz.significant_wave_height_m(WIND_M_S)),
     ]
     checks = (
         Check(f"image size and heights of Table III: largest difference {off:.1e}, at most 1e-5", off < 1e-5),
@@ -120,9 +120,9 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
             "measurements (catalog)",
         ),
         notes=(
-            f"The significant wave height at 10 m/s is {significant_wave_height_m(WIND_M_S):.2f} m, sea state "
-            "4; the paper "
-            "states sea state 5 (2.5 to 4 m) and compares it with the largest elevation, a different quantity.",
+            f"The significant wave height at 10 m/s is {PiersonMoskowitz.significant_wave_height_m(WIND_M_S):.2f} m, "
+            "sea state 4; the paper states sea state 5 (2.5 to 4 m) and compares it with the largest elevation, a "
+            "different quantity.",
             f"The sea in the figure has {WAVES} waves of eq 1; the pixels are larger than the wavelengths.",
         ),
         drawings=(
@@ -190,4 +190,4 @@ def expected_highest_m(count: int) -> float:
         Median of the largest absolute value: m deviations, where 2 (1 - Phi)(m) = 1 - 2^(-1/count).
     """
     quantile: Any = ndtri(1.0 - 0.5 * (1.0 - 0.5 ** (1.0 / count)))
-    return math.sqrt(elevation_variance_m2(WIND_M_S)) * float(quantile)
+    return math.sqrt(PiersonMoskowitz.elevation_variance_m2(WIND_M_S)) * float(quantile)

@@ -25,7 +25,7 @@ from hcss_paper.inputs import (
 )
 from hcss_paper.scene import BANDS, BlackSurface, black_surface, scene
 from hcss_paper.tables_8_and_9 import SEED, mean_measures
-from hcss_twin.models.radiance.reference import reference_radiance
+from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, planck
 
@@ -178,7 +178,7 @@ def column_terms() -> ColumnTerms:
 def _opaque_column(plan: Plan) -> Array:
     """Return the radiance (bands,) of the thickest cloud."""
     thickest, setting = [plan.layers[0].thickness_max_m], plan.assembly.setting(plan.sun_track.at(0.0))
-    result: Array = reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickest)[0]
+    result: Array = SpectralGrid.reference_radiance(plan.assembly.model, setting, plan.spectral_grid, thickest)[0]
     return result
 
 

@@ -11,10 +11,10 @@ from hcss_paper.index import heading
 from hcss_paper.reproduction import Check, Reproduction, Row
 from hcss_paper.run import Outcome, relative, totals
 from hcss_twin import __version__
-from hcss_twin.reports.page import Block, Markup, Page, Section, Tone
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.tables import Table
 
-_TONES: dict[str, Tone] = {
+_TONES: dict[str, Markup.Tone] = {
     "reproduced": "good",
     "reproduced with fitted inputs": "fair",
     "not reproducible": "bad",
@@ -41,7 +41,7 @@ def reproduction_page(outcomes: Sequence[Outcome], seed: int) -> Page:
     )
 
 
-def _summary(outcomes: Sequence[Outcome]) -> Section:
+def _summary(outcomes: Sequence[Outcome]) -> Page.Section:
     rows = [
         [
             Markup.element("a", heading(outcome.item.name), href=f"#{_anchor(outcome)}"),
@@ -52,7 +52,7 @@ def _summary(outcomes: Sequence[Outcome]) -> Section:
         ]
         for outcome in outcomes
     ]
-    return Section(
+    return Page.Section(
         "Summary",
         [
             Markup.bullets(totals(outcomes)),
@@ -86,7 +86,7 @@ def _summary(outcomes: Sequence[Outcome]) -> Section:
 
 
 def _anchor(outcome: Outcome) -> str:
-    return Section(heading(outcome.item.name), ()).anchor
+    return Page.Section(heading(outcome.item.name), ()).anchor
 
 
 def worst_text(outcome: Outcome) -> str:
@@ -104,13 +104,13 @@ def _percent(share: float) -> str:
     return f"{percent:.{min(decimals, 6)}f} %"
 
 
-def _section(outcome: Outcome) -> Section:
+def _section(outcome: Outcome) -> Page.Section:
     title = heading(outcome.item.name)
     head = Markup.element("p", Markup.badge(outcome.verdict, _TONES[outcome.verdict]), Markup(" "), outcome.item.title)
     if outcome.result is None:
-        return Section(title, [head, Markup.note(outcome.error, "bad")])
+        return Page.Section(title, [head, Markup.note(outcome.error, "bad")])
     result = outcome.result
-    content: list[Block] = [head, Markup.note(result.reason, _TONES[result.verdict])]
+    content: list[Markup.Block] = [head, Markup.note(result.reason, _TONES[result.verdict])]
     content += _checks(result.checks)
     content += _rows(result)
     if outcome.worst is not None:
@@ -124,10 +124,10 @@ def _section(outcome: Outcome) -> Section:
         content += [Markup.element("h3", "Notes"), Markup.bullets(result.notes)]
     for drawing, png in zip(result.drawings, outcome.pictures, strict=True):
         content.append(Markup.picture(png, drawing.alternative, drawing.title))
-    return Section(title, content)
+    return Page.Section(title, content)
 
 
-def _checks(checks: Sequence[Check]) -> list[Block]:
+def _checks(checks: Sequence[Check]) -> list[Markup.Block]:
     if not checks:
         return []
     rows = [
@@ -137,7 +137,7 @@ def _checks(checks: Sequence[Check]) -> list[Block]:
     return [Table(["check", "statement"], rows, text_columns=2)]
 
 
-def _rows(result: Reproduction) -> list[Block]:
+def _rows(result: Reproduction) -> list[Markup.Block]:
     if not result.rows:
         return []
     # A column without numbers is omitted.

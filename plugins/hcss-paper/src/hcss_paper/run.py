@@ -9,11 +9,12 @@ from dataclasses import asdict, dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, get_args
 
+from hcss_evaluate.numbers import json_number
+
 from hcss_paper.index import Item
 from hcss_paper.reproduction import Reproduction, Row, Verdict, settled
 from hcss_twin import __version__
-from hcss_twin.core.json_numbers import json_number
-from hcss_twin.reports.page import png_of
+from hcss_twin.reports.figures import Figures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -160,7 +161,7 @@ def small_png(figure: Figure, dpi: int = 110) -> bytes:
     """
     from PIL import Image
 
-    whole = png_of(figure, dpi)
+    whole = Figures.png(figure, dpi)
     stream = io.BytesIO()
     with Image.open(io.BytesIO(whole)) as image:
         # A palette has no transparency, and figures have a white background.

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.models.sea.pierson_moskowitz import BETA, GRAVITY_M_S2, elevation_variance_m2
+from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
 
 
 def component_frequencies_rad_s(wind_speed_m_s: float, count: int) -> NDArray[np.float64]:
@@ -24,7 +24,10 @@ def component_frequencies_rad_s(wind_speed_m_s: float, count: int) -> NDArray[np
     if not (math.isfinite(wind_speed_m_s) and wind_speed_m_s > 0.0) or count < 1:
         raise ValueError(f"wind_speed_m_s {wind_speed_m_s}, count {count}: allowed finite, above 0; at least 1")
     share = (np.arange(count) + 0.5) / count
-    return np.asarray(GRAVITY_M_S2 / wind_speed_m_s * (BETA / -np.log(share)) ** 0.25, dtype=np.float64)
+    return np.asarray(
+        PiersonMoskowitz.GRAVITY_M_S2 / wind_speed_m_s * (PiersonMoskowitz.BETA / -np.log(share)) ** 0.25,
+        dtype=np.float64,
+    )
 
 
 def surface_elevation(
@@ -67,7 +70,7 @@ def surface_elevation(
     """
     x, y = np.broadcast_arrays(np.asarray(x_m, dtype=np.float64), np.asarray(y_m, dtype=np.float64))
     elevation = np.zeros(x.shape)
-    variance = elevation_variance_m2(wind_speed_m_s)
+    variance = PiersonMoskowitz.elevation_variance_m2(wind_speed_m_s)
     if variance == 0.0:
         return elevation
     omega = component_frequencies_rad_s(wind_speed_m_s, components)
@@ -76,7 +79,7 @@ def surface_elevation(
     # The sine of an angle with density cos^2 is distributed like a coordinate of random points in a disc.
     disc = np.sqrt(random.random(components)) * np.cos(2.0 * np.pi * random.random(components))
     bearing = np.radians(wind_from_deg + 180.0) + np.arcsin(disc)
-    wavenumber = omega**2 / GRAVITY_M_S2
+    wavenumber = omega**2 / PiersonMoskowitz.GRAVITY_M_S2
     east, north = wavenumber * np.sin(bearing), wavenumber * np.cos(bearing)
     phase -= omega * time_s
     # Adding one wave at a time limits the memory to the size of the surface.

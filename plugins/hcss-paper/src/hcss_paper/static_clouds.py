@@ -15,7 +15,7 @@ from typing import Any
 from hcss_evaluate.database.cloud_import import ImportOptions, import_image
 from hcss_evaluate.database.samples import sample
 
-from hcss_twin.models.clouds.database import FOLDER, SUFFIX, CloudEntry, read_entry, write_entry
+from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.providers import Catalog
 
 MADE = {"New Technology": "made-scene-30", "Qilu-2": "made-scene-47"}
@@ -82,10 +82,10 @@ def static_clouds() -> Iterator[dict[str, StaticClouds]]:
     """Yield the clouds in place of each satellite image; imported entries are in a temporary folder until then."""
     catalog = Catalog()
     with TemporaryDirectory(prefix="hcss-paper-") as folder:
-        paths = {name: catalog.find(entry, FOLDER, SUFFIX) for name, entry in MADE.items()}
+        paths = {name: catalog.find(entry, CloudEntry.FOLDER, CloudEntry.SUFFIX) for name, entry in MADE.items()}
         if are_measured(catalog):
             for name, chosen in MEASURED.items():
                 found = sample(chosen, catalog)
-                paths[name] = Path(folder) / f"{chosen}{SUFFIX}"
-                write_entry(paths[name], import_image(found.path(), ImportOptions(**found.stated)))
-        yield {name: StaticClouds(read_entry(path), path) for name, path in paths.items()}
+                paths[name] = Path(folder) / f"{chosen}{CloudEntry.SUFFIX}"
+                import_image(found.path(), ImportOptions(**found.stated)).write(paths[name])
+        yield {name: StaticClouds(CloudEntry.read(path), path) for name, path in paths.items()}

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from hcss_payload.checks import PayloadError, ascending, require_inside, require_within, unit_quaternion
 from hcss_payload.rays import geographic
 from hcss_payload.trajectory import Trajectory, velocity_m_s
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.providers import Array
 
 _AXIS = np.array([0.0, 0.0, 1.0])
@@ -91,7 +91,7 @@ class Track:
     def target_m(self) -> Array:
         """Position (3,) of the place."""
         position_deg = np.float64(self.latitude_deg), np.float64(self.longitude_deg)
-        return to_earth_centred(*position_deg, self.altitude_m)  # type: ignore[arg-type]
+        return Ellipsoid.to_earth_centred(*position_deg, self.altitude_m)  # type: ignore[arg-type]
 
     def at(self, time_s: float) -> Array:
         """Return the quaternion; a place below the horizon is an error."""
@@ -101,7 +101,7 @@ class Track:
                 f"attitude: the place {self.latitude_deg:g} N {self.longitude_deg:g} E is below the horizon at time "
                 f"{time_s:g} s; allowed: times when the camera is above it"
             )
-        north = east_north_up(np.float64(self.latitude_deg), np.float64(self.longitude_deg))[1]  # type: ignore[arg-type]
+        north = Ellipsoid.east_north_up(np.float64(self.latitude_deg), np.float64(self.longitude_deg))[1]  # type: ignore[arg-type]
         return looking(away, north)
 
 
@@ -172,4 +172,4 @@ class AttitudeTable:
 def _normal(position_m: Array) -> Array:
     """Return the unit vector (3,) up at a position, along the normal of the ellipsoid."""
     latitude, longitude, _ = geographic(position_m)
-    return east_north_up(latitude, longitude)[2]
+    return Ellipsoid.east_north_up(latitude, longitude)[2]

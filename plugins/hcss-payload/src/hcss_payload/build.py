@@ -22,7 +22,7 @@ from hcss_payload.sections import AttitudeSection, CameraSection, JitterSection,
 from hcss_payload.trajectory import Circular, Geostationary, PositionTable, Trajectory
 from hcss_payload.two_lines import TwoLineElements, read_two_lines
 from hcss_twin import Scenario
-from hcss_twin.plan.sensor_stages import smear_of_sensor
+from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.providers import Catalog, HcssError, Problem, ScenarioError, choose_from
 
 ORBITS, ATTITUDES = "hcss_payload.orbits", "hcss_payload.attitudes"
@@ -94,7 +94,7 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     if jitter is not None:
         assert isinstance(jitter, JitterSection)
         shaken = _named("jitter", lambda: _jitter(jitter, scenario.seed))
-    followed = None if scenario.sensor is None else smear_of_sensor(scenario.sensor, catalog)
+    followed = None if scenario.sensor is None else Stage.smear_of_sensor(scenario.sensor, catalog)
     given_s = camera.integration_time
     integration_s, integration_from = followed if followed is not None and given_s is None else (given_s, None)
     return Payload(

@@ -29,9 +29,9 @@ from hcss_payload.zonal_disk import ZonalDisk
 from hcss_twin import Scenario
 from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.rays import Rays
 from hcss_twin.providers import Array, Catalog, Grid, Problem, ScenarioError, View
@@ -81,7 +81,7 @@ def make_rays(scenario: Scenario, catalog: Catalog) -> CameraRays:
 
 def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> CameraRays:
     """Return the rays of a payload above a scenario; raises as :func:`make_rays`."""
-    require_none(BESIDE, excluded_beside_camera(scenario), "no [camera]")
+    Excluded.require_none(BESIDE, excluded_beside_camera(scenario), "no [camera]")
     return CameraRays(scenario, payload, catalog)
 
 
@@ -364,9 +364,9 @@ class CameraRays(Rays):
 
     def _position_m(self, x_m: Array, y_m: Array, altitude_m: Array) -> tuple[Array, Array]:
         """Return Earth-fixed positions and vertical directions (..., 3) of points."""
-        latitude, longitude, _ = to_geographic_with_turn(x_m, y_m, *self._place_deg)
-        up = east_north_up(latitude, longitude)[2]
-        return to_earth_centred(latitude, longitude) + np.asarray(altitude_m)[..., None] * up, up
+        latitude, longitude, _ = Ellipsoid.to_geographic_with_turn(x_m, y_m, *self._place_deg)
+        up = Ellipsoid.east_north_up(latitude, longitude)[2]
+        return Ellipsoid.to_earth_centred(latitude, longitude) + np.asarray(altitude_m)[..., None] * up, up
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Add the coordinates of the pixels; set space to 0 and what is not computed to missing."""

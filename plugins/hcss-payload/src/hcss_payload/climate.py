@@ -19,7 +19,7 @@ import numpy as np
 
 from hcss_twin.models.atmosphere.climatology import Climatology
 from hcss_twin.models.atmosphere.profile_file import load_profile
-from hcss_twin.plan.air_over_field import Air, AirOverField
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.providers import Catalog, CatalogError, Profile, SeaModel
 
 ZONES_DEG = (-60.0, -45.0, 0.0, 45.0, 60.0)
@@ -54,15 +54,17 @@ class ZonalClimate:
         self._zones = [_zone(latitude, catalog, time) for latitude in ZONES_DEG]
         self._sea = _zonal_sea(catalog, time)
 
-    def __call__(self, air_of: Callable[[Profile], Air], sea_of: Callable[[float], SeaModel]) -> AirOverField:
+    def __call__(
+        self, air_of: Callable[[Profile], AirOverField.Air], sea_of: Callable[[float], SeaModel]
+    ) -> AirOverField:
         """Return the air and sea of all places."""
 
         @lru_cache(maxsize=_AIRS)
-        def at_latitude(latitude_deg: float) -> Air:
+        def at_latitude(latitude_deg: float) -> AirOverField.Air:
             kelvin = self.sea_temperature_K(latitude_deg)
             return replace(air_of(self.profile(latitude_deg)), sea=sea_of(kelvin), sea_temperature_K=kelvin)
 
-        def at(latitude_deg: float, longitude_deg: float) -> Air:
+        def at(latitude_deg: float, longitude_deg: float) -> AirOverField.Air:
             return at_latitude(latitude_deg)
 
         return AirOverField(self._centre_deg, at, lambda: iter(()))

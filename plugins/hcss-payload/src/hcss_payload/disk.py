@@ -16,9 +16,9 @@ import numpy as np
 from hcss_payload.directions import PADDING
 from hcss_payload.earth import SEMI_MAJOR_AXIS_M
 from hcss_payload.scene_plane import surface_place, toward_camera
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.physics.sun import sun_position
-from hcss_twin.plan.air_over_field import PlacedView
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.providers import Array, Sun, View
 
@@ -83,26 +83,29 @@ class Disk:
 
     def suns(self, view: View) -> list[Sun | None]:
         """Return the sun of the place of a view at the times; None below the horizon."""
-        assert isinstance(view, PlacedView)
+        assert isinstance(view, AirOverField.PlacedView)
         return [_sun(self.track, view.latitude_deg, view.longitude_deg, time_s) for time_s in self.times_s]
 
     def views_of(self, position_m: Array) -> list[View]:
         """Return the views of positions (N, 3) on the ellipsoid; azimuths count from north."""
         latitude, longitude = surface_place(position_m)
         ray = np.array(self.camera_m) - position_m
-        east, north, up = (np.sum(axis * ray, axis=-1) for axis in east_north_up(latitude, longitude))
+        east, north, up = (np.sum(axis * ray, axis=-1) for axis in Ellipsoid.east_north_up(latitude, longitude))
         across = np.hypot(east, north)
         zenith = np.degrees(np.arctan2(across, up))
         azimuth = np.where(zenith < 1e-6, 0.0, np.degrees(np.arctan2(east, north)) % 360.0)
         directions = zip(*(values.tolist() for values in (zenith, azimuth, latitude, longitude)), strict=True)
-        return [PlacedView(above, around, north, east, own_sun=True) for above, around, north, east in directions]
+        return [
+            AirOverField.PlacedView(above, around, north, east, own_sun=True)
+            for above, around, north, east in directions
+        ]
 
     def _seen_in(self, toward: Array) -> Array:
         """Return the positions (N, 3) on the ellipsoid from which the camera is seen in directions (N, 3)."""
         camera = np.array(self.camera_m)
         latitude, longitude = surface_place(camera)
-        below = to_earth_centred(latitude, longitude)
-        east, north, up = east_north_up(latitude, longitude)
+        below = Ellipsoid.to_earth_centred(latitude, longitude)
+        east, north, up = Ellipsoid.east_north_up(latitude, longitude)
         zenith = np.arctan2(np.hypot(toward[:, 0], toward[:, 1]), toward[:, 2])
         bearing = np.arctan2(toward[:, 0], toward[:, 1])
         # On a sphere below the camera; the rest is the Earth's shape and the turn of the scene's axes.
@@ -112,7 +115,7 @@ class Disk:
         for _ in range(_STEPS):
             flat = np.sin(opposite)[:, None] * east + np.cos(opposite)[:, None] * north
             normal = np.cos(away)[:, None] * up + np.sin(away)[:, None] * flat
-            position = to_earth_centred(
+            position = Ellipsoid.to_earth_centred(
                 np.degrees(np.arcsin(normal[:, 2])), np.degrees(np.arctan2(normal[:, 1], normal[:, 0]))
             )
             found = toward_camera(position, camera, self.centre)

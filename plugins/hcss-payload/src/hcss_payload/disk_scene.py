@@ -13,8 +13,8 @@ from hcss_payload.scene_plane import FARTHEST_DEG, surface_place
 from hcss_payload.trajectory import Trajectory
 from hcss_payload.zonal_disk import ZonalDisk, zonal_disk
 from hcss_twin import Scenario
-from hcss_twin.physics.geodesy import to_earth_centred
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.physics.geodesy import Ellipsoid
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.providers import Array, Catalog, Problem, ScenarioError
 from hcss_twin.scenario.bands import spectral_band
@@ -55,7 +55,7 @@ def climate_of(scenario: Scenario, catalog: Catalog, choice: str) -> ZonalClimat
     if choice == "place":
         return None
     effect = "camera.climate = 'latitude', which has its own air and sea"
-    require_none(effect, excluded_beside_climate(scenario), "camera.climate = 'place'")
+    Excluded.require_none(effect, excluded_beside_climate(scenario), "camera.climate = 'place'")
     return ZonalClimate(catalog, scenario.time, (scenario.place.latitude, scenario.place.longitude))
 
 
@@ -97,7 +97,7 @@ def whole_disk(
     lit = any(sun is not None for view in disk.at([(x, y) for x in edge for y in edge]) for sun in disk.suns(view))
     if not (lit or climate):
         return None
-    centre_m = to_earth_centred(np.array(scenario.place.latitude), np.array(scenario.place.longitude))
+    centre_m = Ellipsoid.to_earth_centred(np.array(scenario.place.latitude), np.array(scenario.place.longitude))
     under = camera / np.linalg.norm(camera)
     apart = np.degrees(np.arccos(np.clip(centre_m @ under / np.linalg.norm(centre_m), -1.0, 1.0)))
     zenith = np.arccos(seen.toward[:, 2].min()) if seen.limit_deg is None else np.radians(seen.limit_deg)

@@ -17,7 +17,7 @@ from hcss_payload.rays import geographic
 from hcss_payload.spans import Spans
 from hcss_payload.trajectory import PositionTable, Trajectory
 from hcss_payload.two_lines import TwoLineElements
-from hcss_twin.physics.geodesy import to_earth_centred
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.providers import Array
 
 LOWEST_M, FARTHEST_M = 99e3, 2e9
@@ -269,8 +269,8 @@ def examine_place(
     PayloadError
         If it is so far away that the scene has another sun.
     """
-    seen = to_earth_centred(seen_deg[:, 0], seen_deg[:, 1])
-    place_m = to_earth_centred(*(np.float64(degrees) for degrees in place_deg))  # type: ignore[arg-type]
+    seen = Ellipsoid.to_earth_centred(seen_deg[:, 0], seen_deg[:, 1])
+    place_m = Ellipsoid.to_earth_centred(*(np.float64(degrees) for degrees in place_deg))  # type: ignore[arg-type]
     chord = np.linalg.norm(seen - place_m, axis=1)
     nearest = int(np.argmin(chord))
     away = 2.0 * MEAN_EARTH_RADIUS_M * float(np.arcsin(min(1.0, 0.5 * chord[nearest] / MEAN_EARTH_RADIUS_M)))

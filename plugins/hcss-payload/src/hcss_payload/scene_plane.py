@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hcss_payload.earth import ECCENTRICITY_SQUARED, MEAN_EARTH_RADIUS_M
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred, to_geographic_with_turn
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.providers import Array
 
 FARTHEST_DEG = 85.0
@@ -28,23 +28,23 @@ def surface_place(position_m: Array) -> tuple[Array, Array]:
 def to_scene(latitude_deg: Array, longitude_deg: Array, centre: tuple[float, float]) -> tuple[Array, Array, Array]:
     """Return x and y (m) of places in the plane centred on a place, and the bearing (deg) of its y axis there.
 
-    The iteration of :func:`hcss_twin.physics.geodesy.to_plane`, begun on the sphere, with steps across as long as the
-    plane is stretched there: each reduces the error by about the flattening. Places farther than ``FARTHEST_DEG`` from
-    the centre are NaN.
+    The iteration of :func:`hcss_twin.physics.geodesy.Ellipsoid.to_plane`, begun on the sphere, with steps across as
+    long as the plane is stretched there: each reduces the error by about the flattening. Places farther than
+    ``FARTHEST_DEG`` from the centre are NaN.
     """
     latitude, longitude = centre
-    target = to_earth_centred(latitude_deg, longitude_deg)
-    east, north, up = (axis for axis in east_north_up(np.float64(latitude), np.float64(longitude)))  # type: ignore[arg-type]
-    toward = np.stack(east_north_up(latitude_deg, longitude_deg)[2:], axis=0)[0]
+    target = Ellipsoid.to_earth_centred(latitude_deg, longitude_deg)
+    east, north, up = (axis for axis in Ellipsoid.east_north_up(np.float64(latitude), np.float64(longitude)))  # type: ignore[arg-type]
+    toward = np.stack(Ellipsoid.east_north_up(latitude_deg, longitude_deg)[2:], axis=0)[0]
     right, ahead = toward @ east, toward @ north
     angle = np.arctan2(np.hypot(right, ahead), toward @ up)
     far = angle > np.radians(FARTHEST_DEG)
     scale = MEAN_EARTH_RADIUS_M * angle / np.maximum(np.hypot(right, ahead), 1e-300)
     x, y = np.where(far, 0.0, right * scale), np.where(far, 0.0, ahead * scale)
     for _ in range(_ITERATIONS):
-        at_latitude, at_longitude, turn = to_geographic_with_turn(x, y, latitude, longitude)
-        rest = target - to_earth_centred(at_latitude, at_longitude)
-        toward_east, toward_north, _ = east_north_up(at_latitude, at_longitude)
+        at_latitude, at_longitude, turn = Ellipsoid.to_geographic_with_turn(x, y, latitude, longitude)
+        rest = target - Ellipsoid.to_earth_centred(at_latitude, at_longitude)
+        toward_east, toward_north, _ = Ellipsoid.east_north_up(at_latitude, at_longitude)
         right, ahead = np.sum(rest * toward_east, axis=-1), np.sum(rest * toward_north, axis=-1)
         sine, cosine = np.sin(np.radians(turn)), np.cos(np.radians(turn))
         moved = np.where(far, 0.0, np.hypot(right, ahead))
@@ -70,6 +70,6 @@ def toward_camera(position_m: Array, camera_m: Array, centre: tuple[float, float
     _, _, turn = to_scene(latitude, longitude, centre)
     ray = camera_m - position_m
     ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
-    east, north, up = (np.sum(axis * ray, axis=-1) for axis in east_north_up(latitude, longitude))
+    east, north, up = (np.sum(axis * ray, axis=-1) for axis in Ellipsoid.east_north_up(latitude, longitude))
     sine, cosine = np.sin(np.radians(turn)), np.cos(np.radians(turn))
     return np.stack((east * cosine - north * sine, east * sine + north * cosine, up), axis=-1)

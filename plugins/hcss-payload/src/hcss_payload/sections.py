@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.providers import choose_from
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import Number, QuantityParser, Whole
+from hcss_twin.scenario.units import QuantityParser
 
 Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
 InstrumentLength = Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))]
@@ -36,15 +36,15 @@ def _small_angle(value: object) -> object:
 SmallAngle = Annotated[Angle, BeforeValidator(_small_angle)]
 """An angle in degrees, or text in deg, rad, mrad or urad."""
 
-Pair = tuple[Number, Number]
-Quaternion = tuple[Number, Number, Number, Number]
+Pair = tuple[QuantityParser.Number, QuantityParser.Number]
+Quaternion = tuple[QuantityParser.Number, QuantityParser.Number, QuantityParser.Number, QuantityParser.Number]
 
 
 class CameraSection(ScenarioSection):
     """Detector and lens of a camera."""
 
-    rows: Whole = Field(ge=1, le=16384, description="Rows of the detector; the first is the upper one.")
-    columns: Whole = Field(ge=1, le=16384, description="Columns of the detector.")
+    rows: QuantityParser.Whole = Field(ge=1, le=16384, description="Rows of the detector; the first is the upper one.")
+    columns: QuantityParser.Whole = Field(ge=1, le=16384, description="Columns of the detector.")
     focal_length: InstrumentLength = Field(ge=1e-4, le=1000, description="Focal length, m.")
     detector_pitch: InstrumentLength = Field(ge=1e-7, le=0.01, description="Distance between detectors, m.")
     principal_point: Pair | None = Field(
@@ -68,7 +68,7 @@ class CameraSection(ScenarioSection):
         le=1,
         description="Rolling shutter: time from one row to the next, s; negative: from the last row on.",
     )
-    points: Whole | None = Field(
+    points: QuantityParser.Whole | None = Field(
         None,
         ge=1,
         le=16,
@@ -209,7 +209,7 @@ class AttitudeSection(_ByProvider):
 class JitterLineSection(ScenarioSection):
     """One vibration."""
 
-    frequency: Number = Field(ge=0, le=1e5, description="Frequency, Hz.")
+    frequency: QuantityParser.Number = Field(ge=0, le=1e5, description="Frequency, Hz.")
     amplitude: tuple[SmallAngle, SmallAngle, SmallAngle] = Field(description="Around x, y and z of the body, degrees.")
     phase: Angle = Field(0.0, ge=-360, le=360, description="At the start, degrees.")
 
@@ -220,8 +220,12 @@ class JitterSection(ScenarioSection):
     rms: tuple[SmallAngle, SmallAngle, SmallAngle] = Field(
         (0.0, 0.0, 0.0), description='Root mean square around x, y and z, degrees or text ("20 urad"), without lines.'
     )
-    lowest: Number = Field(0.1, gt=0, le=1e5, description="Lower limit of the spectrum, Hz.")
-    highest: Number = Field(100.0, gt=0, le=1e5, description="Upper limit of the spectrum, Hz.")
-    exponent: Number = Field(2.0, ge=-2, le=6, description="Power spectral density falls as f^-exponent.")
+    lowest: QuantityParser.Number = Field(0.1, gt=0, le=1e5, description="Lower limit of the spectrum, Hz.")
+    highest: QuantityParser.Number = Field(100.0, gt=0, le=1e5, description="Upper limit of the spectrum, Hz.")
+    exponent: QuantityParser.Number = Field(
+        2.0, ge=-2, le=6, description="Power spectral density falls as f^-exponent."
+    )
     lines: tuple[JitterLineSection, ...] = Field((), max_length=100, description="Vibrations of single frequencies.")
-    seed: Whole | None = Field(None, ge=0, lt=2**63, description="Seed of the phases; default: that of the scenario.")
+    seed: QuantityParser.Whole | None = Field(
+        None, ge=0, lt=2**63, description="Seed of the phases; default: that of the scenario."
+    )

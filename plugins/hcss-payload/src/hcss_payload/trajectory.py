@@ -10,7 +10,7 @@ import numpy as np
 from hcss_payload.checks import PayloadError, ascending, finite, require_inside, require_within
 from hcss_payload.earth import EARTH_M3_S2, SEMI_MAJOR_AXIS_M
 from hcss_payload.earth_rotation import EARTH_RATE_RAD_S
-from hcss_twin.physics.geodesy import to_earth_centred
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.providers import Array
 
 GEOSTATIONARY_RADIUS_M = float((EARTH_M3_S2 / EARTH_RATE_RAD_S**2) ** (1.0 / 3.0))
@@ -58,7 +58,7 @@ class Geostationary:
     def at(self, time_s: float) -> Array:
         """Return the position, the same at all times."""
         height = GEOSTATIONARY_RADIUS_M - SEMI_MAJOR_AXIS_M
-        return to_earth_centred(np.float64(0.0), np.float64(self.longitude_deg), height)  # type: ignore[arg-type]
+        return Ellipsoid.to_earth_centred(np.float64(0.0), np.float64(self.longitude_deg), height)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class Circular:
         """
         require_within("trajectory.above", latitude_deg, -90.0, 90.0, "deg")
         require_within("trajectory.above", longitude_deg, -180.0, 360.0, "deg")
-        target_m = to_earth_centred(np.float64(latitude_deg), np.float64(longitude_deg), altitude_m)  # type: ignore[arg-type]
+        target_m = Ellipsoid.to_earth_centred(np.float64(latitude_deg), np.float64(longitude_deg), altitude_m)  # type: ignore[arg-type]
         # The place at this altitude on the ray from the centre: the plane of the orbit contains it.
         sine, tilt = target_m[2] / np.linalg.norm(target_m), np.radians(inclination_deg)
         if abs(sine) > np.sin(tilt):

@@ -17,7 +17,7 @@ from hcss_payload.directions import PADDING
 from hcss_payload.disk import Disk
 from hcss_payload.earth import SEMI_MAJOR_AXIS_M
 from hcss_payload.scene_plane import surface_place
-from hcss_twin.plan.air_over_field import PlacedView
+from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.providers import Array, Sun, View
 
 BESIDE_DEG = 0.3
@@ -60,7 +60,10 @@ class ZonalDisk:
         cosine = (np.sin(np.radians(below)) - np.sin(latitude_rad) * np.cos(apart)) / np.where(side > 0.0, side, 1.0)
         azimuth = np.degrees(np.arccos(np.clip(np.where(side > 0.0, cosine, 1.0), -1.0, 1.0)))
         directions = zip(np.degrees(zenith).tolist(), azimuth.tolist(), latitude.tolist(), strict=True)
-        return [PlacedView(above, around, north, longitude, own_sun=True) for above, around, north in directions]
+        return [
+            AirOverField.PlacedView(above, around, north, longitude, own_sun=True)
+            for above, around, north in directions
+        ]
 
     def places(self, toward: Array, position_m: Array) -> tuple[Array, Array]:
         """Return the positions x and y (...) of directions (..., 3) from positions (..., 3)."""

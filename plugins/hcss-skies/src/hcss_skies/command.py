@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import Number, Output, require_writable
+from hcss_twin.cli.options import Number, Output
 
 if TYPE_CHECKING:
     from hcss_skies.missing import Missing
@@ -121,7 +121,7 @@ def import_image(
     from hcss_twin.providers import CatalogError
 
     if output.parent.is_dir():
-        require_writable([output], force, form="NetCDF")
+        Output.require_writable([output], force, form="NetCDF")
     done = import_example(
         image,
         variable=variable,

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.errors import shown
-from hcss_twin.providers import choose_from
+from hcss_twin.providers import Problem, choose_from
 
 DIGITS = 12
 """Significant digits of computed values, so that 0.1 to 0.9 in steps of 0.2 contains 0.3, not 0.30000000000000004."""
@@ -49,7 +48,7 @@ def span_of(*given: Any) -> Span:
     matches = [_WITH_UNIT.fullmatch(value) if isinstance(value, str) else None for value in given]
     units = {match.group(2) for match in matches if match is not None}
     if None in matches or len(units) != 1:
-        listed = ", ".join(map(shown, given))
+        listed = ", ".join(map(Problem.shown, given))
         raise ValueError(
             f"{listed}: allowed: numbers, texts with one and the same unit, or dates and times with a zone"
         )
@@ -128,7 +127,7 @@ def axis_of(key: str, given: Any) -> SweptAxis:
         _check_names(given, _RANGE)
         values = _range(given)
     else:
-        raise ValueError(f"{shown(given)} is not a set of values; allowed: {FORMS}")
+        raise ValueError(f"{Problem.shown(given)} is not a set of values; allowed: {FORMS}")
     if not values:
         raise ValueError("the list is empty; allowed: at least one value")
     if len(values) > MAX_VALUES:
@@ -200,21 +199,21 @@ def _require_logarithms(span: Span, what: str) -> None:
 def _check_names(given: Mapping[str, Any], allowed: tuple[str, ...], optional: tuple[str, ...] = ()) -> None:
     for name in given:
         if name not in allowed:
-            raise ValueError(f"unknown '{name}' in {shown(dict(given))}; {choose_from(str(name), allowed)}")
+            raise ValueError(f"unknown '{name}' in {Problem.shown(dict(given))}; {choose_from(str(name), allowed)}")
     missing = [name for name in allowed if name not in given and name not in (*_OPTIONAL, *optional)]
     if missing:
-        raise ValueError(f"{shown(dict(given))} lacks {', '.join(missing)}; allowed: {FORMS}")
+        raise ValueError(f"{Problem.shown(dict(given))} lacks {', '.join(missing)}; allowed: {FORMS}")
 
 
 def _whole(given: Mapping[str, Any], name: str, low: int, high: int, default: int | None = None) -> int:
     value = given.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-        raise ValueError(f"{name} = {shown(value)}; allowed: a whole number from {low} to {high}")
+        raise ValueError(f"{name} = {Problem.shown(value)}; allowed: a whole number from {low} to {high}")
     return value
 
 
 def _chosen(given: Mapping[str, Any], name: str, choices: tuple[str, ...], default: str | None = None) -> str:
     value = given.get(name, default)
     if value not in choices:
-        raise ValueError(f"{name} = {shown(value)}; {choose_from(str(value), choices)}")
+        raise ValueError(f"{name} = {Problem.shown(value)}; {choose_from(str(value), choices)}")
     return str(value)

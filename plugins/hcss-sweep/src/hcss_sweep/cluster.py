@@ -9,6 +9,7 @@ import os
 import secrets
 from collections.abc import Iterator
 from contextlib import suppress
+from importlib import metadata
 from itertools import islice
 from pathlib import Path
 from threading import Lock
@@ -19,9 +20,8 @@ from distributed.scheduler import KilledWorker
 
 from hcss_sweep.errors import SweepError
 from hcss_sweep.points import DIED_TWICE, PointOutcome, PointTask, Schedule, compute
-from hcss_twin.core.environment import installed_version, versions
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.engine.cluster import Cluster, lost
+from hcss_twin.engine.cluster import Cluster
 
 IN_HAND = 2
 """Points assigned to a worker: one being computed and one queued."""
@@ -29,7 +29,11 @@ IN_HAND = 2
 
 def worker_versions() -> dict[str, str]:
     """Return the versions that must be those of all workers: what affects the numbers, and this package."""
-    return versions() | {"hcss-sweep": installed_version("hcss-sweep")}
+    try:
+        own = metadata.version("hcss-sweep")
+    except metadata.PackageNotFoundError:
+        own = "not installed"
+    return ResultCache().versions() | {"hcss-sweep": own}
 
 
 class PointWorker(WorkerPlugin):  # type: ignore[misc]  # distributed has no types
@@ -112,7 +116,7 @@ class SweepCluster:
     def _outcome(self, future: Any, task: PointTask) -> PointOutcome | None:
         """Return the outcome of a point; None if its worker died."""
         if future.status in ("cancelled", "lost"):
-            raise SweepError(lost(self._cluster.scheduler))
+            raise SweepError(self._cluster.lost)
         error = future.exception()
         if error is None:
             outcome: PointOutcome = future.result()

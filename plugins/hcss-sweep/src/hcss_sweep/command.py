@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import Output, Shared, Stop, assigned, progress, write_json
+from hcss_twin.cli.options import Output, Shared, Stop
 
 _FOLDER = click.Path(file_okay=False, path_type=Path)
 
@@ -59,7 +59,7 @@ def sweep_command(
         raise click.UsageError("--workers with --scheduler, which has its own; allowed: one of the two")
     if wait_workers is not None and scheduler is None:
         raise click.UsageError("--wait-workers without --scheduler; allowed: with it")
-    overrides, over = assigned(assignments), assigned(swept, "--over")
+    overrides, over = Shared.assigned(assignments), Shared.assigned(swept, "--over")
     from hcss_sweep.run import sweep as run_sweep
     from hcss_twin.core.environment import announce_compilation
 
@@ -74,10 +74,10 @@ def sweep_command(
             wait_workers_s=wait_workers,
             dataset=dataset,
             force=force,
-            progress=partial(progress, context.ensure_object(Stop), label="points"),
+            progress=partial(context.ensure_object(Stop).progress, label="points"),
         )
     if as_json:
-        write_json(result.as_dict())
+        Shared.write_json(result.as_dict())
     else:
         click.echo(_sweep_text(result))
     if result.failed:

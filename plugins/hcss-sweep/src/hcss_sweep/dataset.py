@@ -19,12 +19,10 @@ from hcss_sweep.errors import SweepError
 from hcss_sweep.folder import INDEX, LOG, PointRecord, is_cube_name
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import Writing
-from hcss_twin.core.netcdf import open_with_xarray
 from hcss_twin.core.reading import Reading
-from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
-from hcss_twin.cube.metadata import creation_time
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.providers import CubeError, NetcdfFile
-from hcss_twin.scenario.section_types import parse_instant
+from hcss_twin.reports.provenance import Provenance
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,11 +43,11 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     if not os.path.isfile(path):
         raise CubeError(f"cannot read {os.fspath(path)}: there is no such file")
-    dataset = open_with_xarray(path, decode_coords="all", cache=False)
+    dataset = NetcdfFile.open_with_xarray(path, decode_coords="all", cache=False)
     if MARK not in dataset.attrs:
         dataset.close()
         raise CubeError(f"cannot read {os.fspath(path)}: it is not a sweep dataset; open_cube reads cubes")
-    described = [spec.name for spec in COORDINATES if spec.name in dataset]
+    described = FrameSelection.coordinates(dataset)
     of_points = [str(name) for name in dataset.variables if str(name).startswith("point_")]
     named = dataset.set_coords([*described, *of_points])
     names = {
@@ -132,7 +130,7 @@ class _Writer:
 
     def _define(self, template: Any, digest: str) -> None:
         target, found = self._target, self._found
-        stamp = creation_time().strftime("%Y-%m-%dT%H:%M:%SZ")
+        stamp = Provenance.creation_time().strftime("%Y-%m-%dT%H:%M:%SZ")
         same = {name: template.getncattr(name) for name in template.ncattrs() if name not in NOT_COMPARED}
         same = {name: value for name, value in same.items() if name not in found.attributes}
         target.setncatts(
@@ -178,7 +176,7 @@ class _Writer:
 
     def _define_variable(self, name: str, variable: Any) -> None:
         found = self._found
-        if name == GRID_MAPPING and found.moves:
+        if name == FrameSelection.GRID_MAPPING and found.moves:
             return  # CF allows no plane per location; latitude and longitude remain
         is_data = _is_data(variable)
         of_point = "_FillValue", "packing_maximum_relative_error", "packing_maximum_error_kelvin"
@@ -277,6 +275,10 @@ ELAPSED_TIME = "elapsed_time"
 _EPOCH = "seconds since 1970-01-01 00:00:00"
 
 
+def _instant(value: Any) -> datetime:
+    return value if isinstance(value, datetime) else datetime.fromisoformat(value)
+
+
 def swept_coordinate(key: str, values: Sequence[Any]) -> tuple[list[Any], Any, dict[str, Any]]:
     """Return the values along a dimension, their type and their attributes.
 
@@ -288,7 +290,7 @@ def swept_coordinate(key: str, values: Sequence[Any]) -> tuple[list[Any], Any, d
         "coverage_content_type": "coordinate",
     }
     if key == "time":
-        seconds = [parse_instant(value).timestamp() for value in values]
+        seconds = [_instant(value).timestamp() for value in values]
         of_time = {"units": _EPOCH, "calendar": "standard", "units_metadata": "leap_seconds: none"}
         return seconds, "f8", {**attributes, **of_time}
     if all(isinstance(value, int) and not isinstance(value, bool) for value in values):
@@ -369,9 +371,9 @@ def differences(cubes: Mapping[int, Path]) -> Differences:
                     if not _is_data(variable) and not _same(variable[...], twin[...]):
                         variables.add(name)
                 starts |= first.variables["time"].units != other.variables["time"].units
-                if GRID_MAPPING in first.variables:  # images of cameras have none
-                    plane, another_plane = first.variables[GRID_MAPPING], other.variables[GRID_MAPPING]
-                    moves |= any(plane.getncattr(name) != another_plane.getncattr(name) for name in plane.ncattrs())
+                if FrameSelection.GRID_MAPPING in first.variables:  # images of cameras have none
+                    plane, another = (file.variables[FrameSelection.GRID_MAPPING] for file in (first, other))
+                    moves |= any(plane.getncattr(name) != another.getncattr(name) for name in plane.ncattrs())
     return Differences(attributes, frozenset(variables), starts, moves)
 
 

@@ -12,9 +12,10 @@ from typing import Any, Self
 
 from hcss_sweep.axis import FORMS, SweptAxis, axis_of
 from hcss_twin import Scenario
-from hcss_twin.core.errors import closest, shown
 from hcss_twin.providers import Problem, ScenarioError
-from hcss_twin.scenario.scenario import SWEEP, read_scenario_file
+
+SWEEP = "sweep"
+"""Section of a file that describes many scenarios."""
 
 FOLDERS = ("sweeps", "scenarios")
 """Catalog folders in which names are looked up."""
@@ -97,7 +98,7 @@ class Design:
     ) -> Self:
         section = raw.pop(SWEEP, {})
         if not isinstance(section, Mapping):
-            raise ScenarioError([Problem(SWEEP, f"{shown(section)} is not a table; {_ALLOWED}")], origin)
+            raise ScenarioError([Problem(SWEEP, f"{Problem.shown(section)} is not a table; {_ALLOWED}")], origin)
         options = {name: section[name] for name in _OPTIONS if name in section}
         keys = {name: content for name, content in section.items() if name not in _OPTIONS}
         given = {**joined_keys(keys, _is_nested), **over}
@@ -151,9 +152,11 @@ def joined_keys(
 def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
     combine, dataset = options.get("combine", "product"), options.get("dataset")
     if combine not in _COMBINATIONS:
-        guess = closest(str(combine), _COMBINATIONS)
+        guess = Problem.closest(str(combine), _COMBINATIONS)
         hint = f"; closest is '{guess}'" if guess else ""
-        yield Problem(f"{SWEEP}.combine", f"{shown(combine)}; allowed: {', '.join(map(repr, _COMBINATIONS))}{hint}")
+        yield Problem(
+            f"{SWEEP}.combine", f"{Problem.shown(combine)}; allowed: {', '.join(map(repr, _COMBINATIONS))}{hint}"
+        )
     is_name = (
         isinstance(dataset, str)
         and dataset == Path(dataset).name
@@ -162,7 +165,7 @@ def _option_problems(options: Mapping[str, Any]) -> Iterator[Problem]:
     )
     if dataset is not None and not is_name:
         yield Problem(
-            f"{SWEEP}.dataset", f"{shown(dataset)}; allowed: a name in the sweep's folder, *.nc but not point-*"
+            f"{SWEEP}.dataset", f"{Problem.shown(dataset)}; allowed: a name in the sweep's folder, *.nc but not point-*"
         )
 
 
@@ -179,9 +182,9 @@ def read_keys(
     elif isinstance(source, Mapping):
         raw, base, origin = source, Path.cwd(), kind
     else:
-        (raw, base), origin = read_scenario_file(source, folders), str(source)
+        (raw, base), origin = Scenario.read_file(source, folders), str(source)
     if not isinstance(raw, Mapping):
-        raise ScenarioError([Problem(kind, f"{shown(raw)} is not a table of keys")], origin)
+        raise ScenarioError([Problem(kind, f"{Problem.shown(raw)} is not a table of keys")], origin)
     return dict(raw), base, origin
 
 
@@ -204,7 +207,7 @@ def key_problems(
                 yield Problem(f"{section}.{key}", message)
         first = key.partition(".")[0]
         if first not in Scenario.model_fields:
-            guess = closest(first, (*Scenario.model_fields, *options))
+            guess = Problem.closest(first, (*Scenario.model_fields, *options))
             hint = f"; closest is '{guess}'" if guess else ""
             yield Problem(f"{section}.{key}", f"not a scenario key; {allowed}{hint}")
 
@@ -229,6 +232,6 @@ def _repeated(axes: list[SweptAxis]) -> Iterator[Problem]:
         for value in axis.values:
             text = f"{type(value).__name__} {value!r}"
             if text in seen:
-                yield Problem(f"{SWEEP}.{axis.key}", f"{shown(value)} is given twice; allowed: each value once")
+                yield Problem(f"{SWEEP}.{axis.key}", f"{Problem.shown(value)} is given twice; allowed: each value once")
                 break
             seen.add(text)

@@ -16,7 +16,7 @@ from pydantic import TypeAdapter
 
 from hcss_sweep.errors import SweepError
 from hcss_sweep.points import PointOutcome, SweepPoint, sha256_of
-from hcss_twin.core.files import Writing, remove_orphans
+from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
 from hcss_twin.providers import CubeError
 
@@ -111,14 +111,14 @@ class SweepFolder:
             else:
                 self._require_same(known, versions)
             self._versions = dict(versions if known is None else known["versions"])
-            remove_orphans(self.path, every=True)
+            Writing.remove_orphans(self.path, every=True)
             self._read_log()
             self._adopt_cubes()
             self.write_index()
             try:
                 yield
             finally:
-                remove_orphans(self.path, every=True)
+                Writing.remove_orphans(self.path, every=True)
                 # An interrupt may occur between writing a cube and its log line.
                 self._adopt_cubes()
                 self.write_index()
@@ -203,7 +203,7 @@ class SweepFolder:
         for name in (LOG, *(cube_name(number, count) for number in range(count)), INDEX):
             with contextlib.suppress(FileNotFoundError):
                 (self.path / name).unlink()
-        remove_orphans(self.path, every=True)
+        Writing.remove_orphans(self.path, every=True)
 
     def _read_log(self) -> None:
         path = self.path / LOG

@@ -12,8 +12,8 @@ from typing import Any
 
 from hcss_sweep.errors import SweepError
 from hcss_sweep.points import DIED_TWICE, PointOutcome, PointTask, Schedule, compute
-from hcss_twin.core.processes import start_worker
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.engine.parts import Workers
 
 WARM_UP_S = 0.3
 """Time that the first point of a new process takes more than those after it: kernels and tables are read."""
@@ -44,7 +44,7 @@ class _Worker:
     def __init__(self) -> None:
         self.pipe, theirs = Pipe()
         try:
-            self.process = start_worker(_serve, theirs)
+            self.process = Workers.start(_serve, theirs)
         finally:
             theirs.close()
         self.since_s = time.perf_counter()

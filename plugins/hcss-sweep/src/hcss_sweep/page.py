@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hcss_sweep.page_points import PointEntry, PointSummary, Sweep, SweepSummary, opened, read
-from hcss_twin.reports.colour_scale import ColourScale
-from hcss_twin.reports.cube_frames import ImageQuantity
+from hcss_twin.reports.cube_frames import Reader
 from hcss_twin.reports.figures import Figures
-from hcss_twin.reports.page import Block, Markup, Page, Section, Tone
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
-from hcss_twin.reports.tables import Table, frames_text
+from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,12 +37,12 @@ def sweep_page(path: Path) -> Page:
     with opened(path) as sweep:
         summary = read(sweep.points)
         sections = [
-            Section("Axes", list(_axes(sweep))),
-            Section("Against each axis", list(_against(sweep, summary))),
-            Section("Pictures", list(_pictures(summary))),
-            Section("Points", [_points(sweep, summary)]),
-            Section("Failed points", list(_failed(sweep, summary))),
-            Section("Provenance", list(_provenance(sweep))),
+            Page.Section("Axes", list(_axes(sweep))),
+            Page.Section("Against each axis", list(_against(sweep, summary))),
+            Page.Section("Pictures", list(_pictures(summary))),
+            Page.Section("Points", [_points(sweep, summary)]),
+            Page.Section("Failed points", list(_failed(sweep, summary))),
+            Page.Section("Provenance", list(_provenance(sweep))),
         ]
         states = [point.state for point in sweep.points]
         counts = ", ".join(
@@ -53,9 +52,9 @@ def sweep_page(path: Path) -> Page:
         return Page(title, f"Sweep {path.resolve().name}: {len(states)} points, {counts}", sections)
 
 
-def _axes(sweep: Sweep) -> Iterator[Block]:
+def _axes(sweep: Sweep) -> Iterator[Markup.Block]:
     states = {point.state for point in sweep.points}
-    verdict: tuple[str, Tone] = ("all done", "good")
+    verdict: tuple[str, Markup.Tone] = ("all done", "good")
     if states & {"failed", "missing"}:
         verdict = ("points failed", "bad")
     elif "pending" in states:
@@ -85,7 +84,7 @@ def _text(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def _against(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
+def _against(sweep: Sweep, summary: SweepSummary) -> Iterator[Markup.Block]:
     if not summary.points:
         yield Markup.note("No point has a cube.")
         return
@@ -95,7 +94,7 @@ def _against(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
         return
     others = ", the line their mean over all other axes" if len(sweep.keys) > 1 else ", joined by a line"
     pixels = "all pixels" if summary.step == 1 else f"one in {summary.step} rows and columns"
-    frames = "the one frame" if summary.frames == 1 else f"up to {frames_text(summary.frames)}, evenly spread"
+    frames = "the one frame" if summary.frames == 1 else f"up to {Table.frames_text(summary.frames)}, evenly spread"
     count = sum(point.cube is not None for point in sweep.points)
     points = (
         "" if len(summary.points) == count else f" {len(summary.points)} of {count} points, evenly spread, were read."
@@ -115,7 +114,7 @@ def _against(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
 
 
 def _scatter(
-    sweep: Sweep, summaries: Sequence[PointSummary], key: str, quantity: ImageQuantity, parts: Sequence[str]
+    sweep: Sweep, summaries: Sequence[PointSummary], key: str, quantity: Reader.Quantity, parts: Sequence[str]
 ) -> Figure:
     values = _distinct(sweep, key)
     # seeds are unordered, so no line connects their values
@@ -146,7 +145,7 @@ def _scatter(
     return figure
 
 
-def _pictures(summary: SweepSummary) -> Iterator[Block]:
+def _pictures(summary: SweepSummary) -> Iterator[Markup.Block]:
     if not summary.looks:
         yield Markup.note("There is nothing to show.")
         return
@@ -156,7 +155,7 @@ def _pictures(summary: SweepSummary) -> Iterator[Block]:
         name = " ".join(word for word in (quantity.label, quantity.parts[look.part]) if word)
         # images of a sweep may differ in size
         pixels = np.concatenate([plane.ravel() for _, plane in look.planes])[None]
-        scale = ColourScale.of(pixels, quantity.colours[look.part], quantity.flags)
+        scale = Reader.scale(quantity, look.part, pixels)
         shown = [
             Markup.picture(scale.png(plane), f"{name}, {_values(point)}", _values(point))
             for point, plane in look.planes
@@ -170,7 +169,7 @@ def _values(point: PointEntry) -> str:
     return ", ".join(f"{key} {_text(value)}" for key, value in point.values.items())
 
 
-def _points(sweep: Sweep, summary: SweepSummary) -> Block:
+def _points(sweep: Sweep, summary: SweepSummary) -> Markup.Block:
     read_of = {entry.point.number: entry for entry in summary.points}
     headings = [
         " ".join(word for word in (quantity.label, part, f"({quantity.units})" if quantity.units else "") if word)
@@ -192,7 +191,7 @@ def _first_of(items: Sequence[object], name: str = "") -> str:
     return f" The first {LISTED} of {len(items)}{name}." if len(items) > LISTED else ""
 
 
-def _failed(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
+def _failed(sweep: Sweep, summary: SweepSummary) -> Iterator[Markup.Block]:
     failed = [
         (point, point.error or "reason unknown") for point in sweep.points if point.state in ("failed", "missing")
     ]
@@ -204,7 +203,7 @@ def _failed(sweep: Sweep, summary: SweepSummary) -> Iterator[Block]:
     yield Table(["point", "values", "error"], rows, _first_of(failed).strip(), text_columns=3)
 
 
-def _provenance(sweep: Sweep) -> Iterator[Block]:
+def _provenance(sweep: Sweep) -> Iterator[Markup.Block]:
     yield Markup.facts((name, value) for name, value in sweep.about.items() if value)
     for point in sweep.points:
         if point.cube is not None:

@@ -18,9 +18,9 @@ from hcss_sweep.errors import SweepError
 from hcss_sweep.folder import FORMAT, INDEX
 from hcss_twin import open_cube
 from hcss_twin.core.reading import Reading
-from hcss_twin.cube.coordinates import as_seen
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.providers import HcssError
-from hcss_twin.reports.cube_frames import CURVES, FrameNumbers, ImageQuantity, Reader, binned, quantities, spread
+from hcss_twin.reports.cube_frames import Reader
 from hcss_twin.reports.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -192,7 +192,7 @@ PICTURES = 8
 PICTURE_SIDE = 240
 """Longest side of a picture in pixels."""
 
-_MEANS_OF = (*CURVES, "cloud_fraction", "cloud_mask")
+_MEANS_OF = (*Reader.CURVES, "cloud_fraction", "cloud_mask")
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ class PointSummary:
 class Look:
     """The first frames (y, x) of some points in one band of a quantity."""
 
-    quantity: ImageQuantity
+    quantity: Reader.Quantity
     part: int
     planes: list[tuple[PointEntry, NDArray[np.float64]]] = field(default_factory=list)
 
@@ -223,7 +223,7 @@ class SweepSummary:
         Summaries of the points read.
     looks : sequence of Look
         Pictures for each band of radiance, or of the first quantity.
-    columns : mapping of (quantity, band) to ImageQuantity
+    columns : mapping of (quantity, band) to Reader.Quantity
         Quantities and bands with means.
     step : int
         Step of the rows and columns read.
@@ -235,7 +235,7 @@ class SweepSummary:
 
     points: Sequence[PointSummary]
     looks: Sequence[Look]
-    columns: Mapping[tuple[str, str], ImageQuantity]
+    columns: Mapping[tuple[str, str], Reader.Quantity]
     step: int
     frames: int
     unreadable: Sequence[tuple[PointEntry, str]]
@@ -244,25 +244,25 @@ class SweepSummary:
 def read(points: Sequence[PointEntry]) -> SweepSummary:
     """Read the cubes of points."""
     with_cube = [point for point in points if point.cube is not None]
-    chosen = [with_cube[number] for number in spread(len(with_cube), READ_POINTS)] if with_cube else []
-    shown = {chosen[number].number for number in spread(len(chosen), PICTURES)} if chosen else set()
+    chosen = [with_cube[number] for number in Reader.spread(len(with_cube), READ_POINTS)] if with_cube else []
+    shown = {chosen[number].number for number in Reader.spread(len(chosen), PICTURES)} if chosen else set()
     summaries: list[PointSummary] = []
     unreadable: list[tuple[PointEntry, str]] = []
     looks: dict[tuple[str, int], Look] = {}
-    columns: dict[tuple[str, str], ImageQuantity] = {}
+    columns: dict[tuple[str, str], Reader.Quantity] = {}
     step = most = 1
     for point in chosen:
         assert point.cube is not None
         try:
             with point.cube() as opened:
-                dataset = as_seen(opened)
-                present = quantities(dataset)
+                dataset = FrameSelection.as_seen(opened)
+                present = Reader.quantities(dataset)
                 reader = Reader.of(dataset)
-                frames = spread(dataset.sizes["time"], READ_FRAMES)
+                frames = Reader.spread(dataset.sizes["time"], READ_FRAMES)
                 means: dict[tuple[str, str], float] = {}
                 for quantity in [quantity for quantity in present if quantity.name in _MEANS_OF] or present[:1]:
                     for part, name in enumerate(quantity.parts):
-                        numbers = [FrameNumbers.of(reader.plane(quantity, part, frame)).mean for frame in frames]
+                        numbers = [reader.mean(quantity, part, frame) for frame in frames]
                         means[quantity.name, name] = float(np.mean(numbers))
                         columns.setdefault((quantity.name, name), quantity)
                 summaries.append(PointSummary(point, means, str(dataset.attrs.get("hcss_certificate", ""))))
@@ -276,7 +276,7 @@ def read(points: Sequence[PointEntry]) -> SweepSummary:
     return SweepSummary(summaries, list(looks.values()), columns, step, most, unreadable)
 
 
-def _small(reader: Reader, quantity: ImageQuantity, part: int) -> NDArray[np.float64]:
+def _small(reader: Reader, quantity: Reader.Quantity, part: int) -> NDArray[np.float64]:
     plane = reader.plane(quantity, part, 0)
     binning = max(1, -(-max(plane.shape) // PICTURE_SIDE))
-    return np.asarray(binned(plane, binning, bool(quantity.flags)), dtype=np.float64)
+    return np.asarray(Reader.binned(plane, binning, bool(quantity.flags)), dtype=np.float64)

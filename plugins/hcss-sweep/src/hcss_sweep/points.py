@@ -14,16 +14,13 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from hcss_sweep.design import Design, key_parts
+from hcss_sweep.design import SWEEP, Design, key_parts
 from hcss_twin import Scenario, make_plan
-from hcss_twin.core.errors import shown
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.simulate import run
 from hcss_twin.providers import HcssError, Problem, ProviderError, ScenarioError
 from hcss_twin.providers.registry.registry import Registry
-from hcss_twin.scenario.names import SECTIONS, provider_sections
-from hcss_twin.scenario.scenario import SWEEP
 
 _MAX_RANGES = 5
 
@@ -89,7 +86,7 @@ def _described(wrong: Mapping[Problem, list[int]], typed: list[Mapping[str, Any]
             yield problem  # of the scenario alone, without swept keys
             continue
         shared = [
-            f"{key} = {shown(value)}"
+            f"{key} = {Problem.shown(value)}"
             for key, value in typed[numbers[0]].items()
             if all(typed[number][key] == value for number in numbers)
         ]
@@ -151,12 +148,7 @@ def shared_tables(scenario: Scenario) -> str:
 def plugin_code(scenarios: Iterable[Scenario]) -> dict[str, str]:
     """Return what names the code of each provider of another package in some scenarios, by its qualified name."""
     registry, cache, found = Registry.discover(), ResultCache(), {}
-    chosen = {
-        (kind, section[SECTIONS[kind][1]])
-        for scenario in scenarios
-        for _, section, kind in provider_sections(json.loads(scenario.to_json()))
-        if isinstance(section, dict) and section.get(SECTIONS[kind][1])
-    }
+    chosen = {named for scenario in scenarios for named in scenario.named_providers()}
     for kind, name in sorted(chosen):
         with suppress(ProviderError):  # the points that need it fail
             entry = registry.resolve(kind, name)

@@ -28,11 +28,9 @@ from hcss_sweep.points import (
 )
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.environment import versions
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.engine.cluster import connected
+from hcss_twin.engine.cluster import Cluster
 from hcss_twin.providers import ScenarioError
-from hcss_twin.scenario.file_checks import FileCheck
 
 Progress = Callable[[Iterable[Any], int], Iterable[Any]]
 
@@ -155,7 +153,7 @@ def sweep(
 
         require_replaceable(wanted, path, digest, force)
     computed: list[int] = []
-    with sweep_folder.open(versions() | plugin_code(point.scenario for point in points), force):
+    with sweep_folder.open(ResultCache().versions() | plugin_code(point.scenario for point in points), force):
         missing = [point for point in points if not sweep_folder.records[point.number].is_settled]
         schedule = _schedule(sweep_folder, points, missing)
         # Closed before the folder, so that no worker writes to it any more.
@@ -174,7 +172,7 @@ MOST_PLANNED = 20
 """Points of which :func:`checked_points` makes plans, at most: one costs half a second."""
 
 
-def checked_points(source: str | Path, overrides: Mapping[str, Any] | None = None) -> FileCheck:
+def checked_points(source: str | Path, overrides: Mapping[str, Any] | None = None) -> tuple[str, dict[str, int]]:
     """Check all points of a sweep without computing them, for ``hcss validate``.
 
     One point is planned for each set of radiance tables, evenly chosen where there are more than 20. Raises
@@ -193,7 +191,7 @@ def checked_points(source: str | Path, overrides: Mapping[str, Any] | None = Non
         except ScenarioError as error:
             raise ScenarioError(error.problems, f"{design.origin}, point {point.number}") from error
     text = f"{len(points)} points, plans of {len(planned)} of them"
-    return FileCheck(text, {"points": len(points), "planned": len(planned)})
+    return text, {"points": len(points), "planned": len(planned)}
 
 
 def _schedule(folder: SweepFolder, points: Sequence[SweepPoint], missing: list[SweepPoint]) -> Schedule[PointTask]:
@@ -226,7 +224,7 @@ def _outcomes(
         several = min(workers, count) > 1
         yield from compute_in_processes(schedule, min(workers, count)) if several else compute_here(schedule)
         return
-    with connected(scheduler, SweepError, wait_workers_s) as cluster:
+    with Cluster.connected(scheduler, SweepError, wait_workers_s) as cluster:
         from hcss_sweep.cluster import SweepCluster  # imports Dask
 
         yield from SweepCluster(cluster, folder.resolve()).compute(schedule)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import Existing, Output, Shared, Stop, assigned, progress, require_writable, write_json
+from hcss_twin.cli.options import Existing, Output, Shared, Stop
 from hcss_twin.core.errors import CertificateWarning
 
 EXIT_FAILED = 1
@@ -75,7 +75,7 @@ def propagate_command(
 
     output = output or Path(f"{Path(scenario).stem}.propagation.nc")
     numbers = _numbers(cubes_of)
-    require_writable((output, *(cube_path(output, number) for number in numbers)), force, form="NetCDF")
+    Output.require_writable((output, *(cube_path(output, number) for number in numbers)), force, form="NetCDF")
     with announce_compilation(partial(click.echo, err=True)), warnings.catch_warnings():
         warnings.simplefilter("ignore", CertificateWarning)  # reported as an error, with the exit code
         result = propagate(
@@ -83,17 +83,17 @@ def propagate_command(
             output,
             draws=draws,
             posterior=posterior,
-            uncertain=assigned(uncertain, "--uncertain"),
-            overrides=assigned(assignments),
+            uncertain=Shared.assigned(uncertain, "--uncertain"),
+            overrides=Shared.assigned(assignments),
             layer=layer,
             shares=shares,
             cubes_of=numbers,
             maps=maps,
             workers=workers,
-            progress=partial(progress, context.ensure_object(Stop), label="draws"),
+            progress=partial(context.ensure_object(Stop).progress, label="draws"),
         )
     if as_json:
-        write_json(propagation_values(result))
+        Shared.write_json(propagation_values(result))
     else:
         click.echo(
             "\n".join(

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import Writing
-from hcss_twin.core.netcdf import open_with_xarray, write_with_xarray
 from hcss_twin.core.reading import Reading
-from hcss_twin.providers import Array
+from hcss_twin.providers import Array, NetcdfFile
 from hcss_uncertainty.draw_statistics import LEVELS, METRICS, SPREAD, DrawStatistics
 from hcss_uncertainty.errors import PropagationError
 from hcss_uncertainty.joint_sample import JointSample
@@ -148,7 +147,7 @@ def write_propagation(dataset: xr.Dataset, path: Path) -> None:
         if variable.dtype.kind in "fi" and variable.ndim
     }
     with Writing(path, PropagationError, "NetCDF") as draft:
-        write_with_xarray(dataset, draft, encoding=encoding)
+        NetcdfFile.write_with_xarray(dataset, draft, encoding=encoding)
 
 
 @checked
@@ -158,7 +157,7 @@ def open_propagation(path: str | Path) -> xr.Dataset:
     Raises PropagationError if it cannot be read or is not a propagation.
     """
     with Reading(path, PropagationError):
-        dataset = open_with_xarray(path)
+        dataset = NetcdfFile.open_with_xarray(path)
     version = dataset.attrs.get(VERSION_ATTRIBUTE)
     if version != VERSION:
         dataset.close()

@@ -10,7 +10,7 @@ import numpy as np
 from hcss_evaluate.measures.morphology import morphology
 from numpy.typing import NDArray
 
-from hcss_twin.engine.certificate.part_sample import strata, stratum_names
+from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
@@ -74,12 +74,14 @@ class _Classes:
         """Process a window, in pixels of the computed part, which here is the whole image."""
         rows, columns = seen.inside
         shape = rows.stop - rows.start, columns.stop - columns.start
-        self.kinds[seen.inside] = strata(self._plan.layers, seen.thickness_m, shape, self._plan.samples_per_pixel)
+        self.kinds[seen.inside] = Certificate.stratum_of(
+            self._plan.layers, seen.thickness_m, shape, self._plan.samples_per_pixel
+        )
 
 
 def class_names(layers: int) -> tuple[str, ...]:
     """Return the pixel classes of a scene with ``layers`` layers: those of certificates, and ``all``."""
-    return (ALL, *stratum_names(layers))
+    return (ALL, *Certificate.stratum_names(layers))
 
 
 def require_room(plan: Plan) -> None:
@@ -108,7 +110,7 @@ def statistics_of(
     if plan.sensor.stages:
         from hcss_uncertainty.payload import Payload  # not for scenes without a sensor
 
-        payload = Payload(plan, tables, plan.sensor)
+        payload = Payload(plan, tables)
     kinds, masks, metrics = [], [], []
     frames: dict[str, list[NDArray[Any]]] = {}
     for index in range(plan.frame_times_s.size):
@@ -124,7 +126,7 @@ def statistics_of(
         masks.append(cloudy.ravel())
         metrics.append(_metrics(frame["cloud_thickness"], cloudy))
     kind = np.concatenate(kinds)
-    number = len(stratum_names(len(plan.layers)))
+    number = len(Certificate.stratum_names(len(plan.layers)))
     pixels = np.bincount(kind, minlength=number)
     total = np.concatenate([[kind.size], pixels]).astype(np.int64)
     every = {name: np.concatenate(values, axis=1) for name, values in frames.items()}

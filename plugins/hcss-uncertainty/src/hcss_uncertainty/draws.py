@@ -16,7 +16,6 @@ from hcss_sweep.design import joined_keys, key_problems, keys_overlap, read_keys
 from hcss_sweep.points import ranges, value_at
 
 from hcss_twin import Scenario
-from hcss_twin.core.errors import count, shown
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.providers import Array, Problem, ScenarioError, choose_from
 from hcss_uncertainty.draw_statistics import VARIABLES
@@ -51,7 +50,7 @@ class UncertainScenario:
         raw, base, origin = read_keys(source, "scenario")
         section = raw.pop(UNCERTAIN, {})
         if not isinstance(section, Mapping):
-            message = f"{shown(section)} is not a table; allowed: keys of a scenario, each with a distribution"
+            message = f"{Problem.shown(section)} is not a table; allowed: keys of a scenario, each with a distribution"
             raise ScenarioError([Problem(UNCERTAIN, message)], origin)
         return cls(raw, dict(overrides or {}), section, base, origin, ResultCache(several=True))
 
@@ -100,7 +99,7 @@ def _table(given: Any) -> Mapping[str, Any]:
     if isinstance(given, str):
         return _parsed(given)
     if not isinstance(given, Mapping) or "distribution" not in given:
-        raise ValueError(f"{shown(given)} is not a distribution; {_ALLOWED}")
+        raise ValueError(f"{Problem.shown(given)} is not a distribution; {_ALLOWED}")
     for name in ("samples", "seed"):
         if name in given:
             raise ValueError(f"{name}: all inputs share the number of draws and the seed; {_ALLOWED}")
@@ -110,10 +109,12 @@ def _table(given: Any) -> Mapping[str, Any]:
 def _parsed(text: str) -> Mapping[str, Any]:
     name, *numbers = (part.strip() for part in text.split(":"))
     if name not in DISTRIBUTIONS:
-        raise ValueError(f"{shown(text)}: distribution '{name}'; {choose_from(name, DISTRIBUTIONS)}")
+        raise ValueError(f"{Problem.shown(text)}: distribution '{name}'; {choose_from(name, DISTRIBUTIONS)}")
     meaning = DISTRIBUTIONS[name]
     if not 2 <= len(numbers) <= len(meaning):
-        raise ValueError(f"{shown(text)} has {count(len(numbers), 'number', 'numbers')}; {_ALLOWED}")
+        raise ValueError(
+            f"{Problem.shown(text)} has {len(numbers)} {'number' if len(numbers) == 1 else 'numbers'}; {_ALLOWED}"
+        )
     values = dict(zip(meaning, map(_read_number, numbers), strict=False))
     return {"distribution": name, **values}
 
@@ -147,7 +148,7 @@ def layer_of(scenario: Scenario, layer: int | None, origin: str) -> str:
     elif not 0 <= number < len(layers):
         problem = Problem("clouds.layers", f"layer {number} given; allowed: 0 to {len(layers) - 1}")
     elif layers[number].generator not in ("fractal", "hcss-twin/fractal"):
-        message = f"{shown(layers[number].generator)}; a posterior describes clouds of the generator 'fractal'"
+        message = f"{Problem.shown(layers[number].generator)}; a posterior describes clouds of the generator 'fractal'"
         problem = Problem(f"{path}.generator", message)
     else:
         return path
@@ -242,7 +243,7 @@ def _told(wrong: Mapping[Problem, list[tuple[Mixture, int]]], sample: JointSampl
         values.pop(SEED)
         dotted = field.replace("[", ".").replace("]", "")
         overlapping = {key: value for key, value in values.items() if keys_overlap(dotted, key)}
-        listed = ", ".join(f"{key} = {shown(value)}" for key, value in (overlapping or values).items())
+        listed = ", ".join(f"{key} = {Problem.shown(value)}" for key, value in (overlapping or values).items())
         others = sorted({number for _, _, number in wrong_draws} - {draw})
         more = f"; also wrong: draw{'s' if len(others) > 1 else ''} {ranges(others)}" if others else ""
         which = "" if mixture.name == sample.mixtures[0].name else f" with {mixture.name}"

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hcss_twin.engine.certificate.part_sample import CLEAR
+from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_uncertainty.draw_statistics import ALL
 from hcss_uncertainty.joint_sample import SEED
 
@@ -114,8 +114,8 @@ def _parts(spread: float, seed_share: float, error: float) -> list[tuple[float, 
 
 
 def _of_class(kind: str, band: str, stated: Stated) -> Mapping[str, Any]:
-    clouds = [name for name in stated if name != CLEAR]
-    class_name = kind if kind == CLEAR else clouds[0] if kind != ALL and len(clouds) == 1 else None
+    clouds = [name for name in stated if name != Certificate.CLEAR]
+    class_name = kind if kind == Certificate.CLEAR else clouds[0] if kind != ALL and len(clouds) == 1 else None
     return {} if class_name is None else stated.get(class_name, {}).get(band, {})
 
 

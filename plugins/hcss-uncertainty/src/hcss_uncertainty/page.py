@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcss_twin.cube.coordinates import as_seen
+from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.providers import Array
 from hcss_twin.reports.figures import Figures
-from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
 from hcss_uncertainty import tables
 from hcss_uncertainty.pixel_maps import MAP
@@ -49,21 +49,21 @@ def propagation_page(path: Path) -> Page:
     """
     contents = read_contents(path)
     sections = [
-        Section("Spread", list(_spread(contents))),
-        *([Section("Sensor", list(_sensor(contents)))] if contents.has_sensor else []),
-        *([Section("Maps", list(_maps(contents)))] if contents.mapped else []),
-        Section("Inputs and models", list(_budget(contents))),
-        Section("Which input matters", list(_shares(contents))),
-        Section("Image metrics", list(_metrics(contents))),
-        Section("Inputs", list(_inputs(contents))),
-        Section("Scenes and tables", list(_scenes(contents))),
-        Section("Provenance", list(_provenance(contents, path))),
+        Page.Section("Spread", list(_spread(contents))),
+        *([Page.Section("Sensor", list(_sensor(contents)))] if contents.has_sensor else []),
+        *([Page.Section("Maps", list(_maps(contents)))] if contents.mapped else []),
+        Page.Section("Inputs and models", list(_budget(contents))),
+        Page.Section("Which input matters", list(_shares(contents))),
+        Page.Section("Image metrics", list(_metrics(contents))),
+        Page.Section("Inputs", list(_inputs(contents))),
+        Page.Section("Scenes and tables", list(_scenes(contents))),
+        Page.Section("Provenance", list(_provenance(contents, path))),
     ]
     title = str(contents.dataset.attrs.get("title") or f"Propagation {path.name}")
     return Page(title, f"Propagation {path.name}: {contents.dataset.sizes['draw']} draws", sections)
 
 
-def _spread(contents: PropagationContents) -> Iterator[Block]:
+def _spread(contents: PropagationContents) -> Iterator[Markup.Block]:
     yield from (Markup.note(str(text)) for text in Provenance.value(contents.dataset.attrs, "notes", []))
     yield Markup.paragraph(
         "Over draws, of the mean over the pixels of a class: how uncertain that mean is. The last column is the "
@@ -82,7 +82,7 @@ def _spread(contents: PropagationContents) -> Iterator[Block]:
     )
 
 
-def _sensor(contents: PropagationContents) -> Iterator[Block]:
+def _sensor(contents: PropagationContents) -> Iterator[Markup.Block]:
     yield Markup.paragraph(
         "Each scene is measured twice, by sensors that differ in their seeds: half the mean square difference is the "
         "variance of the noise, fixed pattern included. The signal-to-noise ratio is that of single pixels against "
@@ -96,7 +96,7 @@ def _sensor(contents: PropagationContents) -> Iterator[Block]:
             yield Markup.folded(f"{name.replace('_', ' ').capitalize()} of single pixels", *every)
 
 
-def _maps(contents: PropagationContents) -> Iterator[Block]:
+def _maps(contents: PropagationContents) -> Iterator[Markup.Block]:
     yield Markup.paragraph(
         "Over the scenes of all draws with both seeds, of each pixel of the first frame: mean, standard deviation, and "
         "the part of it that is due to the seed, which places the clouds."
@@ -111,7 +111,7 @@ def _maps(contents: PropagationContents) -> Iterator[Block]:
 
 def _maps_of(contents: PropagationContents, name: str, band: int) -> Figure:
     """Draw mean and standard deviations of the pixels of the first frame side by side, as they are seen."""
-    dataset = as_seen(contents.dataset)
+    dataset = FrameSelection.as_seen(contents.dataset)
     figure = Figures.new(2.0 * Figures.WIDTH_IN, 3.2)
     titles = ("mean", "standard deviation", "due to the seed")
     statistics = ("mean", "standard_deviation", "seed_standard_deviation")
@@ -138,7 +138,7 @@ def _maps_of(contents: PropagationContents, name: str, band: int) -> Figure:
     return figure
 
 
-def _budget(contents: PropagationContents) -> Iterator[Block]:
+def _budget(contents: PropagationContents) -> Iterator[Markup.Block]:
     yield Markup.paragraph(
         "Errors of the mean of a class: the standard deviation over draws, divided into the parts of the uncertain "
         "inputs and of the seed, beside the errors of the models against the best reference known, where stated. "
@@ -218,13 +218,13 @@ def _some_classes(contents: PropagationContents) -> str:
     return f" The first {DRAWN_CLASSES} of {count} classes." if count > DRAWN_CLASSES else ""
 
 
-def _first_bands(contents: PropagationContents) -> Iterator[Block]:
+def _first_bands(contents: PropagationContents) -> Iterator[Markup.Block]:
     count = len(contents.labels("band"))
     if count > Figures.DRAWN_BANDS:
         yield Markup.paragraph(f"Shown are the first {Figures.DRAWN_BANDS} of {count} bands.")
 
 
-def _shares(contents: PropagationContents) -> Iterator[Block]:
+def _shares(contents: PropagationContents) -> Iterator[Markup.Block]:
     yield Markup.paragraph(
         "The variance over draws, divided among the sources: a first-order share is what would vanish, on average, if "
         "only this source became known; a total share is what would remain if only it stayed unknown. Estimates can "
@@ -304,7 +304,7 @@ def _broken(name: str) -> str:
     return f"{head}{point}\n{tail}" if len(name) > _LONGEST_NAME and point else name
 
 
-def _metrics(contents: PropagationContents) -> Iterator[Block]:
+def _metrics(contents: PropagationContents) -> Iterator[Markup.Block]:
     data = contents.dataset
     yield Markup.paragraph(
         "Coverage, and EV, Den, DP and FD of the clouds' thickness (entropy, density, diagonal peak, fractal "
@@ -327,7 +327,7 @@ def _metrics(contents: PropagationContents) -> Iterator[Block]:
     yield Markup.folded("Fraction of the pixels in each class", tables.fractions(contents))
 
 
-def _inputs(contents: PropagationContents) -> Iterator[Block]:
+def _inputs(contents: PropagationContents) -> Iterator[Markup.Block]:
     values = np.asarray(contents.dataset["input_value"].values, dtype=np.float64)
     names = contents.labels("input")
     yield tables.inputs(contents)
@@ -358,7 +358,7 @@ def _inputs(contents: PropagationContents) -> Iterator[Block]:
     yield Markup.folded(f"{draws}: each can be run alone with these values", tables.draws(contents))
 
 
-def _scenes(contents: PropagationContents) -> Iterator[Block]:
+def _scenes(contents: PropagationContents) -> Iterator[Markup.Block]:
     data = contents.dataset
     sizes, attributes = data.sizes, data.attrs
     pairs = [
@@ -375,7 +375,7 @@ def _scenes(contents: PropagationContents) -> Iterator[Block]:
     )
 
 
-def _provenance(contents: PropagationContents, path: Path) -> Iterator[Block]:
+def _provenance(contents: PropagationContents, path: Path) -> Iterator[Markup.Block]:
     attributes = contents.dataset.attrs
     files = [
         (str(source.get("name")), str(source.get("sha256")))

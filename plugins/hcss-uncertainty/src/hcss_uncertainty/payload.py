@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.models.sensor.detector import band_radiance_per_kelvin
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor import BuiltSensor, make_sensor
 from hcss_twin.providers import Array
 
 MEASURED, NUMBER, SATURATED = "measured_radiance", "digital_number", "saturated_fraction"
@@ -23,15 +20,10 @@ _FAMILY = 2**18 + 1
 
 
 class Payload:
-    """The sensor of a plan, and a second one that differs in its seeds alone.
+    """The sensor of a plan that has one, and a second one that differs in its seeds alone.
 
     Half the mean square difference of their measurements of one scene is the variance of the noise, of any sensor
     model: random noise and fixed pattern together, with what saturation and quantisation leave of them.
-
-    Parameters
-    ----------
-    sensor : BuiltSensor
-        The sensor of the plan.
     """
 
     DIFFERENCE = "difference"
@@ -40,9 +32,15 @@ class Payload:
     AUXILIARY = DIFFERENCE, SATURATED
     """Measured values whose pixels are not summarised as such."""
 
-    def __init__(self, plan: Plan, tables: RadianceTables, sensor: BuiltSensor) -> None:
-        whole = _with_all_variables(sensor)
-        self._one, self._other = (SceneAround(plan, tables, scenario) for scenario in (whole, _reseeded(whole)))
+    def __init__(self, plan: Plan, tables: RadianceTables) -> None:
+        sensor = plan.sensor
+        assert sensor is not None
+        whole = sensor.measuring(tuple(name for stage in sensor.stages for name in stage.provider.variables))
+        base = sensor.stages[0].seed
+        family = np.random.SeedSequence(base, spawn_key=(_FAMILY,))
+        other = whole.reseeded(int(family.generate_state(1, np.uint64)[0] >> np.uint64(1)))
+        self._slope = sensor.radiance_per_kelvin
+        self._one, self._other = (SceneAround(plan, tables, scenario) for scenario in (whole, other))
         self._first, self._times_s = plan.scenario.frames.first, plan.frame_times_s
         self._names, self._bands = [spec.name for spec in whole.variables], whole.inputs.bands
 
@@ -80,20 +78,6 @@ class Payload:
         slope = np.full(noise.shape, np.nan)
         for band, kelvin, band_slope in zip(self._bands, moments["brightness_temperature"], slope, strict=True):
             for pixel in np.flatnonzero(np.isfinite(kelvin)):
-                band_slope[pixel] = band_radiance_per_kelvin(band, float(kelvin[pixel]))
+                band_slope[pixel] = self._slope(band, float(kelvin[pixel]))
         ratio = np.divide(moments[MEASURED], noise, out=np.full(noise.shape, np.nan), where=noise > 0.0)
         return found | {"noise_radiance": noise, "signal_to_noise": ratio, "nedt": noise / slope}
-
-
-def _with_all_variables(sensor: BuiltSensor) -> BuiltSensor:
-    names = tuple(name for stage in sensor.stages for name in stage.provider.variables)
-    return sensor.measuring(names)
-
-
-def _reseeded(sensor: BuiltSensor) -> BuiltSensor:
-    """Return the same sensor with other seeds in all stages."""
-    base = sensor.stages[0].seed
-    seed = int(np.random.SeedSequence(base, spawn_key=(_FAMILY,)).generate_state(1, np.uint64)[0] >> np.uint64(1))
-    stages = tuple(stage.model_copy(update={"seed": None}) for stage in sensor.section.stages)
-    section = sensor.section.model_copy(update={"seed": seed, "stages": stages})
-    return replace(sensor, stages=make_sensor(section, sensor.inputs, scene=sensor.scene).stages)

@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.environment import announce_compilation, versions
+from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import CertificateWarning
 from hcss_twin.core.files import Writing
 from hcss_twin.engine.certificate.certificate import Certificate
-from hcss_twin.engine.parts import executor_of
+from hcss_twin.engine.parts import Workers
 from hcss_twin.engine.simulate import run
-from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.providers import ScenarioError, choose_from
 from hcss_uncertainty.dataset import (
     VERSION,
@@ -178,8 +177,8 @@ def propagate(
         collected = _Collected(sample)
         of_scenes = iter(temperatures)
         tasks = [DrawTask(of_mixtures, maps, tuple(islice(of_scenes, len(of_mixtures)))) for of_mixtures in of_draws]
-        with executor_of(min(workers, draws)) as (executor, count):
-            made = enumerate(draws_made(tasks, uncertain_scenario.cache, executor, count))
+        with Workers.of(min(workers, draws)) as pool:
+            made = enumerate(draws_made(tasks, uncertain_scenario.cache, pool))
             for draw, result in made if progress is None else progress(made, draws):
                 collected.take(draw, result)
         attributes = {
@@ -190,9 +189,9 @@ def propagate(
             "shares": shares,
             **sample_attributes(sample),
             "notes": json.dumps(notes),
-            "hcss_versions": json.dumps(versions()),
+            "hcss_versions": json.dumps(cache.versions()),
             # of the first draw: the models are those of all
-            MODEL_ERRORS: json.dumps(error_budget(plan).as_dict()),
+            MODEL_ERRORS: json.dumps(Certificate.budget_of(plan).as_dict()),
         }
         dataset = with_summary(collected.dataset(numbers_of(sample, scenarios[DRAWS]), attributes))
         if maps:

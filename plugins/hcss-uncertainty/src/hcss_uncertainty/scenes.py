@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 from numpy.typing import NDArray
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.result_cache import ResultCache
-from hcss_twin.engine.compile import compile_tables, tables_of
-from hcss_twin.engine.parts import in_order
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.parts import Workers
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Problem, ScenarioError
@@ -51,10 +49,10 @@ class SharedTables:
 
     def of(self, plan: Plan) -> tuple[RadianceTables, str, bool]:
         """Return the tables of a plan, bit-identical to those of a separate run, their key, and if they are new."""
-        key = f"{table_key(plan)} {plan.views} {plan.grid if plan.views.varies else None}"
+        key = f"{RadianceTables.key_of(plan)} {plan.views} {plan.grid if plan.views.varies else None}"
         compiled: list[Plan] = []  # one per view, if the view varies over pixels
         if key not in self._held:
-            self._held[key] = tables_of(plan, partial(_noted, compiled))
+            self._held[key] = tables_of(plan, compiled.append)
             while len(self._held) > _HELD:
                 self._held.popitem(last=False)
         self._held.move_to_end(key)
@@ -68,11 +66,6 @@ class SharedTables:
             self._temperatures.clear()
             self._temperatures[key] = BrightnessTemperature(grid, [band.name for band in plan.bands])
         return self._temperatures[key]
-
-
-def _noted(compiled: list[Plan], plan: Plan) -> RadianceTables:
-    compiled.append(plan)
-    return compile_tables(plan)
 
 
 @dataclass(frozen=True)
@@ -156,12 +149,10 @@ def _made_by_worker(task: DrawTask) -> DrawResult:
     return _maker()(task)
 
 
-def draws_made(
-    tasks: Sequence[DrawTask], cache: ResultCache, executor: Executor | None, workers: int
-) -> Iterator[DrawResult]:
+def draws_made(tasks: Sequence[DrawTask], cache: ResultCache, workers: Workers) -> Iterator[DrawResult]:
     """Yield the results of all draws in order; workers, if any, begin after the first draw has its tables compiled."""
-    if executor is None:
+    if workers.executor is None:
         yield from map(DrawMaker(cache), tasks)
         return
     for some in (tasks[:1], tasks[1:]):
-        yield from (result for _, result in in_order(executor, workers, _made_by_worker, iter(some)))
+        yield from (result for _, result in workers.in_order(_made_by_worker, iter(some)))

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from hcss_evaluate.commands.image_options import cloud_options
-from hcss_twin.cli.options import Existing, Output, Shared, require_writable, write_json
+from hcss_twin.cli.options import Existing, Output, Shared
 from hcss_twin.core.json_numbers import json_value
 from hcss_twin.providers import CatalogError
 
@@ -112,7 +112,7 @@ def import_command(
     from hcss_evaluate.database.folder import valid_entry_name
     from hcss_evaluate.database.segmentation import Cleaning
     from hcss_evaluate.pages.cloud_pictures import draw_entry
-    from hcss_twin.models.clouds.database import SUFFIX, write_entry
+    from hcss_twin.models.clouds.database import CloudEntry
 
     if options["coverage"] is None and options["method"] == "coverage":
         raise click.UsageError("--method coverage needs --coverage, the fraction of cloudy pixels")
@@ -126,22 +126,22 @@ def import_command(
         name = valid_entry_name(image.stem if name is None else name)
     except CatalogError as error:
         raise click.BadParameter(str(error), param_hint="--name") from error
-    path = folder / f"{name}{SUFFIX}"
+    path = folder / f"{name}{CloudEntry.SUFFIX}"
     picture = folder / f"{name}.png"
     if folder.is_dir():
-        require_writable([path], force, "give another --name", form="NetCDF")
-        require_writable([picture], force, "give another --name", form="PNG")
+        Output.require_writable([path], force, "give another --name", form="NetCDF")
+        Output.require_writable([picture], force, "give another --name", form="PNG")
     cleaning = Cleaning(closing, opening, largest_hole or (100 if fill_holes else 0), min_area)
     entry = import_image(image, ImportOptions(cleaning=cleaning, window=options.pop("window_pixels"), **options))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise click.ClickException(f"cannot make the folder {folder}: {error.strerror}") from error
-    write_entry(path, entry)
+    entry.write(path)
     draw_entry(entry, name, picture)
     if as_json:
         answer = {"name": name, "entry": str(path), "preview": str(picture), "notes": entry.notes}
-        write_json({**answer, **_as_dict(entry.facts)})
+        Shared.write_json({**answer, **_as_dict(entry.facts)})
         return
     click.echo("\n".join([*_described(entry.facts, entry.grey.shape), *entry.notes, f"{path}  {picture}"]))
 
@@ -156,7 +156,7 @@ def _list_samples(as_json: bool) -> None:
         listed = [
             {"name": name, "installed": sample.folder is not None, **_as_dict(sample)} for name, sample in known.items()
         ]
-        write_json(listed)
+        Shared.write_json(listed)
         return
     for name, sample in known.items():
         click.echo(
@@ -185,10 +185,10 @@ _folder_option = click.option(
 
 def _folders(folder: Path | None) -> list[Path]:
     """Return the folders of entries: the given one, or the user's and the shipped ones."""
-    from hcss_twin.core.catalog import catalog_root
-    from hcss_twin.models.clouds.database import FOLDER as CLOUDS
+    from hcss_twin.models.clouds.database import CloudEntry
+    from hcss_twin.providers import Catalog
 
-    return [Path(CLOUDS), catalog_root() / CLOUDS] if folder is None else [folder]
+    return [Path(CloudEntry.FOLDER), Catalog().root / CloudEntry.FOLDER] if folder is None else [folder]
 
 
 @clouds.command("list")
@@ -210,7 +210,7 @@ def clouds_list(folder: Path | None = None, as_json: bool = False) -> None:
             }
             for entry in listed
         ]
-        write_json(answer)
+        Shared.write_json(answer)
         return
     if not listed:
         click.echo(f"no entries in {folder}; make one with: hcss import IMAGE --to {folder}")
@@ -245,18 +245,21 @@ def clouds_preview(name: str, folder: Path | None, output: Path | None, force: b
     """Draw and describe the entry NAME."""
     from hcss_evaluate.database.folder import entry_path
     from hcss_evaluate.pages.cloud_pictures import draw_entry
-    from hcss_twin.models.clouds.database import SUFFIX, read_entry
+    from hcss_twin.models.clouds.database import CloudEntry
 
     database, *shipped = _folders(folder)
-    path = next((found for shipped_folder in shipped if (found := shipped_folder / f"{name}{SUFFIX}").is_file()), None)
+    path = next(
+        (found for shipped_folder in shipped if (found := shipped_folder / f"{name}{CloudEntry.SUFFIX}").is_file()),
+        None,
+    )
     picture = output or (database / f"{name}.png" if path is None else Path(f"{name}.png"))
     if output is not None or path is not None:  # the picture beside an own entry belongs to it
-        require_writable([picture], force, form="PNG")
+        Output.require_writable([picture], force, form="PNG")
     path = path or entry_path(database, name)
-    entry = read_entry(path)
+    entry = CloudEntry.read(path)
     draw_entry(entry, name, picture)
     if as_json:
-        write_json({"name": name, "preview": str(picture), **_as_dict(entry.facts)})
+        Shared.write_json({"name": name, "preview": str(picture), **_as_dict(entry.facts)})
         return
     click.echo("\n".join([*_described(entry.facts, entry.grey.shape), str(picture)]))
 

@@ -11,17 +11,7 @@ import click
 from click.core import ParameterSource
 
 from hcss_evaluate.commands.image_options import metres
-from hcss_twin.cli.options import (
-    Existing,
-    Number,
-    Output,
-    Shared,
-    Stop,
-    progress,
-    require_two_files,
-    require_writable,
-    write_json,
-)
+from hcss_twin.cli.options import Existing, Number, Output, Shared, Stop
 
 if TYPE_CHECKING:
     from hcss_evaluate.comparison.footage import EvaluationChoice, Method
@@ -206,9 +196,9 @@ def evaluate_command(
     """
     to_screen = json_file is not None and str(json_file) == "-"
     wanted = {"-o": output, "--json": None if to_screen else json_file}
-    require_two_files(wanted)
-    require_writable([output], force, "give another name", form="HTML")
-    require_writable([wanted["--json"]], force, "give another name", form="JSON")
+    Output.require_different(wanted)
+    Output.require_writable([output], force, "give another name", form="HTML")
+    Output.require_writable([wanted["--json"]], force, "give another name", form="JSON")
     _require_options_of_one_test(context, realism, radiance)
     if (sim is None) != radiance:
         raise click.UsageError("SIM: allowed without --radiance only" if radiance else "Missing argument 'SIM'.")
@@ -220,7 +210,7 @@ def evaluate_command(
     for name, needs in (("coverage", "coverage"), ("window_pixels", "local")):
         if options[name] is not None and needs not in {choice.method for choice in choices}:
             raise click.UsageError(f"--{name.partition('_')[0]}: allowed with method {needs} only")
-    shown = partial(progress, context.ensure_object(Stop), label="measuring")
+    shown = partial(context.ensure_object(Stop).progress, label="measuring")
     if sim is None:
         _test_radiance(real, channels, spots, shown, output, json_file)
         return
@@ -313,7 +303,7 @@ def _choice(side: str, method: Method, options: dict[str, Any]) -> EvaluationCho
 def _answer(answer: dict[str, Any], text: str, output: Path | None, json_file: Path | None) -> None:
     """Print JSON or the text with the names of the files, and write JSON to its file."""
     if json_file is not None:
-        write_json(answer, json_file)
+        Shared.write_json(answer, json_file)
     if str(json_file) == "-":
         return
     click.echo(text)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcss_evaluate.commands.image_options import image_options, refuse_image_options, worded_for_options
-from hcss_twin.cli.options import Existing, Number, Output, Shared, Stop, require_writable, write_json
+from hcss_twin.cli.options import Existing, Number, Output, Shared, Stop
 
 if TYPE_CHECKING:
     from hcss_evaluate.posterior.posterior_file import Posterior
@@ -120,7 +120,7 @@ def fit_command(
     if (fd is None) is not (fd_error is None):
         raise click.UsageError("--fd and --fd-error must be given together")
     output = output or Path(f"{images[0].stem if images else 'fd'}-posterior.nc")
-    require_writable([output], force, form="NetCDF")
+    Output.require_writable([output], force, form="NetCDF")
     sampling = {name: options.pop(name) for name in _SAMPLING}
     sampling["fixed"] = {name: _fixed(name, value) for name, value in fixed.items()}
     if fd is not None:
@@ -149,7 +149,7 @@ def fit_command(
             "doubts": posterior.doubts,
             "notes": notes,
         }
-        write_json(answer)
+        Shared.write_json(answer)
     else:
         fixed_lines = [f"{name} fixed at {value:g}" for name, value in posterior.fixed.items()]
         p_lines = [f"{name}: posterior predictive p = {p:.2g}" for name, p in p_values]

@@ -14,8 +14,8 @@ import click
 
 from hcss_evaluate.commands.image_options import image_options, refuse_image_options, worded_for_options
 from hcss_evaluate.matching import BUDGET
-from hcss_twin.cli.options import Existing, Number, Output, Shared, require_two_files, require_writable, write_json
-from hcss_twin.core.json_numbers import json_number
+from hcss_evaluate.numbers import json_number
+from hcss_twin.cli.options import Existing, Number, Output, Shared
 
 if TYPE_CHECKING:
     from hcss_evaluate.matching.match import Match
@@ -71,9 +71,9 @@ def match_command(
     if image is None and wanted is None:
         raise click.UsageError("nothing to match: give an IMAGE, --fd LOW HIGH, or both")
     output = output or Path(f"{image.stem if image else cloud_type}-clouds.toml")
-    require_two_files({"-o": output, "--preview": preview})
-    require_writable([output], force, "give another name", form="TOML")
-    require_writable([preview], force, "give another name", form="PNG")
+    Output.require_different({"-o": output, "--preview": preview})
+    Output.require_writable([output], force, "give another name", form="TOML")
+    Output.require_writable([preview], force, "give another name", form="PNG")
     from hcss_evaluate.matching.dimension_range import type_parameters
     from hcss_evaluate.matching.match import write_fragment
     from hcss_twin.providers import Catalog
@@ -93,7 +93,7 @@ def match_command(
     answer = {**done.answer, "fragment": str(output), "preview": None if preview is None else str(preview)}
     files = str(output) if preview is None else f"{output}  {preview}"
     if as_json:
-        write_json(answer)
+        Shared.write_json(answer)
     else:
         click.echo("\n".join([*done.lines, files]))
 

@@ -8,45 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter, ValidationError
 
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
 from hcss_twin.cube.frame_selection import FrameSelection
-from hcss_twin.engine.provenance import Recorded
-from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.models.radiance.spectral_grid import dense_grid
-from hcss_twin.providers import Array, Catalog, CubeError, HcssError, ImageError, choose_from
-from hcss_twin.scenario.bands import Bands, spectral_band
+from hcss_twin.engine.cube_temperature import kelvin_of_band
+from hcss_twin.providers import Array, CubeError, HcssError, ImageError, choose_from
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Array], Array]:
-    """Return the conversion of band radiance (rows, columns) to brightness temperature (K), NaN where none exists.
-
-    Raises
-    ------
-    CubeError
-        If the cube's scenario is missing or lacks this band.
-    CatalogError
-        If the file of the band's spectral response is missing.
-    """
-    recorded = Recorded.of(dict(dataset.attrs), str(path))
-    catalog = Catalog(base=recorded.base)
-    try:
-        entries = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
-    except (KeyError, ValidationError) as error:
-        raise CubeError(f"{path}: its scenario has no bands that can be read") from error
-    bands = [candidate for candidate in (spectral_band(entry, catalog) for entry in entries) if candidate.name == band]
-    if not bands:
-        raise CubeError(f"{path}: its scenario has no band '{band}'")
-    temperature = BrightnessTemperature(dense_grid(bands, None), [band])
-
-    def kelvin(radiance: Array) -> Array:
-        return temperature.where_known(radiance.reshape(1, -1)).reshape(radiance.shape)
-
-    return kelvin
 
 
 # Beyond this wavelength clouds are assumed to be colder than the sea, as in images.

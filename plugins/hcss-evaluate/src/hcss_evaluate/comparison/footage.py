@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcss_evaluate.errors import ImageOptionError
 from hcss_twin.core.arguments import checked
-from hcss_twin.models.clouds.imagery.image import CloudIs
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.providers import Array
 
 Method = Literal["auto", "otsu", "local", "coverage", "valid", "truth"]
@@ -47,7 +47,7 @@ class EvaluationChoice:
     band: str | None = None
     frames: tuple[int, ...] = ()
     method: Method = "auto"
-    cloud_is: CloudIs = "auto"
+    cloud_is: SatelliteImage.CloudIs = "auto"
     coverage: float | None = None
     window_pixels: int | None = None
     pixel_size_m: float | None = None

@@ -16,8 +16,6 @@ from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, 
 from hcss_evaluate.errors import ImageOptionError
 from hcss_twin.core.reading import Reading
 from hcss_twin.models.clouds.imagery.image import SatelliteImage
-from hcss_twin.models.clouds.imagery.netcdf_image import quiet
-from hcss_twin.models.clouds.imagery.planes import SeveralImagesError
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import Array, CatalogError, CubeError, ImageError, NetcdfFile
 
@@ -143,7 +141,7 @@ def open_footage(
                 raise CatalogError(f"{title}: {path} is a folder; allowed: an image, or a cube")
         try:
             return open_images(paths, choice)
-        except SeveralImagesError as error:
+        except SatelliteImage.SeveralImagesError as error:
             raise error.chosen_with(f"variable (--{title.lower()}-variable)") from error
     from hcss_evaluate.comparison.cube_footage import cube_footage
     from hcss_twin import open_cube
@@ -158,6 +156,6 @@ def is_cube(path: Path) -> bool:
         return True
     if not path.is_file() or not Reading(path, CatalogError).is_netcdf:
         return False
-    with suppress(Exception), quiet(), NetcdfFile(path) as dataset:  # a damaged file of any kind
+    with suppress(Exception), Reading.quiet(), NetcdfFile(path) as dataset:  # a damaged file of any kind
         return "hcss_cube_format" in dataset.ncattrs()
     return False

@@ -12,8 +12,8 @@ from hcss_evaluate.comparison.definitions import Mode, eq_24
 from hcss_evaluate.comparison.footage import Footage
 from hcss_evaluate.comparison.image_measures import DistributionDistance, distribution_distance
 from hcss_evaluate.comparison.side import ComparedAs, ComparedSide, SideMeasures
+from hcss_evaluate.measures.images import SMALLEST_SIDE
 from hcss_evaluate.measures.morphology import Morphology, MorphologyErrors
-from hcss_twin.core.images import SMALLEST_SIDE
 from hcss_twin.providers import ImageError
 
 # Largest relative difference of pixel sizes that count as equal, as in the image readers.

@@ -14,7 +14,8 @@ from hcss_evaluate.comparison.definitions import DEFINITIONS, Mode
 from hcss_evaluate.comparison.image_measures import DistributionDistance, ImageMeasures, TemporalAutocorrelation
 from hcss_evaluate.measures.morphology import MorphologyErrors
 from hcss_evaluate.measures.power_spectrum import PowerSpectrum
-from hcss_twin.core.json_numbers import json_number, json_value
+from hcss_evaluate.numbers import json_number
+from hcss_twin.core.json_numbers import json_value
 
 
 @dataclass(frozen=True)

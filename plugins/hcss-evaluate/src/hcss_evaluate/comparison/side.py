@@ -14,9 +14,9 @@ from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method
 from hcss_evaluate.comparison.image_measures import TemporalAutocorrelation, measure_image, temporal_autocorrelation
 from hcss_evaluate.comparison.result import FrameResult, Pictured
 from hcss_evaluate.measures.histogram_metrics import joint_histogram, to_grey_levels
-from hcss_twin.core.errors import ordinal
-from hcss_twin.models.clouds.imagery.cloudiness import find_threshold, relative_grey, thickness_of
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.providers import Array, ImageError
+from hcss_twin.reports.tables import Table
 
 LEVELS = (1.0, 255.0)
 """Grey levels of cloudy pixels."""
@@ -58,14 +58,16 @@ def grey_clouds(
         assert method != "auto"
         coverage = 0.5 if choice.coverage is None else choice.coverage
         try:
-            threshold, lowest = find_threshold(level, method, choice.window_pixels, coverage, level)
+            threshold, lowest = SatelliteImage.Cloudy.threshold(level, method, choice.window_pixels, coverage, level)
         except ValueError as error:
             raise ImageError(f"method '{method}': {error}") from error
         cloudy = level > threshold
     if not cloudy.any():
         raise ImageError(f"no pixel is cloudy by the method '{method}'; allowed: another method or frame")
     grey = np.zeros(values.shape, dtype=np.float32)
-    grey[cloudy] = thickness_of(relative_grey(level[cloudy], lowest), *LEVELS)
+    grey[cloudy] = SatelliteImage.Cloudy.thickness_of(
+        SatelliteImage.Cloudy.relative_grey(level[cloudy], lowest), *LEVELS
+    )
     return grey
 
 
@@ -223,7 +225,7 @@ def correlation_over_time(measured: SideMeasures, notes: list[str]) -> TemporalA
         notes.append("Frames are not evenly spaced in time: the correlation over time is by frame number.")
     if measured.step > 1:
         notes.append(
-            f"Correlation over time and histograms use every {ordinal(measured.step)} row and column of the "
+            f"Correlation over time and histograms use every {Table.ordinal(measured.step)} row and column of the "
             f"{len(measured.frames)} frames."
         )
     try:

@@ -17,9 +17,8 @@ from hcss_evaluate.database.segmentation import Cleaning, segment
 from hcss_evaluate.measures.box_counting import box_counting_dimension
 from hcss_evaluate.measures.fractal_dimension import DimensionEstimate, variogram_dimension
 from hcss_twin import __version__
-from hcss_twin.models.clouds.database import NOT_STATED, CloudEntry, EntryFacts
-from hcss_twin.models.clouds.imagery.cloudiness import find_threshold, lost_cloud, relative_grey
-from hcss_twin.models.clouds.imagery.image import CloudIs, SatelliteImage
+from hcss_twin.models.clouds.database import CloudEntry
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.providers import CatalogError, ImageError
 
@@ -60,7 +59,7 @@ class ImportOptions:
     method: Literal["otsu", "local", "coverage", "valid"] = "otsu"
     window: int | None = None
     coverage: float | None = None
-    cloud_is: CloudIs = "auto"
+    cloud_is: SatelliteImage.CloudIs = "auto"
     cleaning: Cleaning = field(default_factory=Cleaning)
     crop: tuple[int, int, int, int] | None = None
     pixel_size_m: float | None = None
@@ -96,7 +95,9 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         missing = np.zeros_like(missing)
     else:
         try:
-            threshold, lowest = find_threshold(level, options.method, options.window, options.coverage or 0.0, level)
+            threshold, lowest = SatelliteImage.Cloudy.threshold(
+                level, options.method, options.window, options.coverage or 0.0, level
+            )
         except ValueError as error:
             raise CatalogError(f"{path}: {error}") from error
         cloudy = level > threshold
@@ -109,22 +110,24 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
         )
     grey = np.zeros(level.shape, dtype=np.uint8)
     # In a product with values in cloud only, closing and filling add pixels without values.
-    grey[mask] = 1 + np.rint(254.0 * relative_grey(np.nan_to_num(level[mask], nan=lowest), lowest)).astype(np.uint8)
+    grey[mask] = 1 + np.rint(
+        254.0 * SatelliteImage.Cloudy.relative_grey(np.nan_to_num(level[mask], nan=lowest), lowest)
+    ).astype(np.uint8)
     surface = _dimension(lambda: variogram_dimension(level, mask=mask & ~np.isnan(level)))
     boxes = _dimension(lambda: box_counting_dimension(grey))
     sign = 1.0 if bright else -1.0
-    facts = EntryFacts(
+    facts = CloudEntry.Facts(
         source_file=path.name + part,
         source_sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
-        variable=image.variable or NOT_STATED,
-        band=options.band or image.band or NOT_STATED,
-        observed=options.observed or image.date or NOT_STATED,
-        source=options.source or NOT_STATED,
-        licence=options.licence or (f"stated in the file: {image.rights}" if image.rights else NOT_STATED),
+        variable=image.variable or CloudEntry.NOT_STATED,
+        band=options.band or image.band or CloudEntry.NOT_STATED,
+        observed=options.observed or image.date or CloudEntry.NOT_STATED,
+        source=options.source or CloudEntry.NOT_STATED,
+        licence=options.licence or (f"stated in the file: {image.rights}" if image.rights else CloudEntry.NOT_STATED),
         pixel_size_m=size,
         pixel_size_is_nominal=options.pixel_size_m is None and image.pixel_size_is_nominal,
         pixel_size_from="file" if options.pixel_size_m is None else options.pixel_size_from,
-        units=image.units or NOT_STATED,
+        units=image.units or CloudEntry.NOT_STATED,
         cloud_is="bright" if bright else "dark",
         method=options.method,
         window_pixels=(options.window or max(3, min(level.shape) // 8)) if options.method == "local" else 0,
@@ -151,7 +154,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
     )
     notes = (
         *image.described(options.cloud_is),
-        *lost_cloud(image, level, mask, options.cloud_is),
+        *image.lost_cloud(level, mask, options.cloud_is),
         *_changed_by_cleaning(cloudy & ~missing, facts.coverage, missing),
     )
     return CloudEntry(grey, segments.labels, missing, _shown(level), facts, notes)

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from hcss_twin.models.clouds.database import SUFFIX, EntryFacts, read_facts
+from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.providers import CatalogError, choose_from
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
@@ -22,7 +22,7 @@ class ListedEntry:
 
     name: str
     path: Path
-    facts: EntryFacts | None
+    facts: CloudEntry.Facts | None
     shape: tuple[int, int]
     trouble: str = ""
 
@@ -47,12 +47,12 @@ def valid_entry_name(text: str) -> str:
 def list_entries(folder: Path) -> list[ListedEntry]:
     """List the entries of a folder by name, with the reason for invalid files; empty for a missing folder."""
     entries = []
-    for path in sorted(folder.glob(f"*{SUFFIX}")):
+    for path in sorted(folder.glob(f"*{CloudEntry.SUFFIX}")):
         if path.name.startswith("."):
             continue
-        name = path.name.removesuffix(SUFFIX)
+        name = path.name.removesuffix(CloudEntry.SUFFIX)
         try:
-            entries.append(ListedEntry(name, path, *read_facts(path)))
+            entries.append(ListedEntry(name, path, *CloudEntry.read_facts(path)))
         except CatalogError as error:
             entries.append(ListedEntry(name, path, None, (0, 0), str(error)))
     return entries
@@ -66,8 +66,8 @@ def entry_path(folder: Path, name: str) -> Path:
     CatalogError
         If it does not exist; the message lists the names in the folder.
     """
-    path = folder / f"{name}{SUFFIX}"
+    path = folder / f"{name}{CloudEntry.SUFFIX}"
     if not path.is_file():
-        known = [path.name.removesuffix(SUFFIX) for path in folder.glob(f"*{SUFFIX}")]
+        known = [path.name.removesuffix(CloudEntry.SUFFIX) for path in folder.glob(f"*{CloudEntry.SUFFIX}")]
         raise CatalogError(f"no entry '{name}' in {folder}; {choose_from(name, known)}")
     return path

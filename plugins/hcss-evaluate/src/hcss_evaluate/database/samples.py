@@ -32,7 +32,7 @@ class Sample:
     crop : list of int
         First row, first column, rows and columns of the part to use, counted as stored.
     band, observed, source, licence : str
-        As in :class:`hcss_twin.models.clouds.database.EntryFacts`.
+        As in :class:`hcss_twin.models.clouds.database.CloudEntry.Facts`.
     pixel_size_m : float or None
         Where the file gives none.
     """

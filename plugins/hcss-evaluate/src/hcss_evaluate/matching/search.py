@@ -14,8 +14,8 @@ from scipy.optimize import least_squares, minimize
 
 from hcss_evaluate.matching.structure import CloudImage, Structure, image_structure, mean_structure, simulate_image
 from hcss_evaluate.measures.morphology import morphology_errors
-from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation, expected_variogram, frame_variance
-from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
+from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Array, ImageError
 
@@ -38,13 +38,13 @@ def cells_per_frame(image: CloudImage) -> tuple[Array, Array]:
 
 def reference_cells(cells: Array, image: CloudImage) -> tuple[float, float]:
     """Convert cells across the frame (2,) to L, cells per 16 km, along x and y."""
-    x, y = np.asarray(cells) * REFERENCE_LENGTH_M / _sides_m(image)
+    x, y = np.asarray(cells) * Octave.REFERENCE_LENGTH_M / _sides_m(image)
     return float(x), float(y)
 
 
 def frame_cells(reference: tuple[float, float], image: CloudImage) -> Array:
     """Convert L to cells across the frame (2,), along x and y."""
-    cells: Array = np.array(reference) * _sides_m(image) / REFERENCE_LENGTH_M
+    cells: Array = np.array(reference) * _sides_m(image) / Octave.REFERENCE_LENGTH_M
     return cells
 
 
@@ -80,9 +80,9 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
     """Fit gamma, H, L and kmax to the variogram of the field that underlies an image.
 
     The normal scores of a frame have unit variance within the frame; a field with large cells has less
-    (:func:`frame_variance`), and the expected variogram is divided by that variance. ``underlying`` is from
-    :func:`underlying_structure`; only the size and pixel size of the image are used. Raises ImageError if no parameters
-    fit.
+    (:meth:`KernelCorrelation.frame_variance`), and the expected variogram is divided by that variance. ``underlying``
+    is from :func:`underlying_structure`; only the size and pixel size of the image are used. Raises ImageError if no
+    parameters fit.
     """
     kernel = KernelCorrelation.tabulate()
     rows, columns = image.level.shape
@@ -93,8 +93,8 @@ def fit_variogram(underlying: Structure, image: CloudImage) -> VariogramFit:
 
     def residuals(unknowns: Array, gamma: float, last: int) -> Array:
         shape = _parameters(unknowns, gamma, last, image)
-        expected = expected_variogram(shape, image.pixel_size_m, dx, dy, kernel)
-        variance = frame_variance(shape, image.pixel_size_m, rows, columns, kernel)
+        expected = kernel.expected_variogram(shape, image.pixel_size_m, dx, dy)
+        variance = kernel.frame_variance(shape, image.pixel_size_m, rows, columns)
         return weight * (np.log(expected / variance) - wanted)
 
     longest, most = cells_per_frame(image)

@@ -12,18 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_evaluate.matching.structure import LEVELS, STILL, CloudImage, grey_inputs
+from hcss_evaluate.measures.images import SMALLEST_SIDE
 from hcss_twin import open_cube
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.images import SMALLEST_SIDE
-from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.core.reading import Reading
-from hcss_twin.cube.coordinates import as_seen
-from hcss_twin.cube.zarr_writer import is_zarr
-from hcss_twin.models.clouds.database import read_facts
-from hcss_twin.models.clouds.imagery.cloudiness import relative_grey, thickness_of
-from hcss_twin.models.clouds.imagery.image import CloudIs
+from hcss_twin.cube.frame_selection import FrameSelection
+from hcss_twin.models.clouds.database import CloudEntry
+from hcss_twin.models.clouds.imagery.image import SatelliteImage
+from hcss_twin.models.clouds.imagery.parameters import ImageReading
 from hcss_twin.models.clouds.imagery.reader import read_image
-from hcss_twin.models.clouds.imagery.whole_scene import MovingWindow, position_problems
 from hcss_twin.providers import Array, CatalogError, CubeError, Grid, ImageError, Kind, ScenarioError
 from hcss_twin.providers.registry.registry import Registry
 
@@ -58,7 +55,7 @@ class ImageChoice:
     variable: str | None = None
     method: Method = "auto"
     window_pixels: int | None = None
-    cloud_is: CloudIs = "auto"
+    cloud_is: SatelliteImage.CloudIs = "auto"
     missing: Literal["error", "clear"] = "error"
     row_origin: int | None = None
     column_origin: int | None = None
@@ -158,7 +155,7 @@ class _Source:
 def _entry(path: Path, choice: ImageChoice) -> _Source | None:
     """Read an entry of the cloud database with its cleaned mask; None if the file is none, or is damaged."""
     try:
-        facts, shape = read_facts(path)
+        facts, shape = CloudEntry.read_facts(path)
     except CatalogError:
         return None
     usual = ImageChoice()
@@ -177,14 +174,14 @@ def _cube(path: Path, choice: ImageChoice) -> _Source | None:
     """Read the first frame of a cube's thickness with its mask; None if the file or the choice is another image."""
     if choice.method != "auto" or choice.variable not in (None, _THICKNESS):
         return None
-    if not is_zarr(path) and not Reading(path, CatalogError).is_netcdf:
+    if path.suffix.lower() != ".zarr" and not Reading(path, CatalogError).is_netcdf:
         return None
     try:
         opened = open_cube(path)
     except CubeError:
         return None
     with opened:
-        dataset = as_seen(opened)
+        dataset = FrameSelection.as_seen(opened)
         if choice.cloud_is != "auto":
             raise ImageError("cloud_is: has no meaning for a cube, whose own cloud is used; leave it out")
         if _THICKNESS not in dataset:
@@ -249,13 +246,8 @@ def _image(path: Path, choice: ImageChoice) -> _Source:
 
 def _notes_of_plugins(path: Path, variable: str | None) -> Iterator[str]:
     """Yield what functions of the entry point group note on an image; a match does not need them."""
-    for origin, entry_point in installed("hcss_twin.image_notes"):
-        try:
-            if isinstance(entry_point, BaseException):
-                raise entry_point
-            yield from entry_point.load()(path, variable)
-        except FAILURES as error:
-            yield f"{origin} has no notes: {describe(error)}"
+    for origin, notes, error in Registry.answers("hcss_twin.image_notes", path, variable):
+        yield from (f"{origin} has no notes: {error}",) if error else notes
 
 
 def _check(choice: ImageChoice) -> None:
@@ -292,11 +284,13 @@ def _masked(
     """Return grey levels of cloudiness levels (rows northward, columns eastward) that are NaN where clear."""
     origins = (choice.row_origin, choice.column_origin)
     rows, columns = level.shape
-    problems = position_problems((rows, columns), grid, origins)
+    problems = ImageReading.Window.problems((rows, columns), grid, origins)
     if problems:
         raise ScenarioError(problems, origin="image")
-    window = MovingWindow((rows, columns), grid, STILL, origins, turned)
+    window = ImageReading.Window((rows, columns), grid, STILL, origins, turned)
     cloudy = ~np.isnan(level)
     grey = np.zeros(level.shape, dtype=np.float32)
-    grey[cloudy] = thickness_of(relative_grey(level[cloudy], float(np.nanmin(level))), *LEVELS)
+    grey[cloudy] = SatelliteImage.Cloudy.thickness_of(
+        SatelliteImage.Cloudy.relative_grey(level[cloudy], float(np.nanmin(level))), *LEVELS
+    )
     return grey[window.at(0.0)].copy(), cloud

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from hcss_evaluate.measures.checks import checked_levels, checked_mask
 from hcss_evaluate.measures.fractal_dimension import DimensionEstimate, estimator_calibration
-from hcss_twin.core.images import SMALLEST_SIDE, checked_image, finite_range
+from hcss_evaluate.measures.images import SMALLEST_SIDE, checked_image
 from hcss_twin.providers import ImageError
+from hcss_twin.reports.power_spectrum import Rings
 
 
 def box_extremes(
@@ -155,7 +156,7 @@ def box_counting_dimension(image: NDArray[Any], levels: int = 256, calibrated: b
     checked_levels(levels, 2)
     if calibrated and levels != 256:
         raise ImageError(f"levels: {levels} given, allowed: 256 for a calibrated value, or any with calibrated=False")
-    pixels, low, high = finite_range("image", pixels)
+    pixels, low, high = Rings.finite_range("image", pixels)
     steps = ((pixels.astype(np.float64) - low) * (levels / (high - low))).astype(np.int32)
     grey = np.minimum(steps, levels - 1).astype(np.uint8)
     side = min(grey.shape)

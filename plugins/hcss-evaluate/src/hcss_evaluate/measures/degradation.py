@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from hcss_evaluate.measures.images import checked_image
 from hcss_evaluate.measures.power_spectrum import DEPENDENT_WAVES
-from hcss_twin.core.images import checked_image
 from hcss_twin.providers import Array, ImageError
-from hcss_twin.reports.power_spectrum import power_density
+from hcss_twin.reports.power_spectrum import Rings
 
 SMALLEST_SIDE = 64
 _FEWEST_WAVES = 4.0
@@ -116,7 +116,7 @@ def estimate_degradation(image: NDArray[Any], scene: NDArray[Any] | None = None)
 def _rings(pixels: NDArray[Any]) -> tuple[Array, Array, Array]:
     """Return wavenumber, mean power density and number of independent waves of rings up to the corners, each (R,)."""
     rows, columns = pixels.shape
-    density, along_y, along_x = power_density(pixels)
+    density, along_y, along_x = Rings.power_density(pixels)
     wavenumber = np.hypot(along_y, along_x)
     lowest = _FEWEST_WAVES / min(rows, columns)
     counted = ((along_x > 0.0) | (along_y > 0.0)) & (wavenumber >= lowest)

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import fftfreq, rfftfreq
 
+from hcss_evaluate.measures.images import checked_image
 from hcss_evaluate.measures.semivariance import semivariances
-from hcss_twin.core.images import checked_image
 from hcss_twin.providers import Array, ImageError
-from hcss_twin.reports.power_spectrum import windowed_power
+from hcss_twin.reports.power_spectrum import Rings
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def spectral_dimension(image: NDArray[Any], band: tuple[float, float] | None = N
     if not 0.0 < low < high <= 0.5:
         raise ImageError(f"band: {low} to {high} given, allowed: 0 < low < high <= 0.5 cycles per pixel")
     rows, columns = pixels.shape
-    power, _ = windowed_power(pixels)
+    power, _ = Rings.windowed_power(pixels)
     wavenumber = np.hypot(fftfreq(rows)[:, None], rfftfreq(columns)).ravel()
     rings = max(3, round(_RINGS_PER_OCTAVE * math.log2(high / low)))
     inside = np.flatnonzero((wavenumber >= low) & (wavenumber < high))

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hcss_evaluate.measures.box_counting import body_dimension, boundary_dimension
 from hcss_evaluate.measures.checks import checked_mask, complete_part, range_within
 from hcss_evaluate.measures.histogram_metrics import histogram_metrics, to_grey_levels
+from hcss_evaluate.measures.images import SMALLEST_SIDE, checked_image
 from hcss_evaluate.measures.semivariance import semivariances
-from hcss_twin.core.images import SMALLEST_SIDE, checked_image
 from hcss_twin.providers import Array, ImageError
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_evaluate.measures.images import checked_image
 from hcss_twin.providers import Array
 from hcss_twin.reports.power_spectrum import Rings
 
@@ -67,7 +68,7 @@ def power_spectrum(image: NDArray[Any]) -> PowerSpectrum:
     For directions, the power of each wave is divided by the mean of its ring, and all rings have equal weight, so that
     large scales do not dominate. Raises ImageError if the image is too small, constant, a plane, or not finite.
     """
-    rings = Rings.of(image)
+    rings = Rings.of(checked_image("image", image))
     full = rings.waves > 0
     smallest_side = min(np.shape(image))
     oriented = full & (rings.wavenumber >= _FEWEST_WAVES / smallest_side) & (rings.waves >= _FEWEST_IN_RING)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_evaluate.measures.checks import checked_mask
-from hcss_twin.core.images import checked_image
+from hcss_evaluate.measures.images import checked_image
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array, ImageError
 

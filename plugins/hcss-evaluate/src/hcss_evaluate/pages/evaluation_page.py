@@ -19,7 +19,7 @@ from hcss_evaluate.pages.evaluation_text import (
     signed,
 )
 from hcss_twin import __version__
-from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.tables import Table
 
 _ERRORS = (("EV", "entropy"), ("Den", "density"), ("DP", "diagonal_peak"), ("FD", "fractal_dimension"))
@@ -35,18 +35,18 @@ _PRINTED_RMSE = (
 def evaluation_page(evaluation: Evaluation) -> Page:
     """Return the page."""
     sections = [
-        Section("In short", _summary(evaluation)),
-        Section("Pictures", _pictures(evaluation)),
-        Section("Neighbouring grey levels", _pairs(evaluation)),
-        Section(f"Histograms of {evaluation.quantity}", _values(evaluation)),
-        Section("Spectra and directions", _spectra(evaluation)),
+        Page.Section("In short", _summary(evaluation)),
+        Page.Section("Pictures", _pictures(evaluation)),
+        Page.Section("Neighbouring grey levels", _pairs(evaluation)),
+        Page.Section(f"Histograms of {evaluation.quantity}", _values(evaluation)),
+        Page.Section("Spectra and directions", _spectra(evaluation)),
     ]
     if len(evaluation.real.frames) > 1 or len(evaluation.sim.frames) > 1:
-        sections.append(Section("Change over time", _over_time(evaluation)))
+        sections.append(Page.Section("Change over time", _over_time(evaluation)))
     sections += [
-        Section("All measures", _all_metrics(evaluation)),
-        Section("Definitions", _definitions()),
-        Section("What was compared", _compared(evaluation)),
+        Page.Section("All measures", _all_metrics(evaluation)),
+        Page.Section("Definitions", _definitions()),
+        Page.Section("What was compared", _compared(evaluation)),
     ]
     names = f"simulated: {_short(evaluation.sim.name)} | real: {_short(evaluation.real.name)}"
     return Page("Simulated and real clouds compared", f"{names} | hcss {__version__}", sections)
@@ -57,8 +57,8 @@ def _short(name: str) -> str:
     return name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME - 3]}..."
 
 
-def _summary(evaluation: Evaluation) -> list[Block]:
-    content: list[Block] = [Markup.beside(*(_eq_24(evaluation, mode) for mode in MODES))]
+def _summary(evaluation: Evaluation) -> list[Markup.Block]:
+    content: list[Markup.Block] = [Markup.beside(*(_eq_24(evaluation, mode) for mode in MODES))]
     if not all(evaluation.rmse_compares(mode) for mode in MODES):
         content.append(Markup.paragraph(NOT_COMPARABLE))
     if any(len(error) > 1 for error in evaluation.errors.values()):
@@ -126,7 +126,7 @@ def _sides(evaluation: Evaluation) -> tuple[tuple[str, Side], tuple[str, Side]]:
     return ("Real", evaluation.real), ("Simulated", evaluation.sim)
 
 
-def _pictures(evaluation: Evaluation) -> list[Block]:
+def _pictures(evaluation: Evaluation) -> list[Markup.Block]:
     values, levels = [], []
     for title, side in _sides(evaluation):
         frame = f"{title}, {_short(side.pictured.label)}"
@@ -137,13 +137,13 @@ def _pictures(evaluation: Evaluation) -> list[Block]:
         cloud = f"cloud is {cloud_text(side)}. {100 * side.pictured_coverage:.1f} % of the pixels are cloudy."
         caption = f"{title}, as used in eqs 21 to 23: {cloud}"
         levels.append(Markup.picture(drawn.draw_levels(side), f"{title} image, grey levels of cloud", caption))
-    content: list[Block] = [Markup.beside(*values), Markup.beside(*levels)]
+    content: list[Markup.Block] = [Markup.beside(*values), Markup.beside(*levels)]
     if len(evaluation.sim.frames) > 1:
         content.insert(0, Markup.paragraph("Of the simulated frames the one with the median RMSE is shown."))
     return content
 
 
-def _pairs(evaluation: Evaluation) -> list[Block]:
+def _pairs(evaluation: Evaluation) -> list[Markup.Block]:
     sides = _sides(evaluation)
     most = max(float(side.pictured.pairs.max() / max(1, side.pictured.pairs.sum())) for _, side in sides)
     return [
@@ -165,7 +165,7 @@ def _pairs(evaluation: Evaluation) -> list[Block]:
     ]
 
 
-def _values(evaluation: Evaluation) -> list[Block]:
+def _values(evaluation: Evaluation) -> list[Markup.Block]:
     counted, summed = drawn.draw_histograms(evaluation)
     return [
         Markup.beside(
@@ -176,7 +176,7 @@ def _values(evaluation: Evaluation) -> list[Block]:
     ]
 
 
-def _spectra(evaluation: Evaluation) -> list[Block]:
+def _spectra(evaluation: Evaluation) -> list[Markup.Block]:
     shown = [
         Markup.picture(figure, "power spectra of both sides by wavenumber", "Radially averaged, four rings per octave.")
         for figure in drawn.draw_spectra(evaluation)
@@ -198,7 +198,7 @@ def _spectra(evaluation: Evaluation) -> list[Block]:
     return [Markup.paragraph(text), Markup.beside(*shown)]
 
 
-def _over_time(evaluation: Evaluation) -> list[Block]:
+def _over_time(evaluation: Evaluation) -> list[Markup.Block]:
     text = (
         f"{_pairing(evaluation)} Correlation is at fixed pixels: motion by wind or platform decreases it, and so does "
         "evolution of the scene."
@@ -210,8 +210,8 @@ def _over_time(evaluation: Evaluation) -> list[Block]:
     return [Markup.paragraph(text), Markup.beside(*shown)]
 
 
-def _all_metrics(evaluation: Evaluation) -> list[Block]:
-    content: list[Block] = []
+def _all_metrics(evaluation: Evaluation) -> list[Markup.Block]:
+    content: list[Markup.Block] = []
     if any(metric.real_spread > 0.0 or metric.sim_spread > 0.0 for metric in evaluation.metrics):
         content.append(Markup.paragraph("Means and standard deviations over frames."))
     if not all(metric.comparable for metric in evaluation.metrics):
@@ -226,7 +226,7 @@ def _all_metrics(evaluation: Evaluation) -> list[Block]:
     ]
 
 
-def _definitions() -> list[Block]:
+def _definitions() -> list[Markup.Block]:
     rows = [[definition.name, definition.as_printed, definition.corrected] for definition in DEFINITIONS]
     return [
         Table(["", "as printed", "corrected"], rows, text_columns=3),
@@ -237,8 +237,8 @@ def _definitions() -> list[Block]:
     ]
 
 
-def _compared(evaluation: Evaluation) -> list[Block]:
-    content: list[Block] = []
+def _compared(evaluation: Evaluation) -> list[Markup.Block]:
+    content: list[Markup.Block] = []
     for title, side in _sides(evaluation):
         content += [
             Markup.element("h3", title),

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from hcss_evaluate.comparison.definitions import MODES
 from hcss_evaluate.comparison.result import Evaluation, Metric, Side
-from hcss_twin.reports.tables import Table, labelled
+from hcss_twin.reports.tables import Table
 
 NOT_COMPARABLE = "~ depends on the size or the number of pixels, which differ between the sides or are unknown."
 
@@ -28,9 +28,9 @@ def evaluation_text(evaluation: Evaluation) -> str:
 
 def _lines(evaluation: Evaluation) -> Iterator[str]:
     sides = (("real", evaluation.real), ("simulated", evaluation.sim))
-    yield from (labelled(title, side_text(side), 10) for title, side in sides)
+    yield from (Table.labelled(title, side_text(side), 10) for title, side in sides)
     unit = f" ({evaluation.unit})" if evaluation.unit else ""
-    yield labelled("compared", f"{evaluation.quantity}{unit}; {evaluation.pairing}", 10)
+    yield Table.labelled("compared", f"{evaluation.quantity}{unit}; {evaluation.pairing}", 10)
     yield ""
     rows: list[list[str]] = [["", "real", "simulated", "difference", "relative"]]
     for group in metric_groups(evaluation):

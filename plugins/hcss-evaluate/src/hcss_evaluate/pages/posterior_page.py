@@ -16,7 +16,7 @@ from hcss_evaluate.pages.posterior_figures import QUANTILES, Variogram
 from hcss_evaluate.posterior.posterior_file import SUSPICIOUS, VERSION_ATTRIBUTE, Posterior, read_posterior
 from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array
-from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table
 
@@ -120,16 +120,16 @@ def posterior_page(path: Path) -> Page:
     contents = read_contents(path)
     shape = next(iter(contents.posterior.chains.values())).shape
     sections = [
-        Section("Parameters", [_parameters(contents), *_doubts(contents)]),
-        Section("Corner plot", list(_corner(contents))),
+        Page.Section("Parameters", [_parameters(contents), *_doubts(contents)]),
+        Page.Section("Corner plot", list(_corner(contents))),
     ]
     if contents.parameters(3):
-        sections.append(Section("Images", list(_images(contents))))
+        sections.append(Page.Section("Images", list(_images(contents))))
     sections += [
-        Section("Convergence", list(_convergence(contents))),
-        Section("Priors and posteriors", [_priors(contents)]),
-        Section("Prediction", list(_prediction(contents))),
-        Section("Provenance", list(_provenance(contents, path))),
+        Page.Section("Convergence", list(_convergence(contents))),
+        Page.Section("Priors and posteriors", [_priors(contents)]),
+        Page.Section("Prediction", list(_prediction(contents))),
+        Page.Section("Provenance", list(_provenance(contents, path))),
     ]
     title = str(contents.posterior.attributes.get("title") or f"Posterior {path.name}")
     return Page(title, f"Posterior {path.name}: {shape[0]} chains of {shape[1]} draws", sections)
@@ -146,7 +146,7 @@ def _parameters(contents: PosteriorContents) -> Table:
     return Table(header, rows, "Of all draws; 90 % of them lie between 5 % and 95 %.", text_columns=2)
 
 
-def _doubts(contents: PosteriorContents) -> Iterator[Block]:
+def _doubts(contents: PosteriorContents) -> Iterator[Markup.Block]:
     doubts = contents.posterior.doubts
     if doubts:
         rows = [[str(doubt["image"]), ", ".join(doubt["parameters"]), str(doubt["reason"])] for doubt in doubts]
@@ -161,7 +161,7 @@ def _doubts(contents: PosteriorContents) -> Iterator[Block]:
         )
 
 
-def _corner(contents: PosteriorContents) -> Iterator[Block]:
+def _corner(contents: PosteriorContents) -> Iterator[Markup.Block]:
     scalars = contents.parameters(2)
     draws = {name: values.ravel() for name, values in list(scalars.items())[:CORNER_PARAMETERS]}
     if not draws:
@@ -182,7 +182,7 @@ def _first_of(shown: int, count: int, name: str) -> str:
     return f" The first {shown} of {count} {name}." if shown < count else ""
 
 
-def _images(contents: PosteriorContents) -> Iterator[Block]:
+def _images(contents: PosteriorContents) -> Iterator[Markup.Block]:
     yield Markup.paragraph("Median and 90 % interval of each image's parameters.")
     yield Markup.beside(
         *(
@@ -192,7 +192,7 @@ def _images(contents: PosteriorContents) -> Iterator[Block]:
     )
 
 
-def _convergence(contents: PosteriorContents) -> Iterator[Block]:
+def _convergence(contents: PosteriorContents) -> Iterator[Markup.Block]:
     yield Markup.element("p", Markup.badge("converged", "good"))  # without convergence there is no page
     rows = [
         [name, *(f"{float(diagnostics[key]):{digits}}" for key, digits in _DIAGNOSTICS.items())]
@@ -216,7 +216,7 @@ def _convergence(contents: PosteriorContents) -> Iterator[Block]:
         yield Markup.drawing(figures.traces(shown), "traces of the chains", caption)
 
 
-def _priors(contents: PosteriorContents) -> Block:
+def _priors(contents: PosteriorContents) -> Markup.Block:
     return Markup.beside(
         *(
             Markup.drawing(
@@ -229,7 +229,7 @@ def _priors(contents: PosteriorContents) -> Block:
     )
 
 
-def _prediction(contents: PosteriorContents) -> Iterator[Block]:
+def _prediction(contents: PosteriorContents) -> Iterator[Markup.Block]:
     p_values = contents.posterior.predictive_p_values
     if p_values:
         caption = (
@@ -268,7 +268,7 @@ def _prediction(contents: PosteriorContents) -> Iterator[Block]:
     )
 
 
-def _provenance(contents: PosteriorContents, path: Path) -> Iterator[Block]:
+def _provenance(contents: PosteriorContents, path: Path) -> Iterator[Markup.Block]:
     attributes = contents.posterior.attributes
     keys = {"source": "source", "seed": "seed", "hcss_version": "hcss-twin"}
     inputs = [

@@ -18,8 +18,11 @@ from hcss_evaluate.posterior.octaves import Octaves, mean_density
 from hcss_evaluate.posterior.parameter_space import SHAPE
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
-from hcss_twin.models.clouds.fractal.octaves import NEAREST_FROM, REFERENCE_LENGTH_M
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.providers import Array
+
+# Known to compiled code, which reads no attributes of classes.
+_NEAREST_FROM = Octave.NEAREST_FROM
 
 # Radius of the kernel, cells.
 _REACH_CELLS = 4.0
@@ -54,7 +57,7 @@ class BatchVariogram:
         """Return semivariograms along x, then along y, and the variance within one frame, for each last octave.
 
         The semivariogram is 1 - correlation of the field, which has unit variance; for the variance within a frame see
-        :func:`hcss_twin.models.clouds.fractal.expected_variogram.frame_variance`.
+        :func:`hcss_twin.models.clouds.fractal.expected_variogram.KernelCorrelation.frame_variance`.
 
         Parameters
         ----------
@@ -73,7 +76,7 @@ class BatchVariogram:
         _fill(
             np.ascontiguousarray(shapes, dtype=np.float64),
             lags.astype(np.float64),
-            pixel_size_m / REFERENCE_LENGTH_M,
+            pixel_size_m / Octave.REFERENCE_LENGTH_M,
             rows,
             columns,
             self.octaves.first,
@@ -100,7 +103,7 @@ def _distance(lag_cells: float, curvature: Any) -> Any:
 @kernel()
 def _pair_mean(step: float, count: int, curvature: Any, node: Any, weight: Any) -> float:
     """Return the mean correlation of pairs of ``count`` pixels along one axis."""
-    if step >= NEAREST_FROM:
+    if step >= _NEAREST_FROM:
         return 1.0 / count
     cells = step * count
     reach = min(1.0, _REACH_CELLS / cells)
@@ -140,9 +143,9 @@ def _fill(
                 * _pair_mean(step_y, rows, curvature, node, weight)
             )
             for m in range(lags.size):
-                apart = 1.0 if step_x >= NEAREST_FROM else _distance(lags[m] * step_x, curvature)
+                apart = 1.0 if step_x >= _NEAREST_FROM else _distance(lags[m] * step_x, curvature)
                 semivariogram[n, done, m] += share * apart
-                apart = 1.0 if step_y >= NEAREST_FROM else _distance(lags[m] * step_y, curvature)
+                apart = 1.0 if step_y >= _NEAREST_FROM else _distance(lags[m] * step_y, curvature)
                 semivariogram[n, done, lags.size + m] += share * apart
             if k == lasts[done]:
                 # The sum up to here, which is also the beginning of the next longer one.

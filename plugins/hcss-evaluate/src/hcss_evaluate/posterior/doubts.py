@@ -19,7 +19,7 @@ from hcss_evaluate.posterior.image_data import image_scores
 from hcss_evaluate.posterior.image_likelihood import ImageLikelihood, on_scales
 from hcss_evaluate.posterior.parameter_space import SHAPE, Space
 from hcss_evaluate.posterior.posterior_file import SUSPICIOUS
-from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.providers import Array
 
 # Images drawn from the posterior, whose differences show how far the image may be from them.
@@ -120,7 +120,8 @@ def _few_cells(name: str, likelihood: ImageLikelihood, values: Array, space: Spa
     free = tuple(name for name in concerned if name in space.names)
     sides = {"Lx": data.columns * data.pixel_size_m, "Ly": data.rows * data.pixel_size_m}
     cells = {
-        axis: float(np.median(values[:, SHAPE.index(axis)])) * side / REFERENCE_LENGTH_M for axis, side in sides.items()
+        axis: float(np.median(values[:, SHAPE.index(axis)])) * side / Octave.REFERENCE_LENGTH_M
+        for axis, side in sides.items()
     }
     least = min(cells, key=lambda axis: cells[axis])
     if free and cells[least] < _FEWEST_CELLS:

@@ -17,6 +17,7 @@ import numpy as np
 from hcss_evaluate.errors import PosteriorError
 from hcss_evaluate.matching.dimension_range import PIXEL_SIZE_M, SIDE
 from hcss_evaluate.matching.target import ImageChoice, Target, read_target
+from hcss_evaluate.measures.images import SMALLEST_SIDE
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
 from hcss_evaluate.posterior.chains import SingleModel, begin, extend, walkers_of
 from hcss_evaluate.posterior.fit_run import FitOptions, FitRun, Progress, fixed_number, space_of, usual_priors
@@ -29,7 +30,6 @@ from hcss_evaluate.posterior.posterior_file import Posterior, read_posterior
 from hcss_evaluate.posterior.result import write_result
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import Writing
-from hcss_twin.core.images import SMALLEST_SIDE
 from hcss_twin.providers import Array
 
 FRAME = (SIDE, SIDE, PIXEL_SIZE_M)

@@ -29,8 +29,7 @@ from hcss_twin import __version__
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
-from hcss_twin.core.records import read_arrays, write_arrays
-from hcss_twin.models.clouds.fractal.octaves import REFERENCE_LENGTH_M
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.providers import Array, Catalog, HcssError
 
 
@@ -155,8 +154,8 @@ def usual_priors(frames: Sequence[tuple[int, int, float]]) -> dict[str, str]:
     """Return default priors of parameters without one, for frames given by rows, columns and pixel size."""
     usual = dict(_USUAL)
     for name, axis in (("Lx", 1), ("Ly", 0)):
-        low = min(REFERENCE_LENGTH_M / (frame[axis] * frame[2]) for frame in frames)
-        high = max(REFERENCE_LENGTH_M / (_SMALLEST_CELL_PIXELS * frame[2]) for frame in frames)
+        low = min(Octave.REFERENCE_LENGTH_M / (frame[axis] * frame[2]) for frame in frames)
+        high = max(Octave.REFERENCE_LENGTH_M / (_SMALLEST_CELL_PIXELS * frame[2]) for frame in frames)
         usual[name] = f"loguniform:{low:.6g}:{high:.6g}"
     return usual
 
@@ -204,8 +203,8 @@ class Checkpoint:
         if not self._path.exists():
             return None
         remedy = f"delete {self._path} to begin anew"
-        with Reading(self._path, PosteriorError, f"damaged state of a fit; {remedy}"):
-            file: dict[str, Any] = dict(read_arrays(self._path))
+        with Reading(self._path, PosteriorError, f"damaged state of a fit; {remedy}") as reading:
+            file: dict[str, Any] = dict(reading.arrays())
             if str(file["fingerprint"]) != self._fingerprint:
                 raise PosteriorError(
                     f"{self._path}: state of another fit (images, options, seed or version differ); {remedy}"
@@ -234,8 +233,7 @@ class Checkpoint:
         arrays |= {f"random_{i}": np.asarray(part) for i, part in enumerate(chains.random_state)}
         arrays |= {"positions": chains.positions, "log_probability": chains.log_probability}
         arrays |= {"noises": np.asarray(len(state.noises)), "fingerprint": np.asarray(self._fingerprint)}
-        with Writing(self._path, PosteriorError) as draft:
-            write_arrays(draft, arrays)
+        Writing(self._path, PosteriorError).arrays(arrays)
         self._written = time.monotonic()
 
     def remove(self) -> None:

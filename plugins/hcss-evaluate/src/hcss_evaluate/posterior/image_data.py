@@ -22,11 +22,11 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import rankdata
 
 from hcss_evaluate.matching.structure import STILL, CloudImage, image_structure, octave_lags
-from hcss_twin.core.images import SMALLEST_SIDE
+from hcss_evaluate.measures.images import SMALLEST_SIDE
 from hcss_twin.core.kernels import kernel
-from hcss_twin.models.clouds.coverage import highest_values
-from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
-from hcss_twin.models.clouds.fractal.octaves import AxisScale, Octave, merge_noise
+from hcss_twin.models.clouds.coverage import Coverage
+from hcss_twin.models.clouds.fractal.field import FractalField
+from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Array, Grid, ImageError
 
@@ -68,9 +68,9 @@ def still_field(parameters: FractalParameters, grid: Grid, seed: int) -> NDArray
 
     Without its checks, and without its cache of nodes for the next frames, it takes a fifth of the time.
     """
-    octaves = merge_noise(Octave.separate(parameters, grid, STILL))
-    once = tuple(replace(octave, t=AxisScale(0.0, nearest=True)) for octave in octaves)
-    y, x = (PixelWindow(0, count, 0.5 - count / 2) for count in (grid.rows, grid.columns))
+    octaves = Octave.merge_noise(Octave.separate(parameters, grid, STILL))
+    once = tuple(replace(octave, t=Octave.AxisScale(0.0, nearest=True)) for octave in octaves)
+    y, x = (FractalField.PixelWindow(0, count, 0.5 - count / 2) for count in (grid.rows, grid.columns))
     return FractalField(seed, once, threads=1).window(0.0, y, x)
 
 
@@ -235,6 +235,6 @@ class ImageData:
         hurst, gamma, cells_x, cells_y = (float(value) for value in shape)
         parameters = FractalParameters(gamma=gamma, H=hurst, L=(cells_x, cells_y), k=octaves)
         field = still_field(parameters, Grid(self.rows, self.columns, self.pixel_size_m), seed)
-        lowest, _ = highest_values(field, self.coverage)
+        lowest, _ = Coverage.highest_values(field, self.coverage)
         assert lowest is not None
         return field_scores(field, self.rank_scores), float(lowest)

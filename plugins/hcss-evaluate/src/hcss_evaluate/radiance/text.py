@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hcss_evaluate.radiance.blind import BlindTest
 from hcss_twin import __version__
-from hcss_twin.reports.page import Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.tables import Table
 
 _MEANING = (
@@ -64,9 +64,9 @@ def blind_page(test: BlindTest) -> Page:
     ]  # fmt: skip
     header = ["spot", "time, UTC", "latitude", "longitude", "view zenith", "pixels", *test.limits_um]
     sections = [
-        Section(
+        Page.Section(
             "Differences", [blind_table(test), Markup.paragraph(_MEANING), *(Markup.note(text) for text in test.notes)]
         ),
-        Section("Spots", [Table(header, rows, "Simulated / measured brightness temperature, K", text_columns=2)]),
+        Page.Section("Spots", [Table(header, rows, "Simulated / measured brightness temperature, K", text_columns=2)]),
     ]
     return Page("Simulated and measured radiance", f"{len(test.spots)} spots | hcss {__version__}", sections)

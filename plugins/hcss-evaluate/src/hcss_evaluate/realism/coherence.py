@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.fft import fftfreq, irfft2, rfft2, rfftfreq
 
 from hcss_twin.providers import Array
-from hcss_twin.reports.power_spectrum import hann
+from hcss_twin.reports.power_spectrum import Rings
 
 WAVELENGTHS = (4.0, 8.0, 16.0, 32.0)
 """Edges of the bands of wavelength, pixels."""
@@ -18,7 +18,7 @@ WAVELENGTHS = (4.0, 8.0, 16.0, 32.0)
 
 def _waves(frame: Array) -> NDArray[np.complex128]:
     rows, columns = frame.shape
-    window = hann(rows)[:, None] * hann(columns)
+    window = Rings.hann(rows)[:, None] * Rings.hann(columns)
     waves: NDArray[np.complex128] = rfft2((frame - frame.mean()) * window)
     return waves
 

@@ -14,9 +14,8 @@ from hcss_evaluate.comparison.image_footage import is_cube, open_footage
 from hcss_evaluate.realism.patches import SIZE
 from hcss_evaluate.realism.score import Realism, compare
 from hcss_twin import CatalogError, ImageError
-from hcss_twin.core.netcdf import open_with_xarray
-from hcss_twin.core.reading import Reading, require_size
-from hcss_twin.providers import Array
+from hcss_twin.core.reading import Reading
+from hcss_twin.providers import Array, NetcdfFile
 
 SCENE_SIZE = 4 * SIZE
 """Side of the scenes, pixels, into which larger images are cut."""
@@ -151,11 +150,11 @@ def _stack(path: Path, variable: str | None) -> tuple[Array, Sequence[float] | N
         return None
     if not Reading(path, CatalogError).is_netcdf:
         return None
-    with Reading(path, CatalogError), open_with_xarray(path) as dataset:
+    with Reading(path, CatalogError) as reading, NetcdfFile.open_with_xarray(path) as dataset:
         if variable not in dataset or dataset[variable].squeeze().ndim < 3:
             return None
         item = dataset[variable]
-        require_size(path, item.shape, CatalogError)
+        reading.require_size(item.shape)
         if not is_kelvin(str(item.attrs.get("units", ""))):
             raise ImageError(f"{path}: {variable} has the unit '{item.attrs.get('units', '')}', allowed: K")
         timed = "time" in item.dims[:-2]

@@ -10,7 +10,7 @@ from hcss_evaluate.realism.coherence import WAVELENGTHS
 from hcss_evaluate.realism.score import Curve, Realism
 from hcss_twin import __version__
 from hcss_twin.reports.figures import Figures
-from hcss_twin.reports.page import Block, Markup, Page, Section
+from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
@@ -22,12 +22,12 @@ _FEATURES = 15
 def realism_page(realism: Realism) -> Page:
     """Return the page."""
     sections = [
-        Section("Can a classifier tell them apart?", _scores(realism)),
-        Section("Features that tell most", _features(realism)),
-        Section("Spectra and structure functions", _curves(realism)),
+        Page.Section("Can a classifier tell them apart?", _scores(realism)),
+        Page.Section("Features that tell most", _features(realism)),
+        Page.Section("Spectra and structure functions", _curves(realism)),
     ]
     if any(realism.coherence.values()):
-        sections.append(Section("Change over time", _coherence(realism)))
+        sections.append(Page.Section("Change over time", _coherence(realism)))
     counts = " and ".join(
         f"{patches} {side} patches of {scenes} scenes"
         for side, patches, scenes in zip(("measured", "simulated"), realism.patches, realism.scenes, strict=True)
@@ -35,12 +35,12 @@ def realism_page(realism: Realism) -> Page:
     return Page("Realism of simulated images", f"{counts} | hcss {__version__}", sections)
 
 
-def _scores(realism: Realism) -> list[Block]:
+def _scores(realism: Realism) -> list[Markup.Block]:
     rows = [
         [score.classifier, score.scale, f"{score.auc:.3f}", f"{score.low:.3f} to {score.high:.3f}"]
         for score in realism.scores
     ]
-    content: list[Block] = [
+    content: list[Markup.Block] = [
         Markup.paragraph(
             "AUC is the probability that a simulated patch gets the higher score of the two: 0.5 cannot tell, 1 always "
             "tells. Classifiers are asked about scenes that they have not seen."
@@ -63,7 +63,7 @@ def _scores(realism: Realism) -> list[Block]:
     return [*content, *(Markup.note(text, "fair") for text in realism.notes)]
 
 
-def _features(realism: Realism) -> list[Block]:
+def _features(realism: Realism) -> list[Markup.Block]:
     rows = [
         [feature.name, feature.scale, f"{feature.auc:.3f}", Table.number(feature.real), Table.number(feature.simulated)]
         for feature in realism.features[:_FEATURES]
@@ -72,7 +72,7 @@ def _features(realism: Realism) -> list[Block]:
     return [Table(["feature", "patches", "share", "measured", "simulated"], rows, caption, text_columns=2)]
 
 
-def _curves(realism: Realism) -> list[Block]:
+def _curves(realism: Realism) -> list[Markup.Block]:
     unit = "K² per (cycle per pixel)²"
     spectrum = _drawn(realism.spectrum, "wavenumber (cycles per pixel)", f"power spectral density ({unit})")
     structure = _drawn(realism.structure, "distance (pixels)", "mean squared difference (K²)")
@@ -96,7 +96,7 @@ def _drawn(curve: Curve, axis: str, value: str) -> Figure:
     return figure
 
 
-def _coherence(realism: Realism) -> list[Block]:
+def _coherence(realism: Realism) -> list[Markup.Block]:
     bands = [f"{low:g}-{high:g} px" for low, high in pairwise(WAVELENGTHS)]
     return [
         Table(

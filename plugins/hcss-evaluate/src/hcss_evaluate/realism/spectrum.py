@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.fft import fftfreq, rfft2, rfftfreq
 
 from hcss_twin.providers import Array
-from hcss_twin.reports.power_spectrum import hann
+from hcss_twin.reports.power_spectrum import Rings
 
 _RINGS_PER_OCTAVE = 2
 _LONGEST = 2.0
@@ -41,7 +41,7 @@ def power_by_ring(patches: Array) -> tuple[Array, Array, Array]:
         Strength a of density proportional to 1 + a cos 2 (direction - d), the mean over rings: 0 for isotropy.
     """
     size = patches.shape[-1]
-    window = hann(size)[:, None] * hann(size)
+    window = Rings.hann(size)[:, None] * Rings.hann(size)
     deviation = patches - patches.mean(axis=(1, 2), keepdims=True)
     power = (np.abs(rfft2(deviation * window)) ** 2 / np.sum(window**2)).reshape(len(patches), -1)
     ring, wavenumber, direction = (values.ravel() for values in _rings(size))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hcss_payload.checks import PayloadError, require_within
-from hcss_twin.cli.options import Number, Shared, load
+from hcss_twin.cli.options import Number, Shared
 
 if TYPE_CHECKING:
     from hcss_payload.live.twin import Method
@@ -64,7 +64,7 @@ def serve(
     Ring.require_name(name)  # before minutes of compilation
     if rate_hz is not None:
         require_within("rate", rate_hz, 1e-3, 1e6, "Hz")
-    loaded = load(scenario, assignments)
+    loaded = Shared.load(scenario, assignments)
     live = live_pass(loaded, start_s, end_s, threads, fineness, None, highest_m, method, margin_px)
     for note in live.notes:
         click.echo(f"note: {note}", err=True)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.kernels import inner, kernel
-from hcss_twin.models.sensor.philox import fill_normals
+from hcss_twin.models.sensor.noise import Noise
 
 TOGETHER = 8
 """Weights of a kernel that are applied in one pass over a row."""
@@ -26,6 +26,9 @@ FEW, MAX_COUNTED = 100.0, 1e12
 
 _SQUARE_ROOT = np.int32(0x5F375A86)
 """Start of Newton's method for 1 / sqrt(x), from the bits of x (C. Lomont, Fast inverse square root, 2003)."""
+
+# Known to compiled code, which reads no attributes of classes.
+_fill_normals = Noise.fill_normals
 
 
 class Weights(NamedTuple):
@@ -136,7 +139,7 @@ def measure_rows(
         _pattern_row(gain, y, own_gain)
         _pattern_row(offset, y, own_offset)
         if detector.shot or detector.deviation:
-            fill_normals(normals, y, 0, key)
+            _fill_normals(normals, y, 0, key)
         apart |= _add_noise(signal, own_gain, own_offset, normals, detector)
         if number.size:
             _write_numbers(signal, detector, radiance[y], number[y])

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from hcss_payload.checks import PayloadError
-from hcss_twin.models.clouds.fractal.field import Lattice
+from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.plan.plan import Plan
@@ -44,7 +44,7 @@ def cell_covariance() -> Array:
     An octave interpolates independent numbers with the weights of Keys' kernel, scaled to unit variance.
     """
     fraction = (np.arange(_STEPS) + 0.5) / _STEPS
-    weights = Lattice.weights(fraction)  # of nodes -1, 0, 1, 2
+    weights = FractalField.Lattice.weights(fraction)  # of nodes -1, 0, 1, 2
     covariance = np.zeros(4 * _STEPS + 1)
     for lag in range(covariance.size):
         position = np.arange(_STEPS) + lag

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hcss_payload.checks import PayloadError
 from hcss_payload.earth import SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
 from hcss_payload.rays import geographic
-from hcss_twin.physics.geodesy import east_north_up, to_plane
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.providers import Array
 
 _DEGREES = (5, 7, 9, 11, 13)
@@ -67,7 +67,7 @@ def fit_plane(
     middle = 0.5 * (position_m.min(axis=0) + position_m.max(axis=0))
     middle = _on_surface(middle, axes)
     at_latitude, at_longitude, _ = geographic(middle)
-    east, north, up = east_north_up(at_latitude, at_longitude)
+    east, north, up = Ellipsoid.east_north_up(at_latitude, at_longitude)
     away = position_m - middle
     size = float(max(np.abs(away @ east).max(), np.abs(away @ north).max()))
     half = size + max(size / 3.0, margin_m)
@@ -83,7 +83,7 @@ def fit_plane(
             flat = flat - (height * SEMI_MAJOR_AXIS_M)[:, None] * up
         place_latitude, place_longitude, _ = geographic(flat)
         try:
-            position = np.stack(to_plane(place_latitude, place_longitude, latitude, longitude), axis=-1)
+            position = np.stack(Ellipsoid.to_plane(place_latitude, place_longitude, latitude, longitude), axis=-1)
         except ValueError as error:
             raise PayloadError(f"trajectory: the pass sees {error}") from error
         away = flat - middle

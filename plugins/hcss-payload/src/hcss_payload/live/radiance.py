@@ -22,7 +22,7 @@ from hcss_payload.live.octaves import SeenOctaves, shape_of
 from hcss_payload.live.prefilter import Sharpness, sharpness
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.models.clouds.thickness import field_thickness
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, View
 
@@ -126,7 +126,7 @@ class FieldRadiance:
         exponent = shape_of(self._plan).brightness_exponent
 
         def radiance(field: Array) -> Array:
-            thickness = field_thickness(field[None].astype(np.float32), layer, exponent, in_place=True)
+            thickness = FractalClouds.field_thickness(field[None].astype(np.float32), layer, exponent, in_place=True)
             values = np.empty((look_up.table.clear.size, 1, field.size), np.float32)
             look_up.fill(values, [thickness])
             return values[: len(self._plan.bands), 0].astype(np.float64)

@@ -24,7 +24,7 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.plan.combinations import require_none
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Catalog, Declaration, ElementPoint, ElementScene, Points, Problem, ScenarioError
 
@@ -127,7 +127,7 @@ class ScenePass(PreparedPass):
         made = list[LiveRays]()
 
         def rays(planned: Scenario, catalog: Catalog) -> LiveRays:
-            require_none(BESIDE, excluded_beside_camera(planned), "no [camera]")
+            Excluded.require_none(BESIDE, excluded_beside_camera(planned), "no [camera]")
             made.append(LiveRays(planned, payload, catalog, margin))
             return made[0]
 

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from hcss_payload.camera import Camera
 from hcss_payload.checks import PayloadError
 from hcss_payload.live.measure import Kernels, Weights, measure_rows
-from hcss_twin.models.sensor.noise import key_of
+from hcss_twin.models.sensor.noise import Noise
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor_geometry import examine_geometry
-from hcss_twin.plan.sensor_stages import build_stages
+from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.providers import Grid, Points, SensorBand, SensorInputs
 
 Each = Callable[[Callable[[Any], None], list[Any]], None]
@@ -70,9 +69,9 @@ class LiveSensor:
             seed=plan.scenario.seed,
             catalog=plan.catalog,
         )
-        stages = build_stages(section, inputs)
+        stages = Stage.build(section, inputs)
         optics = {"focal_length": camera.focal_length_m, "detector_pitch": camera.pitch_m}
-        examine_geometry({"camera": optics}, stages)
+        Stage.examine_geometry({"camera": optics}, stages)
         self._sensor: Any
         self._sensor = sensor = _unchecked(stages[0].provider)
         if len(stages) > 1 or not hasattr(sensor, "measure_into"):
@@ -118,7 +117,7 @@ class LiveSensor:
         added = np.zeros((len(channels), 0, 0), np.float32)
         if points is not None:
             added = self._sensor.blur.of_points(points, *self.scene.shape[1:])
-        keys = [np.uint64(key_of(self._seed, "rows", channel.band.name, number)) for channel in channels]
+        keys = [np.uint64(Noise.key_of(self._seed, "rows", channel.band.name, number)) for channel in channels]
 
         def part(band_rows: tuple[int, int, int]) -> None:
             (band, *lines), channel = band_rows, channels[band_rows[0]]

@@ -16,7 +16,7 @@ from hcss_payload.live.plane import PlaneFit
 from hcss_payload.mesh import Mesh
 from hcss_payload.pose import Pose
 from hcss_payload.rays import geographic, meet
-from hcss_twin.physics.geodesy import east_north_up, to_geographic_with_turn, to_plane
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, View
 
@@ -116,10 +116,13 @@ def view_of_axis(plan: Plan, camera: Camera, pose: Pose) -> View:
         raise PayloadError(f"attitude: the optical axis misses the Earth at time {pose.time_s:g} s; allowed: the sea")
     latitude, longitude, _ = geographic(met)
     place = plan.scenario.place
-    x, y = (coordinate[0] for coordinate in to_plane(latitude[None], longitude[None], place.latitude, place.longitude))
-    _, _, turn = to_geographic_with_turn(x, y, place.latitude, place.longitude)
+    x, y = (
+        coordinate[0]
+        for coordinate in Ellipsoid.to_plane(latitude[None], longitude[None], place.latitude, place.longitude)
+    )
+    _, _, turn = Ellipsoid.to_geographic_with_turn(x, y, place.latitude, place.longitude)
     ray = pose.position_m - met
-    east, north, up = (float(axis @ ray) for axis in east_north_up(latitude, longitude))
+    east, north, up = (float(axis @ ray) for axis in Ellipsoid.east_north_up(latitude, longitude))
     zenith = float(np.degrees(np.arctan2(np.hypot(east, north), up)))
     require_within(f"attitude: view zenith at time {pose.time_s:g} s", zenith, 0.0, LARGEST_ZENITH_DEG, "deg")
     if zenith < _STRAIGHT_DEG:  # where rounding decides over the azimuth

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hcss_payload.checks import PayloadError
 from hcss_payload.live.kernels import TILE, VALUE_STEP, WIDE, pack
 from hcss_payload.live.octaves import SeenOctaves
-from hcss_twin.models.clouds.fractal.field import FractalField, PixelWindow
+from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.providers import Array
 
 LARGEST_BYTES = 2**30
@@ -189,8 +189,8 @@ class Sky:
 
     def _compute(self, row: int, first: int, end: int, keyframe: int, ahead: bool) -> int:
         """Compute neighbouring tiles of a row; fewer ahead of time where those in use leave no room."""
-        y = PixelWindow(row * TILE, WIDE, 0.0)
-        x = PixelWindow(first * TILE, (end - first) * TILE + 1, 0.0)
+        y = FractalField.PixelWindow(row * TILE, WIDE, 0.0)
+        x = FractalField.PixelWindow(first * TILE, (end - first) * TILE + 1, 0.0)
         values = [
             self._field(number, keyframe).window(number * self._interval_s, y, x) for number in (keyframe, keyframe + 1)
         ]

@@ -15,8 +15,8 @@ from hcss_payload.live.octaves import shape_of
 from hcss_payload.pose import Pose
 from hcss_payload.rays import meet
 from hcss_twin.engine.stages.element_paths import ElementPaths
-from hcss_twin.models.clouds.thickness import field_thickness
-from hcss_twin.physics.geodesy import east_north_up, to_earth_centred
+from hcss_twin.models.clouds.fractal.generator import FractalClouds
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, View
 
@@ -89,8 +89,8 @@ class PointTarget:
     def position_m(self, time_s: float) -> Array:
         """Return the Earth-fixed position at a time."""
         latitude, longitude = np.float64(self.latitude_deg), np.float64(self.longitude_deg)
-        start = to_earth_centred(latitude, longitude, self.altitude_m)  # type: ignore[arg-type]
-        toward = np.stack(east_north_up(latitude, longitude))  # type: ignore[arg-type]
+        start = Ellipsoid.to_earth_centred(latitude, longitude, self.altitude_m)  # type: ignore[arg-type]
+        toward = np.stack(Ellipsoid.east_north_up(latitude, longitude))  # type: ignore[arg-type]
         position: Array = start + time_s * (np.array(self.velocity_m_s) @ toward)
         return position
 
@@ -223,7 +223,9 @@ class TargetLight:
         """Return the shares (1 + N, B) in the clear, and at the values of the field."""
         paths, layer = self._paths, self._plan.layers[0]
         exponent = shape_of(self._plan).brightness_exponent
-        thickness = field_thickness(self._field[None].astype(np.float32), layer, exponent, in_place=True)[0]
+        thickness = FractalClouds.field_thickness(self._field[None].astype(np.float32), layer, exponent, in_place=True)[
+            0
+        ]
         thickness[0] = max(thickness[0], np.float32(layer.thickness_min_m))
         air = paths.air(altitude, zenith_deg)
         heights = paths.heights_above([thickness], altitude)

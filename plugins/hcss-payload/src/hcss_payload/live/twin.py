@@ -19,11 +19,10 @@ from hcss_payload.live.scene_pass import ScenePass
 from hcss_payload.live.target import PointTarget
 from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
-from hcss_twin.plan.combinations import Excluded, require_none
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.few_columns import Omission
-from hcss_twin.plan.omissions import texture_of_sea
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.sensor_stages import smear_of_sensor
+from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.providers import Catalog, choose_from
 
 __all__ = ["FINENESS", "LiveTwin", "Method", "PointTarget", "PreparedPass"]
@@ -118,7 +117,7 @@ class LiveTwin:
         """
         followed: tuple[float | None, str | None] = integration_s, None
         if integration_s is None and self.scenario.sensor is not None:
-            followed = smear_of_sensor(self.scenario.sensor, Catalog(base=self.scenario.base)) or (None, None)
+            followed = Stage.smear_of_sensor(self.scenario.sensor, Catalog(base=self.scenario.base)) or (None, None)
         seconds, key = followed
         payload = Payload(self.camera, trajectory, attitude, jitter, integration_s=seconds or 0.0, integration_from=key)
         return self.prepare_payload(payload, start_s, end_s, target, highest_target_m)
@@ -142,7 +141,7 @@ class LiveTwin:
         targets = [] if target is None else [target] if isinstance(target, PointTarget) else list(target)
         why, table = [excluded.what.rstrip(",") for excluded in self._why], excluded_by_payload(payload)
         if self.method == "fast":
-            require_none(EFFECT, table, "method = 'cube'")
+            Excluded.require_none(EFFECT, table, "method = 'cube'")
         why += [excluded.what for excluded in table if excluded.present] if self._fast is not None else []
         if self._fast is not None and not why:
             try:
@@ -179,14 +178,14 @@ class LiveTwin:
         wanted = [what for what, value in zip(_NOT_FAST, by_default, strict=True) if value == "auto"]
         omissions = tuple(item for item in plan.omissions if item.what in wanted and item.bound != 0.0)
         if plan.texture.varies:
-            texture = texture_of_sea(plan.assembly, _ONE_TEMPERATURE)
+            texture = plan.texture_of_sea(_ONE_TEMPERATURE)
             omissions = (texture, *omissions)
             plan = replace(plan.without_texture(), omissions=(*plan.omissions, texture))
         return plan, omissions
 
     def _excludes(self, table: tuple[Excluded, ...]) -> bool:
         if self.method == "fast":
-            require_none(EFFECT, table, "method = 'cube'")
+            Excluded.require_none(EFFECT, table, "method = 'cube'")
         self._why = tuple(excluded for excluded in table if excluded.present)
         return bool(self._why)
 

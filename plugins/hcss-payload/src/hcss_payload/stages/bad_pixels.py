@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_payload.stages.random_numbers import uniform
-from hcss_twin.models.sensor.noise import key_of
+from hcss_twin.models.sensor.noise import Noise
 from hcss_twin.providers import Array, Measured, Problem, ScenarioError, SensorDeclaration, SensorInputs
 
 
@@ -70,4 +70,4 @@ class BadPixels:
         return on
 
     def _key(self, purpose: str, band: str) -> int:
-        return key_of(self._inputs.seed, f"bad pixels, {purpose}", band)
+        return Noise.key_of(self._inputs.seed, f"bad pixels, {purpose}", band)

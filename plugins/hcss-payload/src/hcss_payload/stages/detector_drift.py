@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_payload.stages.random_numbers import pixel_key, row_key
 from hcss_twin.core.kernels import kernel
-from hcss_twin.models.sensor.noise import key_of, standard_normal
+from hcss_twin.models.sensor.noise import Noise
 from hcss_twin.models.sensor.parameters import OfBands
 from hcss_twin.providers import Array, Measured, Problem, ScenarioError, SensorDeclaration, SensorInputs
 
@@ -83,12 +83,12 @@ class DetectorDrift:
         """Return the offsets (Y, X), (Y, 1), (1, X) or (1, 1) of the detectors at a time, W m-2 sr-1."""
         offsets = np.zeros(self._shape)
         amplitude = self._amplitude * self._rms[band]
-        key = key_of(self._inputs.seed, "1/f noise", band)
+        key = Noise.key_of(self._inputs.seed, "1/f noise", band)
         # Turns, so that late times keep their digits.
         turns = np.fmod(self.frequency_hz * time_s, 1.0)
         _add_sinusoids(offsets, turns, amplitude, np.uint64(key), np.int64(self._corner[0]), np.int64(self._corner[1]))
         if self._of.drift_radiance:
-            rate = standard_normal(key_of(self._inputs.seed, "drift", band), self._shape, self._corner)
+            rate = Noise.standard_normal(Noise.key_of(self._inputs.seed, "drift", band), self._shape, self._corner)
             offsets += self._of.drift_radiance * (time_s / 3600.0) * rate
         return offsets
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import fftfreq, rfftfreq
 
-from hcss_twin.models.clouds.fractal.field import Lattice
+from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.providers import Problem, ScenarioError
 
 NEAREST_FROM = 2.5
@@ -97,7 +97,7 @@ class EvolvingNoise:
             # Real and imaginary parts are neighbours along x.
             x = np.arange(2 * width, dtype=np.int64)
             for node, weight in self._nodes(ring, time_s):
-                blend += weight * Lattice(self._seed, ring.number).normals(node, ring.wavenumbers, x)
+                blend += weight * FractalField.Lattice(self._seed, ring.number).normals(node, ring.wavenumbers, x)
             blend *= math.sqrt(0.5)
             noise[ring.rows, :width] += np.where(ring.inside, blend.view(np.complex128), 0.0).astype(np.complex64)
         _make_hermitian(noise, columns)
@@ -106,11 +106,11 @@ class EvolvingNoise:
     def _nodes(self, ring: Ring, time_s: float) -> list[tuple[int, float]]:
         if math.isinf(ring.cell_s):
             return [(0, 1.0)]
-        position = time_s / ring.cell_s + Lattice(self._seed, ring.number).offset(_T)
+        position = time_s / ring.cell_s + FractalField.Lattice(self._seed, ring.number).offset(_T)
         cell = math.floor(position)
         if ring.nearest:
             return [(cell, 1.0)]
-        weights = Lattice.weights(np.array([position - cell]))[0]
+        weights = FractalField.Lattice.weights(np.array([position - cell]))[0]
         return [(cell + tap - 1, float(weights[tap])) for tap in range(4)]
 
 

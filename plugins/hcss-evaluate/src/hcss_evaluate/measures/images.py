@@ -1,14 +1,13 @@
-"""Checks of images that measures need: shape, type and range."""
+"""Checks of images that measures need: shape and type."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.errors import ImageError
+from hcss_twin.providers import ImageError
 
 # Images with shorter sides have too few scales for the estimators.
 SMALLEST_SIDE = 32
@@ -35,23 +34,3 @@ def checked_image(name: str, image: NDArray[Any], smallest: int = SMALLEST_SIDE)
     if array.dtype not in (np.float32, np.float64, np.uint8):
         array = array.astype(np.float64)
     return np.ascontiguousarray(array)
-
-
-def finite_range(name: str, image: NDArray[Any]) -> tuple[NDArray[Any], float, float]:
-    """Return the image with its minimum and maximum.
-
-    Values whose differences would overflow or underflow in double precision are scaled by a power of two, which is
-    exact.
-
-    Raises ImageError if a pixel is not finite or all are equal.
-    """
-    low, high = float(image.min()), float(image.max())
-    if not (math.isfinite(low) and math.isfinite(high)):
-        raise ImageError(f"{name}: a pixel is not finite, allowed: finite numbers")
-    if low == high:
-        raise ImageError(f"{name}: all pixels are {low:g}, allowed: values that vary")
-    if max(abs(low), abs(high)) > 1e150 or high - low < 1e-150:
-        exponent = -math.frexp(max(abs(low), abs(high)))[1]
-        image = np.ldexp(image.astype(np.float64), exponent)
-        low, high = float(image.min()), float(image.max())
-    return image, low, high
