@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.models.optics.size_distribution import projected_area_m1
 from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
@@ -104,6 +105,17 @@ class TypeFractal(ScenarioSection):
         return value
 
 
+_Thickness = Annotated[QuantityParser.Number, Field(ge=0)]
+
+
+class PublishedThickness(ScenarioSection):
+    """``[optical_thickness]``: what was measured of such clouds, in the visible."""
+
+    published: tuple[_Thickness, _Thickness] = Field(description="Least and greatest of the published values.")
+    of: Literal["mean", "median", "thickest"] = Field(description="What they are of.")
+    source: str
+
+
 class CloudType(ScenarioSection):
     """A complete cloud-type file."""
 
@@ -116,6 +128,18 @@ class CloudType(ScenarioSection):
     layer: TypeLayer
     fractal: TypeFractal
     microphysics: TypeMicrophysics
+    optical_thickness: PublishedThickness | None = None
+
+    def visible_optical_thickness(self, of: Literal["mean", "median", "thickest"]) -> float:
+        """Return the optical thickness of a cloudy column, in the limit of particles large beside the wavelength.
+
+        Thickness is that of eqs 3 and 7 for a field whose values are evenly distributed, as they are by rank.
+        """
+        layer, exponent = self.layer, self.fractal.brightness_exponent or 1.0
+        most = layer.depth if layer.depth is not None else (layer.top or 0.0) - (layer.base or 0.0)
+        share = {"mean": 1.0 / (1.0 + exponent), "median": 0.5**exponent, "thickest": 1.0}[of]
+        thickness_m = layer.thickness_min + (most - layer.thickness_min) * share
+        return float(2.0 * projected_area_m1(self.microphysics.particles(layer.material)) * thickness_m)
 
 
 @dataclass(frozen=True)

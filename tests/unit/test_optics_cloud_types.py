@@ -7,6 +7,7 @@ import pytest
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.optics import size_distribution as size
 from hcss_twin.providers import Microphysics
+from hcss_twin.scenario.cloud_types import load_cloud_type
 
 ROOT = Path(__file__).parents[2]
 
@@ -49,7 +50,7 @@ HANGING = {"deep-convection", "stratus", "stratocumulus"}
 @pytest.mark.parametrize("name", sorted(EFFECTIVE))
 def test_cloud_type_has_exactly_the_agreed_keys(name) -> None:
     data = read(name)
-    assert set(data) == {"title", "description", "source", "pixel_size_max", *KEYS}
+    assert set(data) - {"optical_thickness"} == {"title", "description", "source", "pixel_size_max", *KEYS}
     for table, keys in KEYS.items():
         by_place = {"level", "depth"} if table == "layer" and "level" in data[table] else set()
         fixed = {"base", "top"} if by_place else set()
@@ -58,6 +59,15 @@ def test_cloud_type_has_exactly_the_agreed_keys(name) -> None:
     assert layer["anchor"] == ("top" if name in HANGING else "base")
     depth = layer["depth"] if "depth" in layer else layer["top"] - layer["base"]
     assert 0 < layer["thickness_min"] < depth
+
+
+@pytest.mark.parametrize("name", ["stratus", "stratocumulus", "cumulus", "cirrus", "deep-convection"])
+def test_clouds_are_as_thick_as_published(name) -> None:
+    cloud = load_cloud_type(name, Catalog())
+    least, greatest = cloud.optical_thickness.published
+    assert least <= cloud.visible_optical_thickness(cloud.optical_thickness.of) <= greatest
+    # Those of the paper are not.
+    assert load_cloud_type("paper-cumulus", Catalog()).visible_optical_thickness("median") > 70.0
 
 
 @pytest.mark.parametrize("name", sorted(TABLE_III))

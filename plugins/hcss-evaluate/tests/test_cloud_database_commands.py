@@ -16,6 +16,7 @@ from PIL import Image
 from sample_data import sample_file
 
 from hcss_twin import Scenario, open_cube, simulate
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.plan.make_plan import make_plan
@@ -58,6 +59,16 @@ def test_the_answer_in_json_is_what_the_entry_says(working_folder):
     assert listed[0]["name"] == "a"
     assert listed[0]["source_sha256"] == answer["source_sha256"]
     assert (listed[0]["rows"], listed[0]["columns"]) == (120, 150)
+
+
+def test_types_are_listed_with_their_optical_thickness_beside_what_is_published():
+    listed = {row["name"]: row for row in json.loads(hcss("clouds", "types", "--json").output)}
+    assert set(listed) == set(Catalog().names("cloud_types", ".toml"))
+    cumulus = listed["cumulus"]
+    assert cumulus["published"][0] <= cumulus[cumulus["of"]] <= cumulus["published"][1]
+    text = hcss("clouds", "types").output
+    assert all(name in text for name in listed)
+    assert cumulus["source"] in text
 
 
 def test_entries_are_listed_and_drawn_again(working_folder):

@@ -230,6 +230,44 @@ def clouds_list(folder: Path | None = None, as_json: bool = False) -> None:
         )
 
 
+_BY_PLACE = {
+    "condensation": "from condensation level up",
+    "inversion": "below the inversion",
+    "tropopause": "below the tropopause",
+}
+
+
+@clouds.command("types")
+@Shared.json
+def clouds_types(as_json: bool) -> None:
+    """List the cloud types of the catalog, with their optical thickness beside published values."""
+    from hcss_twin import Scenario
+    from hcss_twin.providers import Catalog
+
+    catalog, rows = Catalog(), list[dict[str, Any]]()
+    for name in catalog.names("cloud_types", ".toml"):
+        cloud = Scenario.cloud_type(name, catalog)
+        layer, published = cloud.layer, cloud.optical_thickness
+        where = f"{layer.base:g} to {layer.top:g} m" if layer.level is None else _BY_PLACE[layer.level]
+        row: dict[str, Any] = {"name": name, "title": cloud.title, "altitudes": where}
+        row["mean"] = cloud.visible_optical_thickness("mean")
+        row["median"] = cloud.visible_optical_thickness("median")
+        row["thickest"] = cloud.visible_optical_thickness("thickest")
+        rows.append(row if published is None else row | published.model_dump())
+    if as_json:
+        Shared.write_json(rows)
+        return
+    click.echo("visible optical thickness of cloudy columns; published values beside it")
+    width = max(len(str(row["name"])) for row in rows)
+    click.echo(f"{'type':<{width}}  {'altitudes':<32} {'mean':>6} {'median':>6} {'most':>6}  published")
+    for row in rows:
+        known = "" if "of" not in row else "{of} {0:g} to {1:g}: {source}".format(*row["published"], **row)
+        click.echo(
+            f"{row['name']:<{width}}  {row['altitudes']:<32} {row['mean']:>6.3g} {row['median']:>6.3g} "
+            f"{row['thickest']:>6.3g}  {known}"
+        )
+
+
 @clouds.command("preview")
 @click.argument("name")
 @_folder_option
