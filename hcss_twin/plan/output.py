@@ -131,6 +131,11 @@ def quantized(
     return tuple(_rounded(spec, bits) for spec in variables)
 
 
+def rounded_within(spec: VariableSpec, relative: float) -> VariableSpec:
+    """Return a variable with the significant bits whose rounding errs by no more than a relative error."""
+    return _rounded(spec, bits_for(relative))
+
+
 def quantization_lines(variables: tuple[VariableSpec, ...], compressed: bool) -> tuple[str, ...]:
     """Return notes on the rounding of values; empty if there is no rounding."""
     errors = {spec.significant_bits: spec.units == "K" for spec in variables if spec.significant_bits is not None}
