@@ -16,7 +16,7 @@ from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.clouds import sums_up
-from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, present
+from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, goes_on_with, present
 from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.plan import Plan, PlannedLight
@@ -208,17 +208,18 @@ def excluded_beside_light(plan: Plan) -> tuple[Excluded, ...]:
     """Return what cannot be computed with light between columns."""
     assembly = plan.assembly
     terms = any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed)
-    ends = any(
-        cloudy
-        and not ((generator.declares.tileable or sums_up(generator)) and hasattr(generator, "thickness_around_m"))
+    ends = [
+        generator
         for generator, cloudy in zip(assembly.generators, assembly.cloudy_layers, strict=True)
-    )
-    generator = "a generator that continues it, as 'fractal'"
+        if cloudy
+        and not ((generator.declares.tileable or sums_up(generator)) and hasattr(generator, "thickness_around_m"))
+    ]
+    go_on = goes_on_with(ends[0]) if ends else ""
     return (
         Excluded(_FIELD, not plan.is_grid, "an image that is no grid on the ground", "no camera"),
         Excluded("surfaces", bool(assembly.surfaces), "a map of the ground", "sea everywhere"),
         Excluded("clouds.generator", assembly.tops_vary, "cloud with tops of its own", LAYER_TOPS),
-        Excluded("clouds.generator", ends, "cloud that ends with the image", generator),
+        Excluded("clouds.generator", bool(ends), "cloud that ends with the image", go_on),
         Excluded("elements", bool(assembly.elements), "an element among broken cloud", "no elements"),
         Excluded("sea.waves", plan.waves.varies, "a sea of resolved waves", "'off'"),
         Excluded("output.variables", terms, "a term of the radiance", "the total"),

@@ -14,7 +14,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder, numbered
-from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, NotComputed
+from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, NotComputed, goes_on_with
 from hcss_twin.plan.displaced_clouds import DisplacedClouds
 from hcss_twin.plan.slant_paths import MAX_POINTS_WITHIN, SlantPaths, enlarged
 from hcss_twin.plan.surroundings import FilledIn, Surroundings, with_climatological_top
@@ -46,7 +46,7 @@ def _excluded_beside_slant_paths(
             f"{field}.generator",
             not knows,
             f"clouds of '{layer.name}' that are known in the image only, which slant paths leave,",
-            "a generator that knows the clouds around it (closest is 'fractal')",
+            goes_on_with(generator),
         ),
         Excluded(f"{field}.generator", tops, "cloud tops that vary with the generator", LAYER_TOPS),
     )
@@ -199,8 +199,10 @@ def build_generators(
     for index, (assembled, inversion) in enumerate(zip(layers, inversions, strict=True)):
         layer, section, field = assembled.layer, assembled.section, assembled.field
         margin = slant.margin(layer, points.pixel_size_m)
-        # Coverage of the image needs the plane of the image; other clouds may be made for a larger one.
-        wide = margin if layer.coverage_mode == "field" else (0, 0)
+        # Coverage of the image needs the plane of the image, and so do clouds whose parameters say what is beyond it;
+        # others may be made for a larger one.
+        ends = section.parameters.get("beyond", "unknown") == "unknown"
+        wide = margin if layer.coverage_mode == "field" and ends else (0, 0)
         inputs = CloudInputs(
             layer,
             enlarged(points, wide),

@@ -456,3 +456,28 @@ def test_derived_variables_are_missing_where_no_ground_is_seen(derived):
         assert next(spec for spec in plan.variables if spec.name == name).may_be_missing
     with pytest.raises(ScenarioError, match=r"output\.derived: a variable of the sun's angles"):
         hcss_twin.make_plan(beside(DISK, derived("sunny")))
+
+
+@pytest.mark.parametrize(("beyond", "mode"), [("mirror", "symmetric"), ("clear", "constant")])
+def test_a_camera_sees_the_clouds_of_an_image_and_beyond_it_what_is_said(tmp_path, beyond, mode):
+    """Places of the lines of sight at the height of the layer, in an image that is made larger by hand."""
+    smooth = np.cumsum(np.cumsum(np.random.default_rng(0).normal(size=(64, 64)), 0), 1)
+    np.save(tmp_path / "image.npy", smooth - smooth.min())
+    parameters = {"image": str(tmp_path / "image.npy"), "method": "coverage", "cloud_is": "bright", "beyond": beyond}
+    layer = HIGH | {"coverage": 0.4, "coverage_mode": "field", "generator": "imagery", "parameters": parameters}
+    output = {"output": {"variables": ["radiance", "cloud_mask"], "certificate": 12}}
+    plan = hcss_twin.make_plan(beside({"clouds": {"layers": [layer]}}, output))
+    made = hcss_twin.simulate(plan.scenario)
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+    image = plan.assembly.generators[0].thickness_m(0.0, slice(0, 64), slice(0, 64)) > 0
+    room = 64
+    around = np.pad(image, room, mode=mode)
+    x_m, y_m = plan.rays.points_m((slice(0, 40), slice(0, 48)), 0.0, plan.layers[0].top_m)
+    row, column = (room + place / 500.0 + 31.5 for place in (y_m, x_m))
+    low_y, low_x = (np.floor(place).astype(int) for place in (row, column))
+    near = np.stack([around[low_y + i, low_x + j] for i in (0, 1) for j in (0, 1)])
+    alike = np.all(near == near[0], axis=0)
+    outside = (np.minimum(row, column) < room) | (np.maximum(row, column) > room + 63)
+    assert np.count_nonzero(alike & outside) > 500
+    np.testing.assert_array_equal(made.cloud_mask.values[0][alike] > 0, near[0][alike])
+    assert np.count_nonzero(near[0][alike & outside]) > 100 or beyond == "clear"
