@@ -16,6 +16,7 @@ from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.builder import Built
 from hcss_twin.plan.directions import sun_toward
+from hcss_twin.plan.hanging_levels import spanning
 from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.surroundings import FilledIn
@@ -331,6 +332,12 @@ class Assembly:
     def tops_vary(self) -> bool:
         """Whether there are such layers."""
         return bool(self.hanging_layers)
+
+    @property
+    def highest_met_m(self) -> float:
+        """Highest altitude at which lines of sight meet a layer."""
+        spans = map(spanning, self.layers, self.generators)
+        return max(span.reference_height_m for span in spans)
 
     @property
     def has_cloud(self) -> bool:

@@ -159,9 +159,12 @@ class SlantPaths:
         (int, int) or PointShifts
             The latter if points of the image differ.
         """
+        return self.at_height(layer.reference_height_m, point_m)
+
+    def at_height(self, height_m: float, point_m: float) -> tuple[int, int] | PointShifts:
+        """Return the displacement of what is met at a height, as :meth:`of_view`."""
         if not self.parallax:
             return 0, 0
-        height_m = layer.reference_height_m
         if self.sight is None:
             return whole_points(displacement_m(height_m, self.view.zenith_deg, self.view.azimuth_deg), point_m)
         shifts = self.sight.shifts(height_m, point_m)

@@ -302,7 +302,8 @@ class CloudGeneratorOptions(Protocol):
         """Return the altitude of the cloud top (y, x) of a window; where it is clear any within the range.
 
         The cloud of a point is that of :meth:`CloudLayer.hanging_from`: the generator keeps it no thicker than that
-        layer. A pixel's value must not depend on the window. Only tileable generators may have it.
+        layer. A pixel's value must not depend on the window, which may reach outside the image if the generator has
+        ``thickness_around_m``. Only tileable generators may have it.
         """
         ...
 
