@@ -334,10 +334,18 @@ class Assembly:
         return bool(self.hanging_layers)
 
     @property
+    def met_heights_m(self) -> tuple[tuple[float, ...], ...]:
+        """Altitudes between which lines of sight meet each layer: that of its flat side, or all where tops vary."""
+        spans = map(spanning, self.layers, self.generators)
+        return tuple(
+            (layer.reference_height_m,) if span is layer else (span.base_m, span.top_m)
+            for layer, span in zip(self.layers, spans, strict=True)
+        )
+
+    @property
     def highest_met_m(self) -> float:
         """Highest altitude at which lines of sight meet a layer."""
-        spans = map(spanning, self.layers, self.generators)
-        return max(span.reference_height_m for span in spans)
+        return max(max(of_layer) for of_layer in self.met_heights_m)
 
     @property
     def has_cloud(self) -> bool:

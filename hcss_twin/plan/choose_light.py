@@ -13,7 +13,6 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import HcssError, Problem, ProviderError, ScenarioError, choose_from
 from hcss_twin.core.own_packages import LIGHT, how_to_install
 from hcss_twin.core.plugins import FAILURES, describe, installed
-from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, goes_on_with, present
@@ -89,6 +88,16 @@ def with_light(plan: Plan) -> Plan:
         f"clouds have sides ({_FIELD} = '{name}' of {light.provider}); expected error of this effect, rms over pixels: "
         f"{_percent(expected)}. The certificate checks independent columns, to which the effect of sides is added"
     )
+    if plan.assembly.elements:
+        notes.append(
+            f"elements ({_FIELD} = '{name}'): before an element are the clouds of its own column, above its altitude; "
+            "sides of clouds beside its line of sight neither hide nor light it"
+        )
+    if plan.waves.varies:
+        notes.append(
+            f"waves ({_FIELD} = '{name}'): drawn where the column of a point is clear, over the mean sea below clouds "
+            "with sides, which hide or show the sea up to the parallax of their height beside the edge of a column"
+        )
     return replace(plan, light=light, notes=(*plan.notes, *notes))
 
 
@@ -207,7 +216,6 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
 def excluded_beside_light(plan: Plan) -> tuple[Excluded, ...]:
     """Return what cannot be computed with light between columns."""
     assembly = plan.assembly
-    terms = any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed)
     ends = [
         generator
         for generator, cloudy in zip(assembly.generators, assembly.cloudy_layers, strict=True)
@@ -220,7 +228,4 @@ def excluded_beside_light(plan: Plan) -> tuple[Excluded, ...]:
         Excluded("surfaces", bool(assembly.surfaces), "a map of the ground", "sea everywhere"),
         Excluded("clouds.generator", assembly.tops_vary, "cloud with tops of its own", LAYER_TOPS),
         Excluded("clouds.generator", bool(ends), "cloud that ends with the image", go_on),
-        Excluded("elements", bool(assembly.elements), "an element among broken cloud", "no elements"),
-        Excluded("sea.waves", plan.waves.varies, "a sea of resolved waves", "'off'"),
-        Excluded("output.variables", terms, "a term of the radiance", "the total"),
     )

@@ -18,8 +18,6 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import CloudGenerator, CloudLayer
 
-__all__ = ["spanning"]
-
 Cloud = NDArray[np.float32]
 
 MOVED_POINTS = 0.5

@@ -95,7 +95,8 @@ def _expanded(names: Iterable[str], scenario: Scenario, assembly: Assembly, wave
     derived = [provider.variables for provider in assembly.derived]
     surfaces = [name for surfaces in assembly.surfaces for name in surfaces.names]
     terms, texture = assembly.model.terms, assembly.has_texture
-    return expand(names, terms, layers, shadows, waves, altitude, moves, elements, derived, surfaces, texture)
+    light = scenario.radiance.is_between_columns and scenario.radiance.light != "columns"
+    return expand(names, terms, layers, shadows, waves, altitude, moves, elements, derived, surfaces, texture, light)
 
 
 def wants_radiance(variables: tuple[VariableSpec, ...]) -> bool:

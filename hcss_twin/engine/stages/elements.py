@@ -82,9 +82,10 @@ class ElementStage(Stage):
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
         """Add the elements of a window."""
-        added = self._of_part.add(
-            window.window, window.thickness_m, part.radiance, part.added, part.truth, window.inside
-        )
+        before = part.shown[:, *window.inside].copy() if part.shown is not part.radiance else None
+        added = self._of_part.add(window.window, window.thickness_m, part.shown, part.added, part.truth, window.inside)
+        if before is not None:  # light between columns, which elements are added to, remains the difference of both
+            part.radiance[:, *window.inside] += part.shown[:, *window.inside] - before
         window.left_out[WITH_ELEMENTS] = added
 
     def finish(self, part: FramePart, frame: Frame) -> None:

@@ -64,7 +64,8 @@ class LightStage(Stage):
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
-        """Write the radiance that is shown."""
+        """Write the radiance that is shown: the total; terms remain those of independent columns."""
+        part.shown[:, *window.inside] = part.radiance[:, *window.inside]
         self.fill(part.shown, window.window, window.inside, part.time_s, part.clouds, part.look_up)
 
     def fill(
@@ -84,7 +85,7 @@ class LightStage(Stage):
                 if len(self._squares) > KEPT_SQUARES:
                     self._squares.popitem(last=False)
             where, means = self._within(first, self._squares[row, column], window, in_part, look_up, radiance.shape[0])
-            for band, mean in zip(radiance, means, strict=True):
+            for band, mean in zip(radiance[: len(means)], means, strict=True):
                 band[*where] = mean
 
     def _within(
@@ -105,7 +106,7 @@ class LightStage(Stage):
             outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
         look_up = look_up.of_points((outer[0], outer[1]), samples)
         rows, columns = inner
-        values = self._looked_up(look_up, amount[..., rows, columns], bands)
+        values = self._looked_up(look_up, amount[..., rows, columns], bands)[: len(share)]
         values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)
         return outer, [value if samples == 1 else pixel_sums(value, samples) / samples**2 for value in values]
 

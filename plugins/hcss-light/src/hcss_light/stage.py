@@ -162,7 +162,7 @@ class DriftingStage(LightStage):
             *_, amount, share, change = self._of_frame[key]
             square, first = (amount, share, change), (extent[0].start, extent[1].start)
             where, means = self._within(first, square, window, region, look_up, radiance.shape[0])
-            for band, mean in zip(radiance, means, strict=True):
+            for band, mean in zip(radiance[: len(means)], means, strict=True):
                 band[*where] = mean if part == 1.0 else part * mean + (band[*where] if number else 0.0)
 
     def _instants(self, time_s: float) -> list[tuple[float, float]]:

@@ -32,7 +32,6 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded
-from hcss_twin.plan.hanging_levels import spanning
 from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.surroundings import FilledIn
 from hcss_twin.providers import Array, Catalog, Grid, Problem, ScenarioError, View
@@ -238,10 +237,8 @@ class CameraRays(Rays):
         scene, slant = assembly.plane(scenario.image.samples_per_pixel), assembly.slant
         below_clouds = (0.0,) if slant.shadows and slant.sun_zenith_deg.size else ()
         for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
-            for layer, generator in zip(assembly.layers, assembly.generators, strict=True):
-                span = spanning(layer, generator)
-                of_layer = (layer.reference_height_m,) if span is layer else (span.base_m, span.top_m)
-                for height_m in (*of_layer, *below_clouds):
+            for met_m, generator in zip(assembly.met_heights_m, assembly.generators, strict=True):
+                for height_m in (*met_m, *below_clouds):
                     below = scene.around(*scene.in_points(*self._points_at(float(time_s), height_m).at_nodes()))
                     if below is not None:
                         scene.require_in_reach(generator, below, float(time_s))
