@@ -1,10 +1,17 @@
 """Light between columns beside terms, elements, waves and clouds of images: what each adds, by hand."""
 
+import netCDF4
 import numpy as np
 import pytest
-from light_scene import DAY, scene
+from hcss_light.comparison import SampledClouds
+from light_scene import DAY, NIGHT, scene
 
 from hcss_twin import simulate
+from hcss_twin.core.errors import ScenarioError
+from hcss_twin.engine.clouds import FrameClouds
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.tables.over_surfaces import SurfaceStates
+from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.make_plan import make_plan
 
 OFF, EVEN = {"shadows": "off", "parallax": "off"}, {"temperature_texture": 0.0}
@@ -93,3 +100,70 @@ def test_clouds_of_an_image_have_the_light_of_a_larger_image_that_is_its_mirror(
     np.testing.assert_allclose(mirrored, seen("large", beyond="clear"), rtol=2e-3)
     assert np.max(np.abs(seen("small", beyond="clear") / mirrored - 1.0)) > 0.01
     assert np.max(np.abs(seen("small", "columns") / mirrored - 1.0)) > 0.01
+
+
+@pytest.fixture
+def sand(tmp_path):
+    """A section of surfaces: sand of 303 K east of a longitude, sea west of it."""
+
+    def made(east_of):
+        path = tmp_path / f"{east_of}.nc"
+        latitude, longitude = np.linspace(19.8, 20.2, 201), np.linspace(149.8, 150.2, 200)
+        with netCDF4.Dataset(path, "w") as file:
+            for name, values in (("latitude", latitude), ("longitude", longitude)):
+                file.createDimension(name, values.size)
+                file.createVariable(name, "f8", (name,))[:] = values
+            classes = file.createVariable("surface_class", "f8", ("latitude", "longitude"))
+            classes[:] = np.where(longitude > east_of, 1, 0) * np.ones((201, 1))
+        of = {"classes": {0: "sea", 1: "sand"}, "temperatures": {"sand": 303.0}}
+        return {"provider": "raster", "parameters": {"file": str(path)} | of}
+
+    return made
+
+
+@pytest.mark.parametrize(("tier", "time"), [("slant", NIGHT), ("source", DAY)])
+def test_each_point_has_the_light_over_its_own_ground(sand, tier, time):
+    common = {"time": time, "bands": [[3.6, 3.8]], "slant": OFF, "sea": EVEN, "accuracy": 5e-3}
+    common["output"] = {"variables": ["radiance", "surface_class"], "certificate": 6}
+    half, land = (simulate(scene(tier, **common, surfaces=sand(east))) for east in (150.0, 149.85))
+    assert "PASSED" in half.attrs["hcss_certificate"]
+    of_sand = half.surface_class.values == 1
+    assert 0.3 < of_sand.mean() < 0.7
+    assert np.all(land.surface_class.values == 1)
+    common["output"] = {"variables": ["radiance"], "certificate": 0}
+    sea, mixed = simulate(scene(tier, **common)).radiance.values[:, 0], half.radiance.values[:, 0]
+    np.testing.assert_allclose(mixed[~of_sand], sea[~of_sand], rtol=5e-3)
+    np.testing.assert_allclose(mixed[of_sand], land.radiance.values[:, 0][of_sand], rtol=5e-3)
+    assert np.mean(np.abs(mixed[of_sand] / sea[of_sand] - 1.0)) > 0.02
+
+
+def test_clouds_with_sides_over_land_agree_with_monte_carlo(sand):
+    """Twelve pixels by night over sand that is 10 K warmer than the sea; columns err several times as much."""
+    cumulus = {"type": "cumulus", "coverage": 0.45, "coverage_mode": "field"}
+    common = {"slant": OFF, "sea": EVEN, "surfaces": sand(149.85), "accuracy": 5e-3, "clouds": cumulus}
+    plan = make_plan(scene("source", **common))
+    (of_sand,) = plan.surfaces[0].states[1]
+    alone = SurfaceStates(plan, plan.surfaces[0]).plan_in(plan, of_sand)
+    inputs = light_inputs(alone, tables_of(plan).spectrum.nodes)
+    sampled, clouds = SampledClouds(alone, inputs), FrameClouds(alone, 0.0)
+    pixels = [(row, column) for row in (6, 17, 29, 35) for column in (5, 14, 23)]
+    found = [sampled.radiance(pixel, 0.0, clouds, None, 400, n)[0][0, 0] for n, pixel in enumerate(pixels)]
+    error = {}
+    for light in ("columns", "source"):
+        made = simulate(scene(light, certificate=0, **common)).radiance.values[0, 0]
+        error[light] = np.sqrt(
+            np.mean([(made[at] / value - 1.0) ** 2 for at, value in zip(pixels, found, strict=True)])
+        )
+    assert error["source"] < 0.015
+    assert error["source"] < 0.4 * error["columns"]
+
+
+def test_light_over_land_is_refused_where_it_is_not_computed(sand):
+    ground = sand(150.0)
+    layers = [{"type": "stratocumulus", "coverage": 0.5}, {"type": "cirrus", "coverage": 0.5}]
+    for changes in ({"radiance": {"light": "reference"}, "image": {"rows": 8, "columns": 8, "pixel_size": 100.0}},
+                    {"clouds": {"layers": layers}}):  # fmt: skip
+        with pytest.raises(
+            ScenarioError, match=r"surfaces: a map of the ground cannot be computed with radiance\.light"
+        ):
+            make_plan(scene(surfaces=ground, **changes))
