@@ -224,6 +224,7 @@ MEANINGLESS: dict[frozenset[str], str] = {
         ("two views of one image", _CAMERAS, ("altitude", "push-broom", "view to the glint", "low view")),
         ("two image geometries", _CAMERAS[:2], _CAMERAS[2:]),
         ("a table is computed for one air", ("table of air",), _OTHER_AIR),
+        ("tops of their own have the temperature of the air there", ("own tops",), ("cloud temperature",)),
         ("a sensor measures radiance", ("mask alone",), _SENSORS),
     )
     for one in ones

@@ -264,9 +264,12 @@ def slant_paths(
             "clouds are high,"
         )
     high = f"frames with the sun up to {LARGEST_SUN_DEG:g} deg or below the horizon"
-    geometry = Excluded("image", not on_grid, "an image that is no grid on the ground", "a grid on the ground")
-    paths = SlantPaths(options, view, sun_zenith_deg[up], sun_azimuth_deg[up])
-    return paths.beside("shadows", [Excluded("time", bool(low.size), sun, high)]).beside("parallax", [geometry])
+    paths = SlantPaths(options, view, sun_zenith_deg[up], sun_azimuth_deg[up]).beside("parallax", [])
+    if not on_grid:  # clouds are not displaced: pixels look where their own lines of sight meet them
+        paths = paths.without(
+            "parallax", NotComputed("each pixel has a line of sight of its own, which meets each layer")
+        )
+    return paths.beside("shadows", [Excluded("time", bool(low.size), sun, high)])
 
 
 def enlarged(grid: Grid, margin: tuple[int, int]) -> Grid:

@@ -532,3 +532,14 @@ def test_a_camera_sees_the_first_column_of_clouds_with_tops_of_their_own(monkeyp
     assert np.unique(tops).size == 7  # six heights, and none
     found = made.cloud_thickness.values[0], np.nan_to_num(made.cloud_top_altitude.values[0])
     assert np.mean((found[0] == expected) & (found[1] == tops)) > 0.95
+
+
+def test_parallax_of_a_camera_is_that_of_its_lines_of_sight():
+    layer = HIGH | {"coverage": 0.4, "coverage_mode": "field"}
+    output = {"output": {"variables": ["radiance", "cloud_mask"], "certificate": 0}}
+    auto, on = (
+        hcss_twin.simulate(beside({"clouds": {"layers": [layer]}, "slant": {"parallax": parallax}}, output))
+        for parallax in ("auto", "on")
+    )
+    for name in ("radiance", "cloud_mask"):
+        np.testing.assert_array_equal(on[name].values, auto[name].values)

@@ -87,7 +87,7 @@ def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> Camer
 
 def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
     """Return what cannot be computed with a camera in orbit."""
-    view, platform, slant = scenario.view, scenario.platform, scenario.slant
+    view, platform = scenario.view, scenario.platform
     speed = scenario.motion.platform_speed != 0.0
     return (
         Excluded("view.zenith", view.zenith != 0.0, "another view", "to leave it out"),
@@ -98,12 +98,6 @@ def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
         ),
         Excluded("motion.platform_speed", speed, "motion of another platform", "0"),
         Excluded("image.window", scenario.image.window is not None, "a part of a grid", "to leave it out"),
-        Excluded(
-            "slant.parallax",
-            slant.parallax == "on",
-            "parallax of flat layers",
-            "'auto', which follows the lines of sight",
-        ),
     )
 
 
