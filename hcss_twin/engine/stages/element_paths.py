@@ -55,15 +55,16 @@ class ElementPaths:
     def heights_above(
         self,
         thickness_m: Sequence[NDArray[np.float32]],
-        tops_m: Sequence[NDArray[np.float32] | None],
         altitude_m: float,
+        tops_m: Sequence[NDArray[np.float32] | None] = (),
     ) -> Array:
         """Return the vertical extent (L, P) of each layer's cloud above an altitude, from the thickness at P points.
 
-        ``tops_m`` are the tops of layers whose tops vary, and None for others.
+        ``tops_m`` are the tops of layers whose tops vary, and None for others; by default none do.
         """
         heights = np.zeros((len(thickness_m), thickness_m[0].size if thickness_m else 0))
-        layers = zip(heights, self._plan.layers, thickness_m, tops_m, strict=True)
+        tops = tops_m or [None] * len(thickness_m)
+        layers = zip(heights, self._plan.layers, thickness_m, tops, strict=True)
         for height, layer, layer_thickness, varying in layers:
             thickness = layer_thickness.ravel().astype(np.float64)
             top = layer.cloud_top_m(thickness) if varying is None else varying.ravel().astype(np.float64)

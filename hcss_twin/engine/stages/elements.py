@@ -210,7 +210,7 @@ class InstantElements:
         at = self.project(*(np.array([coordinate]) for coordinate in (x_m, y_m, altitude_m)))
         place, paths = (float(at[0][0]), float(at[1][0])), self._paths
         zenith = self._zenith_of(place)
-        above = paths.heights_above(self._own_points(place), self._own_tops(place), altitude_m)
+        above = paths.heights_above(self._own_points(place), altitude_m, self._own_tops(place))
         cloud = paths.through_cloud(above, zenith)
         return SightPath(
             paths.band_mean(paths.air(altitude_m, zenith)),
@@ -272,7 +272,7 @@ class InstantElements:
                 place, above, highest = (piece.row, piece.column), behind, own
                 if not placed.is_resolved:
                     place, above, highest = placed.place, of_place, self._own_tops(placed.place)
-                heights = self._paths.heights_above(above, highest, point.altitude_m)
+                heights = self._paths.heights_above(above, point.altitude_m, highest)
                 element_truth[ELEMENT_TRANSMITTANCE], changes[key] = self._change(
                     point, place, pixel, heights, behind, small
                 )
@@ -380,7 +380,7 @@ class InstantElements:
         radiance, at = small.radiance, small.at(pixel)
         thickness_m = small.points_of(pixel, plan.samples_per_pixel)
         zenith = self._zenith_deg(*pixel)
-        heights = paths.heights_above(thickness_m, self._tops_of(self._seen, pixel), altitude_m)
+        heights = paths.heights_above(thickness_m, altitude_m, self._tops_of(self._seen, pixel))
         cloud = paths.through_cloud(heights, zenith)
         air = paths.air(altitude_m, zenith)
         reach = paths.band_mean(air * cloud, pixels.temperature_K)

@@ -19,9 +19,7 @@ from hcss_light.slices import Field
 from hcss_light.tiles import Tiles
 from hcss_light.voxels import LightError
 from hcss_twin.engine.clouds import FrameClouds
-from hcss_twin.engine.ground import Ground
 from hcss_twin.engine.stages.light import LightStage
-from hcss_twin.engine.tables.over_surfaces import SurfaceStates
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Sun
@@ -99,14 +97,7 @@ class DriftingStage(LightStage):
         super().__init__(plan, tables)
         transport: Any = self._transport
         self._tiles: Tiles | None = None
-        self._ground: Ground | None = None
-        self._transports = [transport]
-        for surfaces in plan.surfaces:
-            states = SurfaceStates(plan, surfaces)
-            self._ground, keeps = states.ground, False
-            plans = [states.plan_in(plan, of_class[len(of_class) // 2]) for of_class in surfaces.states]
-            nodes = tables.spectrum.nodes
-            self._transports = [plan.light.transport(light_inputs(each, nodes)) for each in plans]
+        keeps = keeps and not plan.surfaces
         if plan.views.varies:
             self._tiles, keeps = Tiles(plan), False
             self._pixels, self._nodes = self._tiles.side, tables.spectrum.nodes
@@ -257,19 +248,11 @@ class DriftingStage(LightStage):
             for span, (before, _) in zip(extent, lit.seen, strict=True)
         ]
         amount = found[0][0][*cut].copy()
-        share, change = (self._of_ground(values, own_s, extent, cut) for values in list(zip(*found, strict=True))[1:])
+        share, change = (
+            self._of_ground([values[:, *cut].copy() for values in of_classes], own_s, (extent[0], extent[1]))
+            for of_classes in list(zip(*found, strict=True))[1:]
+        )
         return light, thickness.copy(), moved, amount, share, change
-
-    def _of_ground(
-        self, of_classes: Sequence[Array], time_s: float, extent: Sequence[slice], cut: Sequence[slice]
-    ) -> Array:
-        """Return values (B, y, x) of the points of a square from those over each class of surface."""
-        if self._ground is None:
-            return of_classes[0][:, *cut].copy()
-        number = self._ground.at(time_s, (extent[0], extent[1])).number.astype(np.intp)
-        every = np.stack([values[:, *cut] for values in of_classes])
-        values: Array = np.take_along_axis(every, number[None, None], axis=0)[0]
-        return values
 
     def _shares(self, time_s: float | None, window: Window, thickness_m: Field, edges_m: Array) -> dict[str, Field]:
         assert time_s is not None

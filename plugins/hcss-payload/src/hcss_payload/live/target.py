@@ -228,7 +228,7 @@ class TargetLight:
         ]
         thickness[0] = max(thickness[0], np.float32(layer.thickness_min_m))
         air = paths.air(altitude, zenith_deg)
-        heights = paths.heights_above([thickness], [None], altitude)
+        heights = paths.heights_above([thickness], altitude)
         clouds = [paths.through_cloud(heights[:, n : n + 1], zenith_deg) for n in range(thickness.size)]
         arriving = [air, *(air * cloud for cloud in clouds)]
         return np.stack([paths.band_mean(radiance, temperature_K) for radiance in arriving])
