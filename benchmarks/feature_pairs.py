@@ -117,7 +117,7 @@ def features(folder: Path) -> dict[str, Feature]:
         "cloud temperature": Feature({f"{LAYER}.temperature": 280.0}),
         "clouds of an image": Feature({
             f"{LAYER}.generator": "imagery",
-            f"{LAYER}.parameters": {"entry": "made-stratus", "reinterpret_pixel_size": True},
+            f"{LAYER}.parameters": {"entry": "made-stratus", "reinterpret_pixel_size": True, "beyond": "mirror"},
         }),
         "single clouds of an image": Feature({
             f"{LAYER}.generator": "imagery",
@@ -224,7 +224,7 @@ MEANINGLESS: dict[frozenset[str], str] = {
         ("two views of one image", _CAMERAS, ("altitude", "push-broom", "view to the glint", "low view")),
         ("two image geometries", _CAMERAS[:2], _CAMERAS[2:]),
         ("a table is computed for one air", ("table of air",), _OTHER_AIR),
-        ("what is beyond an image is not known", ("clouds of an image",), ("shadows", "parallax", *_CAMERAS)),
+        ("tops of their own have the temperature of the air there", ("own tops",), ("cloud temperature",)),
         ("a sensor measures radiance", ("mask alone",), _SENSORS),
     )
     for one in ones

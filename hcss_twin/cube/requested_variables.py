@@ -13,6 +13,7 @@ from hcss_twin.core.errors import choose_from
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.variables import (
     BAND_FRAME,
+    BETWEEN_COLUMNS,
     DIRECTION,
     ELEMENT,
     FRAME,
@@ -105,6 +106,7 @@ _LACKING = {
     "elements": "the scene has no elements; allowed: with a section [[elements]]",
     "surfaces": "the scene is sea everywhere; allowed: with a section [surfaces]",
     "texture": "clear sky has no texture; allowed: with sea.temperature_texture or atmosphere.water_vapour_texture",
+    "light": "columns are independent; allowed: with radiance.light",
     "altitude": "the altitude of the sensor is not known; allowed: with platform.altitude; cubes of cameras have the "
     "coordinates of their pixels without being asked",
 }
@@ -123,6 +125,7 @@ def expand(
     derived: Sequence[Mapping[str, OutputVariable]] = (),
     surfaces: Sequence[str] = (),
     texture: bool = True,
+    light: bool = False,
 ) -> list[VariableSpec]:
     """Return the requested variables, in the order of the table, then terms, those of providers and viewing geometry.
 
@@ -150,6 +153,8 @@ def expand(
         Names of the surface classes of the scene.
     texture : bool
         Whether sea temperature or water vapour have texture.
+    light : bool
+        Whether there may be light between columns.
 
     Raises
     ------
@@ -165,6 +170,7 @@ def expand(
         "elements": bool(elements),
         "surfaces": bool(surfaces),
         "texture": texture,
+        "light": light,
     }
     lacking = {feature for feature, exists in present.items() if not exists}
     specs = (
@@ -180,7 +186,7 @@ def expand(
     grouped = [spec for spec in specs if spec.needs not in not_in_groups]
     groups = {
         "all": {spec.name for spec in grouped if spec.kind != "geometry"},
-        "terms": {TERM_PREFIX + name for name in terms},
+        "terms": {TERM_PREFIX + name for name in terms} | ({BETWEEN_COLUMNS} if light and terms else set()),
         "truth": {spec.name for spec in grouped if spec.kind == "truth"},
         "geometry": {spec.name for spec in grouped if spec.kind == "geometry"},
     }

@@ -21,7 +21,7 @@ __all__ = ["VariableSpec"]
 
 
 Kind = Literal["radiance", "truth", "derived", "coordinate", "geometry", "own"]
-Feature = Literal["layers", "shadows", "waves", "altitude", "elements", "surfaces", "texture"]
+Feature = Literal["layers", "shadows", "waves", "altitude", "elements", "surfaces", "texture", "light"]
 
 FRAME = ("time", "y", "x")
 BAND_FRAME = ("time", "band", "y", "x")
@@ -60,7 +60,7 @@ class VariableSpec:
         Whether NaN is allowed, for pixels where the quantity does not exist.
     significant_bits : int or None
         Explicit mantissa bits to which values are rounded; None: all.
-    needs : {"layers", "shadows", "waves", "altitude", "elements", "surfaces", "texture"} or None
+    needs : {"layers", "shadows", "waves", "altitude", "elements", "surfaces", "texture", "light"} or None
         Scene feature that the variable requires.
     packing : Packing or None
         Steps in which values are stored as 16-bit integers; None: values are stored as they are.
@@ -101,6 +101,9 @@ ELEMENT, ELEMENT_SHARE, ELEMENT_RADIANCE = "element", "element_share", "element_
 ELEMENT_POINT_RADIANCE, ELEMENT_TRANSMITTANCE = "element_point_radiance", "element_transmittance"
 ELEMENT_PLACE = ("element_row", "element_column")
 ELEMENT_RATE = ("element_row_rate", "element_column_rate")
+
+BETWEEN_COLUMNS = f"{TERM_PREFIX}between_columns"
+"""What light between columns adds to the total, beside the terms of independent columns."""
 
 _ON_SCALE = {"units_metadata": "temperature: on_scale"}
 
@@ -191,6 +194,9 @@ VARIABLES: tuple[VariableSpec, ...] = (
                needs="elements", may_be_missing=True)
         for name, axis in zip(ELEMENT_RATE, ("row", "column"), strict=True)
     ),
+    VariableSpec(BETWEEN_COLUMNS, "W m-2 sr-1", "part of the radiance: light between columns of cloud", "derived",
+                 "Radiance less the sum of the terms of independent columns, without elements; negative where columns "
+                 "send too much.", dims=BAND_FRAME, needs="light"),
     VariableSpec(ELEMENT_RADIANCE, "W m-2 sr-1", "radiance that elements add", "derived",
                  "Radiance less that of the scene without elements, which is the sum of the terms; negative where "
                  "elements hide more than they send.", dims=BAND_FRAME, needs="elements"),

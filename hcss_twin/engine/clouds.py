@@ -1,6 +1,7 @@
 """Thickness of the clouds at the points that the pixels of a frame see.
 
-Each layer is met at the height of its flat side, as in :mod:`hcss_twin.plan.slant_paths`. Rays that form no grid on the
+Each layer is met at the height of its flat side, as in :mod:`hcss_twin.plan.slant_paths`, and one whose tops vary where
+a line of sight first meets it (:mod:`hcss_twin.plan.hanging_levels`). Rays that form no grid on the
 ground meet it between the points of the scene, so that every layer moves against the sea, and against the others, with
 the direction of view.
 """
@@ -14,12 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.engine.scene_points import at_rays, interpolated
 from hcss_twin.plan.clouds import sums_up
+from hcss_twin.plan.hanging_levels import Met, farthest_points, levels_of, spanning
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.windows import Window, length, points_of
-from hcss_twin.providers import CloudGenerator, Grid
+from hcss_twin.providers import CloudGenerator, CloudLayer, Grid
 
 __all__ = ["FrameClouds"]
 
@@ -52,18 +55,62 @@ class FrameClouds:
 
         Outside the scene, only for generators with ``thickness_around_m``.
         """
-        return [
-            at_rays(
-                self._plan,
-                window,
-                self._time_s,
-                layer.reference_height_m,
-                partial(self._of_scene, number),
-                interpolated,
-                self._rays,
+        return [self._of_layer(number, window) for number in range(len(self._plan.layers))]
+
+    def tops_m(self, number: int, window: Window) -> Thickness:
+        """Altitude of the cloud tops of a layer whose tops vary, at the points of a window in or around the image."""
+        if not self._plan.is_grid:
+            return self._met(number, window).top_m
+        return self._tops_of_scene(number, window)
+
+    def _of_layer(self, number: int, window: Window) -> Thickness:
+        """Return the thickness of a layer at the points of a window of the image."""
+        layer, (generator, cloudy) = self._plan.layers[number], self._clouds[number]
+        if cloudy and not self._plan.is_grid and spanning(layer, generator) is not layer:
+            return self._met(number, window).thickness_m
+        of_scene = partial(self._of_scene, number)
+        height_m = layer.reference_height_m
+        return at_rays(self._plan, window, self._time_s, height_m, of_scene, interpolated, self._rays)
+
+    def _met(self, number: int, window: Window) -> Met:
+        """Return the clouds of a layer whose tops vary that rays of a window meet first, at the nearest points."""
+        scene, (generator, _) = self._plan.scene, self._clouds[number]
+        span = spanning(self._plan.layers[number], generator)
+        levels = levels_of(span, self._moved(span))
+        places = [self._places(window, level.middle_m) for level in levels]
+        met = Met(places[0][0].shape, float(generator.cloud_top_range_m[0]))
+        rows, columns = (np.concatenate([np.ravel(part) for part in axis]) for axis in zip(*places, strict=True))
+        below = scene.around(rows, columns)
+        if below is None:
+            return met
+        clouds, corner = (self._of_scene(number, below), self._tops_of_scene(number, below)), scene.corner_of(below)
+        for level, place in zip(levels, places, strict=True):
+            seen = np.isfinite(place[0])
+            y, x = (
+                np.where(seen, np.rint(np.nan_to_num(part)) - first, -1.0).astype(np.int64)
+                for part, first in zip(place, corner, strict=True)
             )
-            for number, layer in enumerate(self._plan.layers)
-        ]
+            met.look(*clouds, (y, x), level)
+        return met
+
+    def _places(self, window: Window, height_m: float) -> tuple[Array, Array]:
+        """Return row and column of the scene, in points, where the rays of a window meet a height."""
+        return self._plan.scene.in_points(*self._rays.points_m(window, self._time_s, height_m))
+
+    def _moved(self, span: CloudLayer) -> float:
+        """Return how many points the rays of the frame move through a layer, at most, whatever the window."""
+        image = self._plan.image
+        rows, columns = ((0, size // 2, size - 1) for size in (image.rows, image.columns))
+        pixels = [(slice(row, row + 1), slice(column, column + 1)) for row in rows for column in columns]
+        moved = [farthest_points(self._places(pixel, span.base_m), self._places(pixel, span.top_m)) for pixel in pixels]
+        return max(moved)
+
+    def _tops_of_scene(self, number: int, window: Window) -> Thickness:
+        """Return the tops of a layer at the points of a window of the scene's plane."""
+        generator, _ = self._clouds[number]
+        rows, columns = (points_of(pixels, self._plan.scene.samples) for pixels in window)
+        tops: Thickness = generator.cloud_top_m(self._time_s, rows, columns)
+        return tops
 
     def _of_scene(self, number: int, window: Window) -> Thickness:
         """Return the thickness of a layer at the points of a window of the scene's plane."""

@@ -17,6 +17,7 @@ from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.builder import Built
 from hcss_twin.plan.directions import sun_toward
 from hcss_twin.plan.filled_in import FilledIn
+from hcss_twin.plan.hanging_levels import spanning
 from hcss_twin.plan.scene_plane import ScenePlane
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.providers import (
@@ -331,6 +332,20 @@ class Assembly:
     def tops_vary(self) -> bool:
         """Whether there are such layers."""
         return bool(self.hanging_layers)
+
+    @property
+    def met_heights_m(self) -> tuple[tuple[float, ...], ...]:
+        """Altitudes between which lines of sight meet each layer: that of its flat side, or all where tops vary."""
+        spans = map(spanning, self.layers, self.generators)
+        return tuple(
+            (layer.reference_height_m,) if span is layer else (span.base_m, span.top_m)
+            for layer, span in zip(self.layers, spans, strict=True)
+        )
+
+    @property
+    def highest_met_m(self) -> float:
+        """Highest altitude at which lines of sight meet a layer."""
+        return max(max(of_layer) for of_layer in self.met_heights_m)
 
     @property
     def has_cloud(self) -> bool:

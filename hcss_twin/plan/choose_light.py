@@ -13,10 +13,9 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import HcssError, Problem, ProviderError, ScenarioError, choose_from
 from hcss_twin.core.own_packages import LIGHT, how_to_install
 from hcss_twin.core.plugins import FAILURES, describe, installed
-from hcss_twin.cube.variables import TERM_PREFIX
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.clouds import sums_up
-from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, present
+from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, goes_on_with, present
 from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.plan import Plan, PlannedLight
@@ -72,7 +71,8 @@ def with_light(plan: Plan) -> Plan:
         for package in sorted({LIGHT[light] for light in ({name} if known else LIGHT.keys() - of_one.keys())}):
             message += f". {'It comes' if known else 'Others come'} with {package}: {how_to_install(package)}"
         raise ScenarioError([Problem(_FIELD, message)])
-    Excluded.require_none(f"{_FIELD} = '{name}'", table, f"{_FIELD} = '{COLUMNS}'")
+    over_surfaces = bool(plan.surfaces) and not plan.views.varies and _knows_surfaces(*offered[name])
+    Excluded.require_none(f"{_FIELD} = '{name}'", excluded_beside_light(plan, over_surfaces), f"{_FIELD} = '{COLUMNS}'")
     if not cloudy:
         return plan
     light, transport = _loaded(plan, name, *offered[name])
@@ -89,6 +89,21 @@ def with_light(plan: Plan) -> Plan:
         f"clouds have sides ({_FIELD} = '{name}' of {light.provider}); expected error of this effect, rms over pixels: "
         f"{_percent(expected)}. The certificate checks independent columns, to which the effect of sides is added"
     )
+    if plan.assembly.elements:
+        notes.append(
+            f"elements ({_FIELD} = '{name}'): before an element are the clouds of its own column, above its altitude; "
+            "sides of clouds beside its line of sight neither hide nor light it"
+        )
+    if plan.surfaces:
+        notes.append(
+            f"surfaces ({_FIELD} = '{name}'): clouds shade the direct sunlight that the ground at each point reflects; "
+            "they are mirrored in it as in a flat sea of its emissivity"
+        )
+    if plan.waves.varies:
+        notes.append(
+            f"waves ({_FIELD} = '{name}'): drawn where the column of a point is clear, over the mean sea below clouds "
+            "with sides, which hide or show the sea up to the parallax of their height beside the edge of a column"
+        )
     return replace(plan, light=light, notes=(*plan.notes, *notes))
 
 
@@ -100,6 +115,14 @@ def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedL
         raise ScenarioError([Problem(_FIELD, str(error))]) from error
     except FAILURES as error:
         raise ProviderError(f"light '{name}' of {origin}: {describe(error, entry.value)}") from error
+
+
+def _knows_surfaces(origin: object, entry: Any) -> bool:
+    """Return whether a class of light transport says that it knows several classes of surface."""
+    try:
+        return bool(getattr(entry.load(), "knows_surfaces", False))
+    except FAILURES as error:
+        raise ProviderError(f"light of {origin}: {describe(error, entry.value)}") from error
 
 
 def _over_views(plan: Plan, name: str, transport: LightTransport) -> tuple[Sequence[float], str]:
@@ -204,22 +227,25 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
     )
 
 
-def excluded_beside_light(plan: Plan) -> tuple[Excluded, ...]:
-    """Return what cannot be computed with light between columns."""
+def excluded_beside_light(plan: Plan, over_surfaces: bool = False) -> tuple[Excluded, ...]:
+    """Return what cannot be computed with light between columns.
+
+    Parameters
+    ----------
+    over_surfaces : bool
+        Whether its transport knows several classes of surface, seen from one direction.
+    """
     assembly = plan.assembly
-    terms = any(spec.name.startswith(TERM_PREFIX) for spec in plan.computed)
-    ends = any(
-        cloudy
-        and not ((generator.declares.tileable or sums_up(generator)) and hasattr(generator, "thickness_around_m"))
+    ends = [
+        generator
         for generator, cloudy in zip(assembly.generators, assembly.cloudy_layers, strict=True)
-    )
-    generator = "a generator that continues it, as 'fractal'"
+        if cloudy
+        and not ((generator.declares.tileable or sums_up(generator)) and hasattr(generator, "thickness_around_m"))
+    ]
+    go_on = goes_on_with(ends[0]) if ends else ""
     return (
         Excluded(_FIELD, not plan.is_grid, "an image that is no grid on the ground", "no camera"),
-        Excluded("surfaces", bool(assembly.surfaces), "a map of the ground", "sea everywhere"),
+        Excluded("surfaces", bool(assembly.surfaces) and not over_surfaces, "a map of the ground", "sea everywhere"),
         Excluded("clouds.generator", assembly.tops_vary, "cloud with tops of its own", LAYER_TOPS),
-        Excluded("clouds.generator", ends, "cloud that ends with the image", generator),
-        Excluded("elements", bool(assembly.elements), "an element among broken cloud", "no elements"),
-        Excluded("sea.waves", plan.waves.varies, "a sea of resolved waves", "'off'"),
-        Excluded("output.variables", terms, "a term of the radiance", "the total"),
+        Excluded("clouds.generator", bool(ends), "cloud that ends with the image", go_on),
     )

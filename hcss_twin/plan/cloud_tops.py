@@ -60,10 +60,7 @@ def excluded_beside_tops(assembly: Assembly) -> tuple[Excluded, ...]:
     """Return what cannot be computed with cloud tops that vary with the generator."""
     hanging = [assembly.layers[index] for index in assembly.hanging_layers]
     given, air = any(layer.temperature_K is not None for layer in hanging), "that of the air at each top"
-    return (
-        Excluded("clouds.temperature", given, "a temperature of the cloud", f"without it, which is {air}"),
-        Excluded("elements", bool(assembly.elements), "elements", "no elements"),
-    )
+    return (Excluded("clouds.temperature", given, "a temperature of the cloud", f"without it, which is {air}"),)
 
 
 def extreme_tops(assembly: Assembly) -> list[Assembly]:

@@ -14,10 +14,11 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import Builder, numbered
-from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, NotComputed
+from hcss_twin.plan.combinations import Excluded, NotComputed, goes_on_with
 from hcss_twin.plan.displaced_clouds import DisplacedClouds
 from hcss_twin.plan.errors_of_place import tops_by_place
 from hcss_twin.plan.filled_in import FilledIn
+from hcss_twin.plan.hanging_levels import levels_of, spanning
 from hcss_twin.plan.slant_paths import MAX_POINTS_WITHIN, SlantPaths, enlarged
 from hcss_twin.plan.surroundings import Surroundings, with_climatological_top
 from hcss_twin.providers import BrightnessInversion, CloudGenerator, CloudInputs, CloudLayer, Grid, Motion
@@ -49,29 +50,31 @@ def _excluded_beside_slant_paths(
 ) -> dict[str, tuple[Excluded, ...]]:
     """Return what of a layer slant paths cannot be computed with, by ``shadows`` and ``parallax``."""
     knows = hasattr(generator, "thickness_around_m") or (generator.declares.tileable and layer.coverage_mode == "field")
-    tops = getattr(generator, "cloud_top_range_m", None) is not None
+    span = spanning(layer, generator)
     others = (
         Excluded(
             f"{field}.generator",
             not knows,
             f"clouds of '{layer.name}' that are known in the image only, which slant paths leave,",
-            "a generator that knows the clouds around it (closest is 'fractal')",
+            goes_on_with(generator),
         ),
-        Excluded(f"{field}.generator", tops, "cloud tops that vary with the generator", LAYER_TOPS),
     )
-    point_m, longest_m = points.pixel_size_m, paths.longest_m(layer)
-    size = Excluded(
-        "image.pixel_size",
-        longest_m > MAX_POINTS_WITHIN * point_m,
-        f"points of {point_m:g} m, {longest_m / point_m:.0f} of which the sun's path crosses within '{layer.name}',",
-        f"{MAX_POINTS_WITHIN} points; closest valid choice is "
-        f"{math.ceil(longest_m / MAX_POINTS_WITHIN * scenario.image.samples_per_pixel * 100.0) / 100.0:g}",
+    point_m, depth_m = points.pixel_size_m, 0.0 if span is layer else paths.farthest_m(span.thickness_max_m)
+    size, of_sight = (
+        Excluded(
+            "image.pixel_size",
+            longest_m > MAX_POINTS_WITHIN * point_m,
+            f"points of {point_m:g} m, {longest_m / point_m:.0f} of which {what} crosses within '{layer.name}',",
+            f"{MAX_POINTS_WITHIN} points; closest valid choice is "
+            f"{math.ceil(longest_m / MAX_POINTS_WITHIN * scenario.image.samples_per_pixel * 100.0) / 100.0:g}",
+        )
+        for what, longest_m in (("the sun's path", paths.longest_m(span)), ("a line of sight", depth_m))
     )
     shaped = scenario.radiance.is_between_columns and hasattr(generator, "height_shares")
     sides = Excluded("radiance.light", shaped, "light between clouds with a shape in height of their own", "'columns'")
     return {
         "shadows": (*others, size) if paths.sun_zenith_deg.size else (),
-        "parallax": (*others, sides) if paths.farthest_m(layer.top_m) > 0.0 else (),
+        "parallax": (*others, of_sight, sides) if paths.farthest_m(span.top_m) > 0.0 else (),
     }
 
 
@@ -230,8 +233,10 @@ def build_generators(
     for index, (assembled, inversion) in enumerate(zip(layers, inversions, strict=True)):
         layer, section, field = assembled.layer, assembled.section, assembled.field
         margin = slant.margin(layer, points.pixel_size_m)
-        # Coverage of the image needs the plane of the image; other clouds may be made for a larger one.
-        wide = margin if layer.coverage_mode == "field" else (0, 0)
+        # Coverage of the image needs the plane of the image, and so do clouds whose parameters say what is beyond it;
+        # others may be made for a larger one.
+        ends = section.parameters.get("beyond", "unknown") == "unknown"
+        wide = margin if layer.coverage_mode == "field" and ends else (0, 0)
         inputs = CloudInputs(
             layer,
             enlarged(points, wide),
@@ -251,6 +256,13 @@ def build_generators(
                     raise
                 allowed = _without_slant_paths(allowed, layer, error)
                 continue
+            span = spanning(layer, generator)
+            margin = slant.margin(span, points.pixel_size_m)
+            if wide != (0, 0) and any(by > room for by, room in zip(margin, wide, strict=True)):
+                wide = margin
+                generator = builder.build(
+                    Kind.CLOUDS, name, replace(inputs, grid=enlarged(points, wide)), section.parameters, label
+                )
             if wide != (0, 0) and not generator.declares.tileable:
                 generator = builder.build(Kind.CLOUDS, name, replace(inputs, grid=points), section.parameters, label)
                 wide = (0, 0)
@@ -259,11 +271,16 @@ def build_generators(
             excluded = _excluded_beside_slant_paths(generator, layer, field, slant, points, scenario)
             for effect, table in excluded.items():
                 allowed = allowed.beside(effect, table)
-            shift = slant.of_view(layer, points.pixel_size_m)
+            shift, levels = slant.of_view(layer, points.pixel_size_m), []
+            if span is not layer and slant.parallax:
+                moved = slant.farthest_m(span.thickness_max_m) / points.pixel_size_m
+                levels = [
+                    (level, slant.at_height(level.middle_m, points.pixel_size_m)) for level in levels_of(span, moved)
+                ]
             if wide != (0, 0):
-                generator = DisplacedClouds(generator, wide, shift)
+                generator = DisplacedClouds(generator, wide, shift, levels=levels)
             elif margin != (0, 0) or slant.shadows:  # rays that form no grid have shadows even below the clouds
-                generator = DisplacedClouds(generator, wide, shift, of_image=True)
+                generator = DisplacedClouds(generator, wide, shift, of_image=True, levels=levels)
             generators.append(generator)
     if allowed is slant:
         return tuple(generators), slant

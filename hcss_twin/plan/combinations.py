@@ -17,6 +17,12 @@ LAYER_TOPS = "a generator with one top of the layer (closest is 'fractal')"
 """What is allowed in place of cloud tops that vary with the generator."""
 
 
+def goes_on_with(generator: object) -> str:
+    """Return what is allowed in place of clouds that end with their image."""
+    own = getattr(generator, "goes_on_with", "")
+    return f"{own}, or clouds.generator = 'fractal'" if own else "clouds.generator = 'fractal'"
+
+
 class Excluded(NamedTuple):
     """What a scene may not have beside an effect.
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.cached_method import cached_method
+from hcss_twin.plan.hanging_levels import Level, Met
 from hcss_twin.plan.point_shifts import PointShifts, gathered
 from hcss_twin.providers import CloudDeclaration, CloudGenerator
+
+Shift = tuple[int, int] | PointShifts
 
 
 class DisplacedClouds:
@@ -29,14 +32,18 @@ class DisplacedClouds:
         Displacement of the cloud seen from each point, within the margin of a larger plane.
     of_image : bool
         Whether the clouds are those that the image sees, made for its plane.
+    levels : sequence of (Level, (int, int) or PointShifts)
+        Of clouds whose tops vary, seen along slant lines of sight: slices of height from the highest down, and the
+        displacement of what is seen there.
     """
 
     def __init__(
         self,
         generator: CloudGenerator,
         margin: tuple[int, int],
-        view_shift: tuple[int, int] | PointShifts,
+        view_shift: Shift,
         of_image: bool = False,
+        levels: Sequence[tuple[Level, Shift]] = (),
     ) -> None:
         self._generator = generator
         self._margin = margin
@@ -44,8 +51,10 @@ class DisplacedClouds:
         self._origin = (0, 0)
         if of_image:
             self._origin = view_shift if isinstance(view_shift, tuple) else view_shift.middle
-        self._of_image = of_image
+        self._of_image, self._levels = of_image, levels
         self._summary = cached_method(self._summary_at, 1)
+        # The engine asks for the thickness of a window, and then for its tops.
+        self._met = cached_method(self._met_in, 1)
 
     @property
     def declares(self) -> CloudDeclaration:
@@ -58,7 +67,11 @@ class DisplacedClouds:
             raise AttributeError(name)
         attribute = getattr(self._generator, name)
         # looked up here, so that hasattr() reflects the generator
-        own = {"thickness_around_m": self._thickness_around_m, "thickness_in_frame_m": self._thickness_around_m}
+        own = {
+            "thickness_around_m": self._thickness_around_m,
+            "thickness_in_frame_m": self._thickness_around_m,
+            "cloud_top_m": self._cloud_top_m,
+        }
         return own.get(name, attribute)
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
@@ -69,6 +82,8 @@ class DisplacedClouds:
         self, time_s: float, rows: slice, columns: slice, of_image: Callable[..., NDArray[np.float32]]
     ) -> NDArray[np.float32]:
         """Return the thickness (y, x) seen from a window; ``of_image`` gives that of clouds that the image sees."""
+        if self._levels:
+            return self._met(time_s, rows.start, rows.stop, columns.start, columns.stop).thickness_m.copy()
         if isinstance(self._view_shift, tuple):
             if self._of_image:
                 return of_image(time_s, rows, columns)
@@ -87,6 +102,31 @@ class DisplacedClouds:
 
         return self._seen_m(time_s, rows, columns, around)
 
+    def _cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the altitude of the cloud top (y, x) that is seen from a window in or around the image."""
+        if self._levels:
+            return self._met(time_s, rows.start, rows.stop, columns.start, columns.stop).top_m.copy()
+        assert isinstance(self._view_shift, tuple)
+        return self.displaced_top_m(time_s, rows, columns, self._view_shift)
+
+    def _met_in(self, time_s: float, top: int, bottom: int, left: int, right: int) -> Met:
+        """Return the clouds that lines of sight of a window meet first."""
+        rows, columns = slice(top, bottom), slice(left, right)
+        met = Met((bottom - top, right - left), float(self._generator.cloud_top_range_m[0]))  # type: ignore[attr-defined]
+        of_levels = [
+            (level, np.reshape(shift, (2, 1, 1)) if isinstance(shift, tuple) else shift.at(rows, columns))
+            for level, shift in self._levels
+        ]
+        near = np.min([shifts.min(axis=(1, 2)) for _, shifts in of_levels], axis=0)
+        far = np.max([shifts.max(axis=(1, 2)) for _, shifts in of_levels], axis=0)
+        first = int(near[0]), int(near[1])
+        wide = slice(top, bottom + int(far[0]) - first[0]), slice(left, right + int(far[1]) - first[1])
+        clouds = self.displaced_m(time_s, *wide, first), self.displaced_top_m(time_s, *wide, first)
+        y, x = np.arange(bottom - top)[:, None], np.arange(right - left)[None, :]
+        for level, shifts in of_levels:
+            met.look(*clouds, (y + shifts[0] - first[0], x + shifts[1] - first[1]), level)
+        return met
+
     def displaced_m(self, time_s: float, rows: slice, columns: slice, shift: tuple[int, int]) -> NDArray[np.float32]:
         """Return the thickness (y, x) displaced by ``shift`` rows north and columns east of a window of the image.
 
@@ -95,18 +135,32 @@ class DisplacedClouds:
         ValueError
             If the displacement exceeds the margin.
         """
-        if not self._of_image and any(abs(by) > room for by, room in zip(shift, self._margin, strict=True)):
-            raise ValueError(f"shift: {shift} given, allowed: up to {self._margin}")
-        moved = (
-            slice(window.start + room + by - seen, window.stop + room + by - seen)
-            for window, room, by, seen in zip((rows, columns), self._margin, shift, self._origin, strict=True)
-        )
+        moved = self._moved(rows, columns, shift)
         # The sky of the generator may continue beyond the plane, like the window.
         around = getattr(self._generator, "thickness_around_m", None)
         if around is not None:
             sky: NDArray[np.float32] = around(time_s, *moved, self._summary(time_s))
             return sky
         return self._generator.thickness_m(time_s, *moved)
+
+    def displaced_top_m(
+        self, time_s: float, rows: slice, columns: slice, shift: tuple[int, int]
+    ) -> NDArray[np.float32]:
+        """Return the altitude of tops that vary, as :meth:`displaced_m`."""
+        tops: NDArray[np.float32] = self._generator.cloud_top_m(  # type: ignore[attr-defined]
+            time_s, *self._moved(rows, columns, shift)
+        )
+        return tops
+
+    def _moved(self, rows: slice, columns: slice, shift: tuple[int, int]) -> tuple[slice, slice]:
+        """Return the window of the generator's plane that is displaced from a window of the image."""
+        if not self._of_image and any(abs(by) > room for by, room in zip(shift, self._margin, strict=True)):
+            raise ValueError(f"shift: {shift} given, allowed: up to {self._margin}")
+        y, x = (
+            slice(window.start + room + by - seen, window.stop + room + by - seen)
+            for window, room, by, seen in zip((rows, columns), self._margin, shift, self._origin, strict=True)
+        )
+        return y, x
 
     def _summary_at(self, time_s: float) -> Any:
         """Return what the frame tells of the clouds around it."""

@@ -166,7 +166,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     if rays is None:
         rays = GridRays(assembly, image.samples_per_pixel, analysis.views.over(assembly))
     variables = quantized(cube_variables(scenario, assembly, waves.varies), scenario, analysis.accuracy)
-    variables = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
+    variables, unpacked = packed_variables(variables, scenario, assembly, analysis.accuracy, analysis.expected)
     computed = computed_variables(scenario, assembly, waves.varies, variables)
     variables = rays.variables(variables)
     land = 0.0 if assembly.surfaces else land_share(scenario, catalog, float(times[-1]))
@@ -193,6 +193,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         notes=(
             *_notes(scenario, assembly, computed, waves.varies, analysis.sunlight.matters(zenith)),
             *analysis.notes,
+            *unpacked,
             *viewing_notes(scenario),
             *doubts,
             *(f"{probe.label} breaks a law, as it declares: {law}" for probe in probes for law in probe.expected),

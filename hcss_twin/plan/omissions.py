@@ -85,7 +85,7 @@ def slant_skipped(
     slant = assembly.slant
     if not assembly.has_cloud:
         return
-    farthest = slant.farthest_m(max(layer.reference_height_m for layer in assembly.layers))
+    farthest = slant.farthest_m(assembly.highest_met_m)
     without = slant.why_not.get("parallax")
     if farthest == 0.0:
         if slant.parallax:

@@ -106,8 +106,7 @@ def _elsewhere_m(assembly: Assembly, view: View) -> float:
     if not (assembly.slant.parallax and assembly.has_cloud):
         return 0.0
     along, of_middle = (_direction(one) for one in (view, assembly.view))
-    height_m = max(layer.reference_height_m for layer in assembly.layers)
-    return height_m * float(np.linalg.norm(along[:2] / along[2] - of_middle[:2] / of_middle[2]))
+    return assembly.highest_met_m * float(np.linalg.norm(along[:2] / along[2] - of_middle[:2] / of_middle[2]))
 
 
 def _between_deg(one: View, other: View) -> float:

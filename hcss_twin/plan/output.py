@@ -95,7 +95,8 @@ def _expanded(names: Iterable[str], scenario: Scenario, assembly: Assembly, wave
     derived = [provider.variables for provider in assembly.derived]
     surfaces = [name for surfaces in assembly.surfaces for name in surfaces.names]
     terms, texture = assembly.model.terms, assembly.has_texture
-    return expand(names, terms, layers, shadows, waves, altitude, moves, elements, derived, surfaces, texture)
+    light = scenario.radiance.is_between_columns and scenario.radiance.light != "columns"
+    return expand(names, terms, layers, shadows, waves, altitude, moves, elements, derived, surfaces, texture, light)
 
 
 def wants_radiance(variables: tuple[VariableSpec, ...]) -> bool:
@@ -129,6 +130,11 @@ def quantized(
         raise ScenarioError([Problem("output.quantization", message)])
     bits = bits_for(requested)
     return tuple(_rounded(spec, bits) for spec in variables)
+
+
+def rounded_within(spec: VariableSpec, relative: float) -> VariableSpec:
+    """Return a variable with the significant bits whose rounding errs by no more than a relative error."""
+    return _rounded(spec, bits_for(relative))
 
 
 def quantization_lines(variables: tuple[VariableSpec, ...], compressed: bool) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.plan.air_over_field import Climate
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.combinations import LAYER_TOPS, Excluded
+from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.directions import Directions, Views
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
@@ -228,7 +228,6 @@ def excluded_beside_rays(rays: Rays, scenario: Scenario, assembly: Assembly) -> 
     of_sun = any(name.startswith("sun_") for provider in assembly.derived for name in provider.needs)
     return (
         *modes,
-        Excluded("clouds.generator", assembly.tops_vary, "cloud tops that vary with the generator", LAYER_TOPS),
         Excluded("atmosphere.profile", profiles, "a field of several profiles", "one profile"),
         Excluded(
             "output.derived",

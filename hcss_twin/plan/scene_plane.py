@@ -9,6 +9,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.kernels import kernel
+from hcss_twin.plan.combinations import goes_on_with
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import CloudGenerator, Grid
 
@@ -66,8 +67,8 @@ class ScenePlane:
         elif not inside and not hasattr(generator, "thickness_around_m"):
             message = (
                 f"rays meet rows {rows.start} to {rows.stop} and columns {columns.start} to {columns.stop} of the "
-                f"scene at time {time_s:g} s; allowed: its {grid.rows} x {grid.columns} pixels, where this cloud "
-                "generator ends, or clouds.generator = 'fractal', which does not end"
+                f"scene at time {time_s:g} s; allowed: its {grid.rows} x {grid.columns} pixels, where these clouds "
+                f"end, or {goes_on_with(generator)}"
             )
         else:
             return

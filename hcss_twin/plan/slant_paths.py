@@ -159,9 +159,12 @@ class SlantPaths:
         (int, int) or PointShifts
             The latter if points of the image differ.
         """
+        return self.at_height(layer.reference_height_m, point_m)
+
+    def at_height(self, height_m: float, point_m: float) -> tuple[int, int] | PointShifts:
+        """Return the displacement of what is met at a height, as :meth:`of_view`."""
         if not self.parallax:
             return 0, 0
-        height_m = layer.reference_height_m
         if self.sight is None:
             return whole_points(displacement_m(height_m, self.view.zenith_deg, self.view.azimuth_deg), point_m)
         shifts = self.sight.shifts(height_m, point_m)
@@ -261,9 +264,12 @@ def slant_paths(
             "clouds are high,"
         )
     high = f"frames with the sun up to {LARGEST_SUN_DEG:g} deg or below the horizon"
-    geometry = Excluded("image", not on_grid, "an image that is no grid on the ground", "a grid on the ground")
-    paths = SlantPaths(options, view, sun_zenith_deg[up], sun_azimuth_deg[up])
-    return paths.beside("shadows", [Excluded("time", bool(low.size), sun, high)]).beside("parallax", [geometry])
+    paths = SlantPaths(options, view, sun_zenith_deg[up], sun_azimuth_deg[up]).beside("parallax", [])
+    if not on_grid:  # clouds are not displaced: pixels look where their own lines of sight meet them
+        paths = paths.without(
+            "parallax", NotComputed("each pixel has a line of sight of its own, which meets each layer")
+        )
+    return paths.beside("shadows", [Excluded("time", bool(low.size), sun, high)])
 
 
 def enlarged(grid: Grid, margin: tuple[int, int]) -> Grid:

@@ -178,14 +178,13 @@ MEAN_SEA = MeanSea(Calm(), (0.0, 0.0), 0.0)
 
 def excluded_beside_waves(scenario: Scenario, assembly: Assembly) -> tuple[Excluded, ...]:
     """Return what cannot be computed with resolved waves, beside maps of the ground without sea."""
-    sea, light = assembly.sea, scenario.radiance
+    sea = assembly.sea
     able = hasattr(sea, "wave_slope_rms") and hasattr(sea, "wave_field") and hasattr(sea, "tilted")
     return (
         Excluded(
             "sea.model", not able, f"the sea model '{scenario.sea.model}', without waves as shapes,", "'rough-sea'"
         ),
         Excluded("image", assembly.own_suns, "a full disk, whose places have suns of their own,", "a part"),
-        Excluded("radiance.light", light.is_between_columns, "light between columns", "'columns'"),
     )
 
 

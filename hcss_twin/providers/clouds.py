@@ -291,18 +291,22 @@ class CloudGeneratorOptions(Protocol):
         others that a scenario sets.
     cloud_top_range_m : (float, float) or None
         Lowest and highest altitude of ``cloud_top_m``. None: tops are those of the layer.
+    goes_on_with : str
+        Of clouds that end with their image: key and value of the scenario with which they go on, for messages.
     """
 
     skipped: Sequence[tuple[str, str]]
     image_coverage: float | None
     honours: Collection[str]
     cloud_top_range_m: tuple[float, float] | None
+    goes_on_with: str
 
     def cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the altitude of the cloud top (y, x) of a window; where it is clear any within the range.
 
         The cloud of a point is that of :meth:`CloudLayer.hanging_from`: the generator keeps it no thicker than that
-        layer. A pixel's value must not depend on the window. Only tileable generators may have it.
+        layer. A pixel's value must not depend on the window, which may reach outside the image if the generator has
+        ``thickness_around_m``. Only tileable generators may have it.
         """
         ...
 

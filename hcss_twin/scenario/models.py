@@ -231,7 +231,8 @@ class OutputSection(ScenarioSection):
     packing: Literal["int16"] | None = Field(
         None,
         description='"int16": radiance, brightness temperature, thickness and fractions are stored as 16-bit integers '
-        "(CF `scale_factor`), in steps of at most 0.6 x accuracy in every band; half the bytes.",
+        "(CF `scale_factor`), in steps of at most 0.6 x accuracy in every band; half the bytes. Radiance that such "
+        "steps do not fit stays in single precision.",
     )
     certificate: QuantityParser.Whole = Field(
         24, ge=0, le=3000, description="Random pixels recomputed without tables to certify the accuracy; 0: none."

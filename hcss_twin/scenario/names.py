@@ -285,7 +285,15 @@ def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count:
         elements, derived = (_variables_of(kind, data, registry) for kind in (Kind.ELEMENTS, Kind.VARIABLES))
         surfaces = ("",) if data.get("surfaces") is not None else ()
         expand(
-            names, terms, layer_count, shadows, altitude=altitude, elements=elements, derived=derived, surfaces=surfaces
+            names,
+            terms,
+            layer_count,
+            shadows,
+            altitude=altitude,
+            elements=elements,
+            derived=derived,
+            surfaces=surfaces,
+            light=True,
         )
     except (HcssError, AttributeError):  # reported at radiance.model
         return

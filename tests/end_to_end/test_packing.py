@@ -1,5 +1,7 @@
 """Cubes in 16-bit integers: the error is stated, bounded and certified, and every reader gets the same numbers."""
 
+import re
+
 import h5py
 import netCDF4
 import numpy as np
@@ -109,21 +111,47 @@ def test_exports_and_sensors_read_the_unpacked_numbers(folder, tmp_path):
         np.testing.assert_allclose(measured.radiance, expected, rtol=1e-5)
 
 
+def test_numbers_are_not_rounded_twice():
+    with pytest.raises(
+        ScenarioError, match=r"output.quantization: .* with output.packing = 'int16'; allowed: 0, or no output.packing"
+    ):
+        planned(output__quantization=1e-4)
+
+
+UNLIKE = {"bands": ["mwir", "lwir"]}
+
+
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("changes", "why"),
     [
-        (
-            {"bands": ["mwir", "lwir"]},
-            r"output.packing: 'int16'.* up to 0.0\d+ of the radiance .* in band 'mwir', beyond 0.0003, .*brightn.*; "
-            "allowed: no output.packing, or accuracy = ",
-        ),
-        ({"output__quantization": 1e-4}, "output.quantization: .* with output.packing = 'int16'; allowed: 0"),
-        ({"elements": [SOURCE]}, "elements: .* with output.packing = 'int16'; allowed: no elements"),
+        (UNLIKE, r"steps of 16 bits are .* up to 0.0\d+ of the radiance .* in band 'mwir', beyond 0.0003, 30 % "),
+        ({"elements": [SOURCE]}, r"the radiance of \[\[elements\]\] has no known limit; "),
     ],
 )
-def test_steps_that_do_not_fit_the_scene_are_refused(changes, message):
-    with pytest.raises(ScenarioError, match=message):
-        planned(**changes)
+def test_radiance_that_fits_no_steps_stays_in_single_precision_and_the_plan_says_why(changes, why):
+    plan = planned(**changes)
+    specs = {spec.name: spec for spec in plan.variables}
+    assert specs["radiance"].stored_dtype == "float32"
+    assert specs["radiance"].significant_bits is None
+    assert specs["cloud_thickness"].stored_dtype == "int16"
+    (note,) = (note for note in plan.notes if note.startswith("output.packing: radiance stays"))
+    assert re.search(why, note)
+    assert note.endswith("; output.compression = 1 would round it to the bits that matter")
+
+
+@pytest.mark.parametrize("changes", [UNLIKE, {"elements": [SOURCE | {"parameters": {"tracks": [
+    {"x": 0, "y": 5, "altitude": 9e3, "temperature": 900.0, "area": 5e4}]}}], "bands": ["mwir"]}])  # fmt: skip
+def test_radiance_without_steps_is_rounded_to_the_share_of_the_accuracy_in_each_band(changes, tmp_path):
+    with open_cube(run(planned(None, **changes), tmp_path / "full.nc")) as full:
+        exact = full.radiance.to_numpy().astype(float)
+    plan = planned(**changes, output__compression=1)
+    with open_cube(run(plan, tmp_path / "packed.nc")) as packed:
+        assert packed.attrs["hcss_certificate"].startswith("PASSED")
+        error = np.max(np.abs(packed.radiance - exact) / exact, axis=(0, 2, 3)).to_numpy()
+    assert np.all(error < 3e-4)
+    assert np.all(error > 0.3 * 3e-4)
+    assert "elements" not in changes or exact.max() > 10.0 * np.median(exact)  # far beyond all steps for clouds
+    assert verify_cube(tmp_path / "packed.nc").verdict is Verdict.IDENTICAL
 
 
 def test_steps_beyond_the_accuracy_would_fail_the_certificate(monkeypatch, tmp_path):

@@ -107,6 +107,38 @@ def test_an_image_with_room_casts_its_shadow_away_from_the_sun(image):
     assert 1 < shadow[1] - cloud[1] < 7
 
 
+@pytest.mark.parametrize(("beyond", "mode"), [("mirror", "symmetric"), ("clear", "constant")])
+def test_clouds_beyond_an_image_cast_their_shadows_into_it(tmp_path, beyond, mode):
+    """The mask is that of a larger image, displaced along the line of sight and the sun's path by hand."""
+    np.save(tmp_path / "image.npy", np.random.default_rng(0).gamma(1.5, 0.1, (40, 50)))
+    parameters = {"image": str(tmp_path / "image.npy"), "method": "coverage", "cloud_is": "bright"}
+    thin = {"clouds.base": 1000.0, "clouds.top": 1002.0, "clouds.thickness_min": 1.0, "clouds.generator": "imagery"}
+    of_image = thin | {"clouds.parameters": parameters | {"beyond": beyond}}
+    output = {"output.variables": ["radiance", "cloud_mask", "shadow_mask"], "output.certificate": 16}
+    cube = simulate(scenario(**of_image, **ON, **output, **{"frames.count": 1, "accuracy": 1e-2}))
+    assert cube.attrs["hcss_certificate"].startswith("PASSED")
+    cloud, room = cube.cloud_mask.values[0], 30
+    around = np.pad(cloud, room, mode=mode)
+    sun = np.radians((float(cube.solar_zenith_angle[0]), float(cube.solar_azimuth_angle[0])))
+    away = [1001.0 * np.tan(sun[0]) * turn(sun[1]) / 50.0 for turn in (np.cos, np.sin)]
+    seen = [1000.0 * np.tan(np.radians(20.0)) * turn(np.radians(18.72)) / 50.0 for turn in (np.cos, np.sin)]
+    down, right = (room + int(np.rint(one) - np.rint(other)) for one, other in zip(away, seen, strict=True))
+    expected = around[down : down + 40, right : right + 50] * (1 - cloud)
+    assert (down - room) ** 2 + (right - room) ** 2 > 100
+    np.testing.assert_array_equal(cube.shadow_mask.values[0], expected)
+
+
+def test_an_image_that_ends_is_refused_with_the_key_that_says_how_it_goes_on(image):
+    options = {"slant.shadows": "on", "clouds.coverage_mode": "frame"}
+    found = problem(**image(44, 80), **options)
+    assert found.field == "clouds.generator"
+    assert "known in the image only" in found.message
+    assert "allowed: clouds.parameters.beyond = 'mirror', or clouds.generator = 'fractal', or" in found.message
+    given = image(44, 80)
+    given["clouds.parameters"]["beyond"] = "mirror"
+    assert make_plan(scenario(**given, **options)).has_shadows
+
+
 def test_shadows_of_a_sun_near_the_horizon_are_refused():
     found = problem(**{"slant.shadows": "on", "time": "2024-04-20T18:10:00+10:00"})
     assert found.field == "time"

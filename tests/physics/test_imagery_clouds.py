@@ -242,3 +242,35 @@ def test_file_is_recorded_and_a_missing_one_named(tmp_path):
 def test_parameters_out_of_range_are_refused(wrong):
     with pytest.raises(ValidationError):
         ImageryParameters(**wrong)
+
+
+@pytest.mark.parametrize("beyond", ["clear", "mirror"])
+def test_around_the_scene_is_the_rest_of_the_image_and_beyond_it_what_is_said(tmp_path, beyond):
+    image = np.random.default_rng(0).gamma(1.5, 0.1, (ROWS, COLUMNS))
+    given = {"size": (12, 10), "row_origin": 6, "column_origin": 40, "wind": (-3000.0, -2000.0)}
+    clouds = _clouds(tmp_path, image, beyond=beyond, **given)
+    whole = thickness_frame(_clouds(tmp_path, image))
+    modes = {"clear": {"mode": "constant"}, "mirror": {"mode": "symmetric"}}
+    padded = np.pad(whole, 100, **modes[beyond])
+    for time_s in (0.0, 2.0):
+        # The scene moves against the wind, to the east and north; rows of the file run southward.
+        south, west = ROWS - 12 - 6 + int(2 * time_s), 40 + int(3 * time_s)
+        around = clouds.thickness_around_m(time_s, slice(-70, 80), slice(-90, 85))
+        expected = padded[100 + south - 70 : 100 + south + 80, 100 + west - 90 : 100 + west + 85]
+        np.testing.assert_array_equal(around, expected)
+        inside = clouds.thickness_m(time_s, slice(0, 12), slice(0, 10))
+        np.testing.assert_array_equal(inside, around[70:82, 90:100])
+
+
+def test_what_is_beyond_an_image_is_not_known_unless_said(tmp_path):
+    image, _ = _image()
+    assert not hasattr(_clouds(tmp_path, image), "thickness_around_m")
+
+
+def test_missing_pixels_around_the_scene_are_an_error_only_where_they_are_met(tmp_path):
+    image, _ = _image()
+    image[:, 20] = np.nan
+    clouds = _clouds(tmp_path, image, size=(ROWS, 15), column_origin=0, beyond="clear")
+    clouds.thickness_around_m(0.0, slice(-5, 5), slice(-5, 20))
+    with pytest.raises(ScenarioError, match=r"clouds.parameters.missing: 10 of the 260 pixels .* are missing"):
+        clouds.thickness_around_m(0.0, slice(0, 10), slice(-5, 21))

@@ -223,6 +223,19 @@ def test_windows_agree_bit_for_bit_wherever_they_lie(folder, corner):
         np.testing.assert_array_equal(part, whole[top:bottom, left:right])
 
 
+@pytest.mark.parametrize("mode", ["field", "frame"])
+def test_around_the_image_is_the_same_sky(folder, mode):
+    """Twelve rows and columns more on each side of the first frame are the second one, which the motion brings in."""
+    motion = Motion(0.0, (-20_000.0, -12_000.0), math.inf, 1.0)
+    clouds = _clouds(folder, motion=motion, coverage_mode=mode)
+    around = clouds.thickness_around_m(0.0, slice(-12, 52), slice(-20, 70))
+    for time_s in (-1.0, 0.0, 1.0):
+        down, right = 12 + int(12 * time_s), 20 + int(20 * time_s)
+        frame = clouds.thickness_m(time_s, slice(0, 40), slice(0, 50))
+        np.testing.assert_array_equal(frame, around[down : down + 40, right : right + 50])
+    assert around.any()
+
+
 def test_windows_too_far_out_to_count_are_refused(folder):
     clouds = _clouds(folder, motion=Motion(1e30, (0.0, 0.0), math.inf, 1.0))
     with pytest.raises(ScenarioError, match=r"motion: at 1 s the scene is .* pixels away"):

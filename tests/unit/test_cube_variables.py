@@ -12,7 +12,8 @@ TERMS = {"sea_emission": "Emission of the sea.", "sun_glint": "Glint."}
 
 
 def names(requested, layer_count=2, shadows=True):
-    return [spec.name for spec in expand(requested, TERMS, layer_count, shadows, elements=[{}], surfaces=["sea"])]
+    more = {"elements": [{}], "surfaces": ["sea"], "light": True}
+    return [spec.name for spec in expand(requested, TERMS, layer_count, shadows, **more)]
 
 
 def test_names_are_unique_over_variables_and_coordinates():
@@ -25,7 +26,8 @@ def test_all_is_the_table_then_the_terms():
 
 
 def test_groups_and_names_combine_in_the_order_of_the_table_without_repetition():
-    assert names(["terms", "radiance", "terms"]) == ["radiance", "radiance_sea_emission", "radiance_sun_glint"]
+    expected = ["radiance", "radiance_between_columns", "radiance_sea_emission", "radiance_sun_glint"]
+    assert names(["terms", "radiance", "terms"]) == expected
     assert names(["truth"]) == [spec.name for spec in VARIABLES if spec.kind == "truth"]
     assert names(["radiance_sun_glint", "cloud_mask"]) == ["cloud_mask", "radiance_sun_glint"]
 

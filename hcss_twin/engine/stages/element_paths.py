@@ -52,12 +52,23 @@ class ElementPaths:
         means: Array = np.sum(self._shares(temperature_K) * spectrum, axis=1)
         return means
 
-    def heights_above(self, thickness_m: Sequence[NDArray[np.float32]], altitude_m: float) -> Array:
-        """Return the vertical extent (L, P) of each layer's cloud above an altitude, from the thickness at P points."""
+    def heights_above(
+        self,
+        thickness_m: Sequence[NDArray[np.float32]],
+        altitude_m: float,
+        tops_m: Sequence[NDArray[np.float32] | None] = (),
+    ) -> Array:
+        """Return the vertical extent (L, P) of each layer's cloud above an altitude, from the thickness at P points.
+
+        ``tops_m`` are the tops of layers whose tops vary, and None for others; by default none do.
+        """
         heights = np.zeros((len(thickness_m), thickness_m[0].size if thickness_m else 0))
-        for height, layer, layer_thickness in zip(heights, self._plan.layers, thickness_m, strict=True):
+        tops = tops_m or [None] * len(thickness_m)
+        layers = zip(heights, self._plan.layers, thickness_m, tops, strict=True)
+        for height, layer, layer_thickness, varying in layers:
             thickness = layer_thickness.ravel().astype(np.float64)
-            height[:] = np.clip(layer.cloud_top_m(thickness) - altitude_m, 0.0, thickness)
+            top = layer.cloud_top_m(thickness) if varying is None else varying.ravel().astype(np.float64)
+            height[:] = np.clip(top - altitude_m, 0.0, thickness)
         return heights
 
     def through_cloud(self, heights_m: Array, zenith_deg: float) -> Array:

@@ -82,9 +82,10 @@ class ElementStage(Stage):
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
         """Add the elements of a window."""
-        added = self._of_part.add(
-            window.window, window.thickness_m, part.radiance, part.added, part.truth, window.inside
-        )
+        before = part.shown[:, *window.inside].copy() if part.shown is not part.radiance else None
+        added = self._of_part.add(window.window, window.thickness_m, part.shown, part.added, part.truth, window.inside)
+        if before is not None:  # light between columns, which elements are added to, remains the difference of both
+            part.radiance[:, *window.inside] += part.shown[:, *window.inside] - before
         window.left_out[WITH_ELEMENTS] = added
 
     def finish(self, part: FramePart, frame: Frame) -> None:
@@ -96,10 +97,10 @@ class ElementStage(Stage):
         return self._elements(part).windows(area)
 
     def _elements(self, part: FramePart) -> InstantElements:
-        clouds = part.clouds
+        clouds = seen = part.clouds
         if self._plan.rays.instants > 1:  # what small elements have before them is that of the middle
             clouds = FrameClouds(self._plan, part.time_s, rays=self._plan.rays.still())
-        return InstantElements(self._plan, self._paths, part.index, part.time_s, clouds, part.look_up)
+        return InstantElements(self._plan, self._paths, part.index, part.time_s, clouds, part.look_up, seen)
 
 
 class InstantElements:
@@ -122,9 +123,10 @@ class InstantElements:
         time_s: float,
         clouds: FrameClouds,
         look_up: FrameLookUp | None,
+        seen: FrameClouds,
     ) -> None:
         self._plan, self._paths = plan, paths
-        self._clouds, self._look_up = clouds, look_up
+        self._clouds, self._look_up, self._seen = clouds, look_up, seen
         self._time_s, self._number = time_s, plan.scenario.frames.first + index
         self.drawn: dict[tuple[int, int], list[Piece]] = {}
         self._points_of_places: dict[Place, list[Thickness]] = {}
@@ -208,7 +210,8 @@ class InstantElements:
         at = self.project(*(np.array([coordinate]) for coordinate in (x_m, y_m, altitude_m)))
         place, paths = (float(at[0][0]), float(at[1][0])), self._paths
         zenith = self._zenith_of(place)
-        cloud = paths.through_cloud(paths.heights_above(self._own_points(place), altitude_m), zenith)
+        above = paths.heights_above(self._own_points(place), altitude_m, self._own_tops(place))
+        cloud = paths.through_cloud(above, zenith)
         return SightPath(
             paths.band_mean(paths.air(altitude_m, zenith)),
             paths.air_emission(altitude_m, zenith).copy(),
@@ -217,16 +220,33 @@ class InstantElements:
 
     def _own_points(self, place: Place) -> list[Thickness]:
         """Return the thickness (1, 1) of each layer at the point of the scene that a place in the image is in."""
-        plan, samples = self._plan, self._plan.samples_per_pixel
-        row, column = place
-        if plan.is_grid and not all(hasattr(generator, "thickness_around_m") for generator in plan.assembly.generators):
-            row, column = min(max(row, 0.0), plan.grid.rows - 1e-6), min(max(column, 0.0), plan.grid.columns - 1e-6)
         if place not in self._points_of_places:
-            y, x = math.floor(row), math.floor(column)
-            thickness = self._clouds.thickness_m((slice(y, y + 1), slice(x, x + 1)))
-            i, j = point_of((row, column), (y, x), samples)
+            pixel, (i, j) = self._known(place)
+            thickness = self._clouds.thickness_m(_of_pixel(pixel))
             self._points_of_places[place] = [layer[i : i + 1, j : j + 1] for layer in thickness]
         return self._points_of_places[place]
+
+    def _own_tops(self, place: Place) -> list[Thickness | None]:
+        """Return the tops (1, 1) there of layers whose tops vary, None for others."""
+        pixel, (i, j) = self._known(place)
+        tops = self._tops_of(self._clouds, pixel)
+        return [None if layer is None else layer[i : i + 1, j : j + 1] for layer in tops]
+
+    def _known(self, place: Place) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Return the pixel of a place in the image, and the point of it; beyond the known clouds, the nearest one."""
+        plan, (row, column) = self._plan, place
+        if plan.is_grid and not all(hasattr(generator, "thickness_around_m") for generator in plan.assembly.generators):
+            row, column = min(max(row, 0.0), plan.grid.rows - 1e-6), min(max(column, 0.0), plan.grid.columns - 1e-6)
+        pixel = math.floor(row), math.floor(column)
+        return pixel, point_of((row, column), pixel, plan.samples_per_pixel)
+
+    def _tops_of(self, clouds: FrameClouds, pixel: tuple[int, int]) -> list[Thickness | None]:
+        """Return the tops at the points of a pixel, as :meth:`_own_tops`."""
+        varying = self._plan.assembly.hanging_layers
+        return [
+            clouds.tops_m(layer, _of_pixel(pixel)) if layer in varying else None
+            for layer in range(len(self._plan.layers))
+        ]
 
     def _add_point(
         self, placed: PlacedPoint, pixel: tuple[int, int], pieces: Sequence[Share], small: WindowPieces
@@ -242,16 +262,19 @@ class InstantElements:
         of_place = [] if placed.is_resolved else self._own_points(placed.place)
         target = small.large if placed.side > LARGEST_DRAWN else small.drawn
         samples = self._plan.samples_per_pixel
-        points = small.points_of(pixel, samples)
+        points, tops = small.points_of(pixel, samples), self._tops_of(self._seen, pixel)
         for piece in pieces:
             i, j = point_of((piece.row, piece.column), pixel, samples)
             behind = [layer[i : i + 1, j : j + 1] for layer in points]
-            above = behind if placed.is_resolved else of_place
-            key = tuple(float(layer[0, 0]) for layer in behind)
+            own = [None if layer is None else layer[i : i + 1, j : j + 1] for layer in tops]
+            key = tuple(float(layer[0, 0]) for layer in (*behind, *own) if layer is not None)
             if key not in changes:
-                place = (piece.row, piece.column) if placed.is_resolved else placed.place
+                place, above, highest = (piece.row, piece.column), behind, own
+                if not placed.is_resolved:
+                    place, above, highest = placed.place, of_place, self._own_tops(placed.place)
+                heights = self._paths.heights_above(above, point.altitude_m, highest)
                 element_truth[ELEMENT_TRANSMITTANCE], changes[key] = self._change(
-                    point, place, pixel, above, behind, small
+                    point, place, pixel, heights, behind, small
                 )
             target.setdefault(pixel, []).append((placed, piece, changes[key] * covers * piece.share))
         return element_truth
@@ -261,7 +284,7 @@ class InstantElements:
         point: ElementPoint,
         place: Place,
         pixel: tuple[int, int],
-        above: Sequence[Thickness],
+        heights: Array,
         behind: Sequence[Thickness],
         small: WindowPieces,
     ) -> tuple[Array, Array]:
@@ -269,11 +292,12 @@ class InstantElements:
 
         Parameters
         ----------
-        above, behind : sequence of ndarray (1, 1)
-            Thickness of the clouds that weaken it, and at the point that it hides.
+        heights : ndarray (L, 1)
+            Of the clouds above it, which weaken it.
+        behind : sequence of ndarray (1, 1)
+            Thickness at the point that it hides.
         """
         paths, altitude_m, zenith = self._paths, point.altitude_m, self._zenith_of(place)
-        heights = paths.heights_above(above, altitude_m)
         cloud, air = paths.through_cloud(heights, zenith), paths.air(altitude_m, zenith)
         reach = paths.band_mean(air * cloud, point.temperature_K)
         if self._look_up is None:
@@ -356,7 +380,7 @@ class InstantElements:
         radiance, at = small.radiance, small.at(pixel)
         thickness_m = small.points_of(pixel, plan.samples_per_pixel)
         zenith = self._zenith_deg(*pixel)
-        heights = paths.heights_above(thickness_m, altitude_m)
+        heights = paths.heights_above(thickness_m, altitude_m, self._tops_of(self._seen, pixel))
         cloud = paths.through_cloud(heights, zenith)
         air = paths.air(altitude_m, zenith)
         reach = paths.band_mean(air * cloud, pixels.temperature_K)
@@ -403,6 +427,11 @@ class InstantElements:
         """View zenith angle of a pixel, which may lie outside the image."""
         (view,) = self._plan.rays.views_of_pixels([row], [column], self._time_s)
         return view.zenith_deg
+
+
+def _of_pixel(pixel: tuple[int, int]) -> Window:
+    row, column = pixel
+    return slice(row, row + 1), slice(column, column + 1)
 
 
 def _below(thickness_m: Sequence[Thickness], heights: Array) -> list[Thickness]:

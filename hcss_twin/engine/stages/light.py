@@ -7,7 +7,7 @@ so that a pixel has the same bits in all of them.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from itertools import product
 from typing import Any, ClassVar
 
@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.engine.ground import Ground
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.frame_look_up import FrameLookUp
+from hcss_twin.engine.tables.over_surfaces import SurfaceStates
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.plan.choose_light import light_inputs
@@ -57,6 +59,14 @@ class LightStage(Stage):
         self._plan, self._name = plan, plan.light.name
         inputs, samples = light_inputs(plan, tables.spectrum.nodes), plan.samples_per_pixel
         self._transport: LightTransport = plan.light.transport(inputs)
+        # Over each class of surface, at the middle of its temperatures; one without a map of the ground.
+        self._ground: Ground | None = None
+        self._transports = [self._transport]
+        for surfaces in plan.surfaces:
+            states = SurfaceStates(plan, surfaces)
+            self._ground = states.ground
+            plans = (states.plan_in(plan, of_class[len(of_class) // 2]) for of_class in surfaces.states)
+            self._transports = [plan.light.transport(light_inputs(each, tables.spectrum.nodes)) for each in plans]
         pixels = min(max(plan.grid.rows, plan.grid.columns), max(self.largest_square // samples, 1))
         self._pixels, self._layer, self._number = pixels, inputs.layer, inputs.number
         self._reach = [tuple(-(-points // samples) for points in both) for both in self._transport.reach]
@@ -64,7 +74,8 @@ class LightStage(Stage):
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
-        """Write the radiance that is shown."""
+        """Write the radiance that is shown: the total; terms remain those of independent columns."""
+        part.shown[:, *window.inside] = part.radiance[:, *window.inside]
         self.fill(part.shown, window.window, window.inside, part.time_s, part.clouds, part.look_up)
 
     def fill(
@@ -84,7 +95,7 @@ class LightStage(Stage):
                 if len(self._squares) > KEPT_SQUARES:
                     self._squares.popitem(last=False)
             where, means = self._within(first, self._squares[row, column], window, in_part, look_up, radiance.shape[0])
-            for band, mean in zip(radiance, means, strict=True):
+            for band, mean in zip(radiance[: len(means)], means, strict=True):
                 band[*where] = mean
 
     def _within(
@@ -105,7 +116,7 @@ class LightStage(Stage):
             outer.append(slice(low - wanted.start + where.start, high - wanted.start + where.start))
         look_up = look_up.of_points((outer[0], outer[1]), samples)
         rows, columns = inner
-        values = self._looked_up(look_up, amount[..., rows, columns], bands)
+        values = self._looked_up(look_up, amount[..., rows, columns], bands)[: len(share)]
         values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)
         return outer, [value if samples == 1 else pixel_sums(value, samples) / samples**2 for value in values]
 
@@ -127,6 +138,14 @@ class LightStage(Stage):
                 raise ProviderError(f"{label}: expected finite values of shape {expected}, got shape {given.shape}")
         inner = [slice(before * samples, (before + side) * samples) for before, _ in self._reach]
         return amount[*inner].copy(), share[:, *inner].copy(), change[:, *inner].copy()
+
+    def _of_ground(self, of_classes: Sequence[Array], time_s: float, extent: Window) -> Array:
+        """Return values (B, y, x) of the points of a part of the image, from those over each class of surface."""
+        if self._ground is None:
+            return of_classes[0]
+        number = self._ground.at(time_s, extent).number.astype(np.intp)
+        values: Array = np.take_along_axis(np.stack(of_classes), number[None, None], axis=0)[0]
+        return values
 
     def _looked_up(self, look_up: FrameLookUp, amount_m: Array, channels: int) -> Array:
         """Return the radiance (C, y, x) of columns; below the thinnest cloud of the tables it is linear."""

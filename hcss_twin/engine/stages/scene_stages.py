@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.cube.variables import TERM_PREFIX
+from hcss_twin.cube.variables import BETWEEN_COLUMNS, TERM_PREFIX
 from hcss_twin.engine.stages.stage import Frame, FramePart, PartWindow, Stage
 from hcss_twin.engine.stages.truth import Truth
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
@@ -105,6 +105,7 @@ class RadianceStage(Stage):
         plan = scene.plan
         self._names = () if scene.tables is None else scene.tables.quantities.names
         self._bands = len(plan.bands)
+        self._between = any(spec.name == BETWEEN_COLUMNS for spec in plan.computed)
         self._temperature: BrightnessTemperature | None = None
         if any(spec.name == "brightness_temperature" for spec in plan.computed):
             self._temperature = BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
@@ -112,8 +113,13 @@ class RadianceStage(Stage):
     def finish(self, part: FramePart, frame: Frame) -> None:
         """Add the quantities that were looked up, and what follows from the total."""
         for number, name in enumerate(self._names):
-            values = part.shown[number * self._bands : (number + 1) * self._bands]
-            frame[TOTAL if name == TOTAL else TERM_PREFIX + name] = values
+            bands = slice(number * self._bands, (number + 1) * self._bands)
+            if name == TOTAL:
+                frame[TOTAL] = part.shown[bands]
+            else:  # of independent columns
+                frame[TERM_PREFIX + name] = part.radiance[bands]
+        if self._between:
+            frame[BETWEEN_COLUMNS] = part.shown[: self._bands] - part.radiance[: self._bands]
         if self._temperature is not None:
             frame["brightness_temperature"] = self._temperature(frame[TOTAL])
 

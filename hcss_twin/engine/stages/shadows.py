@@ -26,6 +26,7 @@ from hcss_twin.engine.tables.point_axis import PointAxis
 from hcss_twin.engine.tables.radiance_tables import ShadowTables
 from hcss_twin.engine.tables.view_states import OneView, ViewStates, point_states
 from hcss_twin.physics.geometry import displacement_m
+from hcss_twin.plan.hanging_levels import add_hanging, spanning
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.point_shifts import PointShifts
 from hcss_twin.plan.windows import Window, length, points_of
@@ -43,14 +44,17 @@ class SunPaths:
     shifts : ndarray of int64 (S, 2)
         Displacement in points (rows, columns) from the sea point to its path in each slice.
     from_flat_m : ndarray (S,)
-        Distance from the layer's flat side to the near face of the slice.
+        Distance from the layer's flat side to the near face of the slice; of clouds whose tops vary, the altitude of
+        its lower face.
     slice_m : float
         Height of each slice.
+    tops_vary : bool
     """
 
     shifts: NDArray[np.int64]
     from_flat_m: NDArray[np.float64]
     slice_m: float
+    tops_vary: bool = False
 
     def stay_at(self, shift: tuple[int, int]) -> bool:
         """Whether all slices have the same displacement."""
@@ -67,27 +71,33 @@ class SunPaths:
             With the method ``displaced_m`` of :class:`hcss_twin.plan.displaced_clouds.DisplacedClouds`.
         """
         first, last = self.shifts.min(axis=0), self.shifts.max(axis=0)
-        wide = (
+        wide = tuple(
             slice(window.start, window.stop + int(high - low))
             for window, low, high in zip((rows, columns), first, last, strict=True)
         )
         start = int(first[0]), int(first[1])
         thickness = generator.displaced_m(time_s, *wide, start)  # type: ignore[attr-defined]
         heights = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
+        if self.tops_vary:
+            tops = generator.displaced_top_m(time_s, *wide, start)  # type: ignore[attr-defined]
+            add_hanging(heights, thickness, tops, self.shifts - first, self.from_flat_m, self.slice_m)
+            return heights
         _add_slices(heights, np.ascontiguousarray(thickness), self.shifts - first, self.from_flat_m, self.slice_m)
         return heights
 
 
-def sun_paths(layer: CloudLayer, sun: Sun, point_m: float) -> SunPaths:
-    """Divide a layer into slices for the sun at one instant."""
+def sun_paths(layer: CloudLayer, sun: Sun, point_m: float, tops_vary: bool = False) -> SunPaths:
+    """Divide a layer into slices for the sun at one instant: where tops vary, all heights that have clouds."""
     moved = displacement_m(layer.thickness_max_m, sun.zenith_deg, sun.azimuth_deg)
     count = max(1, math.ceil(float(np.max(np.abs(moved))) / point_m))
     middle = layer.base_m + layer.thickness_max_m * (np.arange(count) + 0.5) / count
     away = np.stack([displacement_m(height, sun.zenith_deg, sun.azimuth_deg) for height in middle])
     from_base = layer.thickness_max_m * np.arange(count) / count
     from_flat = from_base if layer.anchor == "base" else from_base[::-1]
+    if tops_vary:
+        from_flat = layer.base_m + from_base
     shifts = np.rint(away / point_m).astype(np.int64)
-    return SunPaths(shifts, from_flat, layer.thickness_max_m / count)
+    return SunPaths(shifts, from_flat, layer.thickness_max_m / count, tops_vary)
 
 
 @kernel()
@@ -156,11 +166,13 @@ class ShadowStage(Stage):
         if not sun.is_up:
             return None
         paths: list[SunPaths | None] = []
-        for layer, shift in zip(plan.layers, self._shifts, strict=True):
-            met = sun_paths(layer, sun, self._point_m)
+        for layer, generator, shift in zip(plan.layers, plan.assembly.generators, self._shifts, strict=True):
+            span = spanning(layer, generator)
+            met = sun_paths(span, sun, self._point_m, tops_vary=span is not layer)
             # If line of sight and sun path intersect the layer at the same point, it is clear or cloudy for both: clear
             # points meet no cloud there. If all points are such, nothing is computed.
-            paths.append(None if isinstance(shift, tuple) and met.stay_at(shift) else met)
+            same = isinstance(shift, tuple) and not met.tops_vary and met.stay_at(shift)
+            paths.append(None if same else met)
         return InstantShadows(plan, self._tables, self._effects, time_s, sun, paths) if any(paths) else None
 
 

@@ -38,7 +38,7 @@ class WaveStage(Stage):
     """
 
     title = "waves as shapes"
-    reads = ("truth", "columns", "texture", "ground", "sunlight")
+    reads = ("truth", "columns", "light between columns", "texture", "ground", "sunlight")
     writes = ("waves",)
 
     def __init__(
@@ -75,7 +75,8 @@ class WaveStage(Stage):
             kept_back = np.zeros((0, 0, 0), np.float32)
         weights = states.weights(window.window)
         radiance, samples = part.radiance[:, *inside], self._samples
-        _add(radiance, states.values, weights, kept_back, to_nodes, slopes, clear, samples)
+        with part.changing_columns(inside):
+            _add(radiance, states.values, weights, kept_back, to_nodes, slopes, clear, samples)
 
     def _changes(self, time_s: float, key: Hashable) -> tuple[ViewStates, NDArray[np.float32]]:
         """Return the states (R, 1 or 2, C, N, M) of the tables at a time, seen through the rays of a key.

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
-from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.tables.point_axis import PlacedStates
 from hcss_twin.plan.cloud_tops import CloudTops
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.point_nodes import at_nodes
-from hcss_twin.plan.windows import Window, points_of
+from hcss_twin.plan.windows import Window
 
 
 class TopStates(PlacedStates):
@@ -24,8 +24,8 @@ class TopStates(PlacedStates):
 
     def __init__(self, plan: Plan, tops: CloudTops) -> None:
         super().__init__(tops.placed)
-        self.layer, self._generator = tops.layer, cast(Any, plan.assembly.generators[tops.layer])
-        self._samples = plan.samples_per_pixel
+        self.layer, self._plan = tops.layer, plan
+        self._clouds: tuple[Hashable, FrameClouds] | None = None
 
     def plan_in(self, plan: Plan, state: float) -> Plan:
         """Return the plan of the same scene with all cloud tops at one altitude."""
@@ -45,7 +45,7 @@ class TopStates(PlacedStates):
 
     def tops_m(self, time_s: float, window: Window) -> NDArray[np.float32]:
         """Return the same in single precision, as the truth has them."""
-        tops: NDArray[np.float32] = self._generator.cloud_top_m(
-            time_s, *(points_of(pixels, self._samples) for pixels in window)
-        )
-        return tops
+        key = time_s, self._plan.rays.frame_key(time_s)
+        if self._clouds is None or self._clouds[0] != key:
+            self._clouds = key, FrameClouds(self._plan, time_s)
+        return self._clouds[1].tops_m(self.layer, window)

@@ -15,6 +15,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, ShadowTables
+from hcss_twin.plan.hanging_levels import spanning
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms
 
@@ -45,7 +46,9 @@ def compile_shadows(plan: Plan, quantities: Quantities, time_s: Sequence[float],
         plan.assembly.optics.single_scattering(layer.microphysics, wavenumber).extinction_m1 for layer in plan.layers
     ]
     mu0 = math.cos(math.radians(float(np.max(plan.assembly.slant.sun_zenith_deg))))
-    longest = np.array([layer.thickness_max_m / mu0 for layer in plan.layers])
+    # Where tops vary, a path may cross several columns.
+    spans = map(spanning, plan.layers, plan.assembly.generators)
+    longest = np.array([span.thickness_max_m / mu0 for span in spans])
 
     def depth(part: Array) -> Array:
         """Effective optical thickness (T, L, N, B) at parts (N,) of the longest paths."""

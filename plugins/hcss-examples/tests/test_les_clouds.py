@@ -70,6 +70,14 @@ def test_wind_carries_the_field_by_whole_cells(les_file):
     np.testing.assert_array_equal(moved.thickness_m(20.0, *window), still.thickness_m(20.0, *back))
 
 
+def test_clouds_around_the_image_repeat_those_of_the_file(les_file):
+    inputs = replace(inputs_of(les_file), grid=Grid(CELLS, CELLS, CELL_M), motion=Motion(0.0, (0.0, 0.0), np.inf, 1.0))
+    clouds = LesClouds(inputs, Parameters(file="les.nc"))
+    whole = clouds.thickness_m(0.0, slice(0, CELLS), slice(0, CELLS))
+    around = clouds.thickness_around_m(0.0, slice(-CELLS, 2 * CELLS), slice(-CELLS, CELLS), None)
+    np.testing.assert_array_equal(around, np.tile(whole, (3, 2)))
+
+
 @pytest.mark.parametrize(
     ("layer", "message"),
     [

@@ -77,10 +77,7 @@ def test_a_window_has_the_bits_of_the_image_and_the_certificate_passes(tier):
 
 @pytest.mark.parametrize(
     ("changes", "message"),
-    [
-        ({"output": {"variables": ["radiance", "terms"]}}, "output.variables"),
-        ({"image": {"rows": 4, "columns": 4, "pixel_size": 1.0}, "view": {"zenith": 75.0}}, "needs .* slices"),
-    ],
+    [({"image": {"rows": 4, "columns": 4, "pixel_size": 1.0}, "view": {"zenith": 75.0}}, "needs .* slices")],
 )
 def test_scenes_that_cannot_be_computed_are_refused_by_name(changes, message):
     with pytest.raises(ScenarioError, match=message):

@@ -456,3 +456,90 @@ def test_derived_variables_are_missing_where_no_ground_is_seen(derived):
         assert next(spec for spec in plan.variables if spec.name == name).may_be_missing
     with pytest.raises(ScenarioError, match=r"output\.derived: a variable of the sun's angles"):
         hcss_twin.make_plan(beside(DISK, derived("sunny")))
+
+
+@pytest.mark.parametrize(("beyond", "mode"), [("mirror", "symmetric"), ("clear", "constant")])
+def test_a_camera_sees_the_clouds_of_an_image_and_beyond_it_what_is_said(tmp_path, beyond, mode):
+    """Places of the lines of sight at the height of the layer, in an image that is made larger by hand."""
+    smooth = np.cumsum(np.cumsum(np.random.default_rng(0).normal(size=(64, 64)), 0), 1)
+    np.save(tmp_path / "image.npy", smooth - smooth.min())
+    parameters = {"image": str(tmp_path / "image.npy"), "method": "coverage", "cloud_is": "bright", "beyond": beyond}
+    layer = HIGH | {"coverage": 0.4, "coverage_mode": "field", "generator": "imagery", "parameters": parameters}
+    output = {"output": {"variables": ["radiance", "cloud_mask"], "certificate": 12}}
+    plan = hcss_twin.make_plan(beside({"clouds": {"layers": [layer]}}, output))
+    made = hcss_twin.simulate(plan.scenario)
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+    image = plan.assembly.generators[0].thickness_m(0.0, slice(0, 64), slice(0, 64)) > 0
+    room = 64
+    around = np.pad(image, room, mode=mode)
+    x_m, y_m = plan.rays.points_m((slice(0, 40), slice(0, 48)), 0.0, plan.layers[0].top_m)
+    row, column = (room + place / 500.0 + 31.5 for place in (y_m, x_m))
+    low_y, low_x = (np.floor(place).astype(int) for place in (row, column))
+    near = np.stack([around[low_y + i, low_x + j] for i in (0, 1) for j in (0, 1)])
+    alike = np.all(near == near[0], axis=0)
+    outside = (np.minimum(row, column) < room) | (np.maximum(row, column) > room + 63)
+    assert np.count_nonzero(alike & outside) > 500
+    np.testing.assert_array_equal(made.cloud_mask.values[0][alike] > 0, near[0][alike])
+    assert np.count_nonzero(near[0][alike & outside]) > 100 or beyond == "clear"
+
+
+@dataclass
+class Towers(Squares):
+    """The same squares of cloud, whose tops vary from square to square."""
+
+    cloud_top_range_m = 5000.0, 10_000.0
+
+    def cloud_top_m(self, time_s, rows, columns):
+        y, x = np.mgrid[rows, columns]
+        return tower_tops(y - self.margin[0], x - self.margin[1]).astype(np.float32)
+
+
+def tower_tops(y, x):
+    """Altitude of the top of each square."""
+    across, up = (np.floor((place + 0.5) / SQUARE).astype(int) for place in (x, y))
+    return 5000.0 + 1000.0 * ((2 * across + up) % 6)
+
+
+class TowersPlugin:
+    @hookimpl
+    def hcss_register_cloud_generators(self):
+        return [ProviderSpec("towers", f"{__name__}:of_inputs", None, 3, "a test")]
+
+
+def of_inputs(inputs, parameters):
+    towers = Towers(((inputs.grid.rows - 64) // 2, (inputs.grid.columns - 64) // 2))
+    towers.image_coverage, towers.expected_failures = 0.4, {"frozen_field_only_translates": "it stands still"}
+    return towers
+
+
+def test_a_camera_sees_the_first_column_of_clouds_with_tops_of_their_own(monkeypatch):
+    """Lines of sight of the camera, followed by steps of 5 m in height."""
+    registry = Registry.defaults_only()
+    registry.add(TowersPlugin(), Origin("test", "hcss-test", "1.0"))
+    monkeypatch.setattr(Registry, "discover", classmethod(lambda cls: registry))
+    layer = WATER | {"generator": "towers", "coverage_mode": "field"}
+    output = {"output": {"variables": ["radiance", "cloud_thickness", "cloud_top_altitude"], "certificate": 12}}
+    plan = hcss_twin.make_plan(beside({"clouds": {"layers": [layer]}}, output))
+    made = hcss_twin.simulate(plan.scenario)
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+    expected, tops = np.zeros((40, 48)), np.zeros((40, 48))
+    for height_m in np.arange(10_000.0, 4000.0, -5.0).tolist():
+        x_m, y_m = plan.rays.points_m((slice(0, 40), slice(0, 48)), 0.0, height_m)
+        y, x = np.rint(y_m / 500.0 + 31.5), np.rint(x_m / 500.0 + 31.5)
+        cloud, top = squares(y, x), tower_tops(y, x)
+        met = (expected == 0.0) & (cloud > 0.0) & (height_m <= top) & (height_m >= top - cloud)
+        expected, tops = np.where(met, cloud, expected), np.where(met, top, tops)
+    assert np.unique(tops).size == 7  # six heights, and none
+    found = made.cloud_thickness.values[0], np.nan_to_num(made.cloud_top_altitude.values[0])
+    assert np.mean((found[0] == expected) & (found[1] == tops)) > 0.95
+
+
+def test_parallax_of_a_camera_is_that_of_its_lines_of_sight():
+    layer = HIGH | {"coverage": 0.4, "coverage_mode": "field"}
+    output = {"output": {"variables": ["radiance", "cloud_mask"], "certificate": 0}}
+    auto, on = (
+        hcss_twin.simulate(beside({"clouds": {"layers": [layer]}, "slant": {"parallax": parallax}}, output))
+        for parallax in ("auto", "on")
+    )
+    for name in ("radiance", "cloud_mask"):
+        np.testing.assert_array_equal(on[name].values, auto[name].values)

@@ -7,6 +7,7 @@ scene, or single clouds scattered over an unbounded sky.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,12 @@ class ScatteredClouds:
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the thickness (y, x) within a window of the scene."""
+        return self.thickness_around_m(time_s, rows, columns)
+
+    def thickness_around_m(
+        self, time_s: float, rows: slice, columns: slice, summary: None = None
+    ) -> NDArray[np.float32]:
+        """Return the thickness (y, x) of a window of the sky, within the scene or around it."""
         shift_y, shift_x = (whole_pixels(speed, time_s) for speed in self._speed)
         farthest = max(abs(shift_y), abs(shift_x)) + max(self._grid.rows, self._grid.columns)
         if farthest > FARTHEST_PIXEL:
@@ -161,7 +168,9 @@ class ImageryClouds:
 
     A whole scene starts at ``row_origin``, ``column_origin``, or at the image centre. It moves over the image by whole
     pixels, (v_platform - v_x) t to the east and -v_y t to the north, up to the image border. Scattered clouds move in
-    the same way without a border. Rows of the image are flipped so that y grows northward with the row.
+    the same way without a border. Rows of the image are flipped so that y grows northward with the row. Around a whole
+    scene is the rest of the image, and beyond the image what the parameter ``beyond`` says; around scattered clouds are
+    others.
 
     The image should show only clouds and sea: bright land is classified as cloud.
 
@@ -187,6 +196,7 @@ class ImageryClouds:
 
     declares: CloudDeclaration
     honours = ("coverage_mode",)
+    goes_on_with = "clouds.parameters.beyond = 'mirror'"
 
     def __init__(self, inputs: CloudInputs, parameters: ImageryParameters) -> None:
         if inputs.layer.edge_taper != 0.0:
@@ -219,3 +229,14 @@ class ImageryClouds:
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
         return self._clouds.thickness_m(time_s, *self._grid.inside(rows, columns))
+
+    @property
+    def thickness_around_m(self) -> Callable[..., NDArray[np.float32]]:
+        """Method that returns the thickness (y, x) of a window in or around the scene, if that is known.
+
+        Raises
+        ------
+        AttributeError
+            With a whole scene and ``beyond = "unknown"``.
+        """
+        return self._clouds.thickness_around_m

@@ -14,7 +14,7 @@ __all__ = ["ImageReading"]
 _OF_AN_IMAGE = ("variable", "method", "limits_um", "window_pixels", "cloud_is")
 
 # Only for a whole scene, which has a border and gaps.
-_OF_A_SCENE = ("row_origin", "column_origin", "missing")
+_OF_A_SCENE = ("row_origin", "column_origin", "missing", "beyond")
 
 _Wavelength = Annotated[float, Field(ge=3.0, le=15.0)]
 
@@ -105,6 +105,12 @@ class ImageryParameters(ImageReading):
         "scene",
         description='"scene": clouds where the image has them; "single-clouds": single clouds of an entry '
         "scattered at random over an unbounded sky to match the coverage.",
+    )
+    beyond: Literal["unknown", "clear", "mirror"] = Field(
+        "unknown",
+        description="What slant paths, cameras, blur and light between clouds meet beyond the border of the image: "
+        '"clear" sky, or its "mirror" image. Up to the border they meet the clouds of the image. "unknown": scenes '
+        "that need clouds around them are refused.",
     )
     turned: bool = Field(True, description="Rotate scattered clouds by quarter turns and mirror them, at random.")
     cloud_pixels: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = Field(

@@ -5,6 +5,7 @@ The window moves by whole pixels, so that thickness is never interpolated and ev
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -86,6 +87,36 @@ class WholeScene:
         frame = self._window.at(time_s)
         _refuse_missing(self._plane.missing[frame], self._parameters, time_s)
         return self._plane.thickness_m[frame][rows, columns].copy()
+
+    @property
+    def thickness_around_m(self) -> Callable[..., NDArray[np.float32]]:
+        """The optional member of generators; only where the parameter ``beyond`` says how clouds go on.
+
+        Raises
+        ------
+        AttributeError
+            With ``beyond = "unknown"``.
+        """
+        if self._parameters.beyond == "unknown":
+            raise AttributeError("thickness_around_m")
+        return self._thickness_around_m
+
+    def _thickness_around_m(
+        self, time_s: float, rows: slice, columns: slice, summary: None = None
+    ) -> NDArray[np.float32]:
+        """Return the thickness (y, x) of a window that may reach outside the scene, and outside the image."""
+        places, outside = [], []
+        for frame, given, size in zip(self._window.at(time_s), (rows, columns), self._plane.missing.shape, strict=True):
+            at = np.arange(frame.start + given.start, frame.start + given.stop)
+            outside.append((at < 0) | (at >= size))
+            turn = at % (2 * size)
+            places.append(np.minimum(turn, 2 * size - 1 - turn))
+        near = np.ix_(*places)
+        _refuse_missing(self._plane.missing[near], self._parameters, time_s)
+        thickness = self._plane.thickness_m[near]
+        if self._parameters.beyond == "clear":
+            thickness[outside[0]], thickness[:, outside[1]] = 0.0, 0.0
+        return thickness
 
 
 def _refuse_missing(

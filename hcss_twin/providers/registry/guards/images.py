@@ -59,8 +59,10 @@ class GuardedClouds(Guard):
 
     def _checked_cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         low, high = np.asarray(self._read("cloud_top_range_m"), np.float32).tolist()
-        value = self._call("cloud_top_m", time_s, rows, columns)
-        return self._array("cloud_top_m()", value, self._inside(rows, columns), (low, high), np.float32)
+        value, shape = self._call("cloud_top_m", time_s, rows, columns), self._inside(rows, columns)
+        if hasattr(self._provider, "thickness_around_m"):
+            shape = rows.stop - rows.start, columns.stop - columns.start
+        return self._array("cloud_top_m()", value, shape, (low, high), np.float32)
 
     def _inside(self, rows: slice, columns: slice) -> tuple[int, int]:
         return len(range(*rows.indices(self._grid.rows))), len(range(*columns.indices(self._grid.columns)))

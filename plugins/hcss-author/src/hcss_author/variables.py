@@ -74,7 +74,8 @@ def sample_fields(inputs: VariableInputs, seed: int = 1) -> dict[str, NDArray[An
     fields = {name: random.uniform(low, high, shape).astype(dtype) for name, (low, high, dtype) in _PIXELS.items()}
     black_body = sample_element_inputs(count).black_body
     cold, warm = (black_body(kelvin)[:, None, None] for kelvin in (_COLDEST_K, _WARMEST_K))
-    for name in ("radiance", "element_radiance", "element_point_radiance", *(f"radiance_{term}" for term in _TERMS)):
+    added = ("element_radiance", "element_point_radiance", "radiance_between_columns")
+    for name in ("radiance", *added, *(f"radiance_{term}" for term in _TERMS)):
         share = random.random((count, *shape))
         fields[name] = (cold + (warm - cold) * share).astype(np.float32)
     of_bands = {

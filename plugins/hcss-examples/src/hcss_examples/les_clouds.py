@@ -70,6 +70,12 @@ class LesClouds:
         thickness = before[at] + (number % 1.0) * (after[at] - before[at])
         return np.where(thickness < self._layer.thickness_min_m, 0.0, thickness).astype(np.float32)
 
+    def thickness_around_m(
+        self, time_s: float, rows: slice, columns: slice, summary: None = None
+    ) -> NDArray[np.float32]:
+        """Return the thickness (y, x) of a window in or around the image: the simulation has no end."""
+        return self.thickness_m(time_s, rows, columns)
+
 
 def water_content_kg_m3(cloud: Microphysics) -> float:
     """Return the liquid water content: number density times mean volume of the droplets times 1000 kg m-3."""

@@ -111,6 +111,9 @@ def _not_comparable(plan: Plan) -> str:
         return "clouds.generator: its clouds end with the image; allowed: one that continues them"
     if "radiance" not in {spec.name for spec in plan.variables}:
         return "output.variables: without 'radiance'; allowed: with it"
+    if plan.assembly.elements or plan.surfaces or plan.waves.varies:
+        what = "elements" if plan.assembly.elements else "surfaces" if plan.surfaces else "sea.waves"
+        return f"{what}: Monte Carlo has the mean sea below clouds and nothing else; allowed: without"
     if plan.samples_per_pixel != 1:
         return f"image.samples_per_pixel: {plan.samples_per_pixel}; allowed: 1"
     return ""

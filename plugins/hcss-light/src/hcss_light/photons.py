@@ -110,6 +110,8 @@ class PhotonLight(ScatteredLight):
 class ReferenceLight(PhotonLight, SourceLight):
     """Light in one layer of broken clouds, tier ``reference``."""
 
+    knows_surfaces: ClassVar[bool] = False
+
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)
         self.reach = self.sea_reach

@@ -38,9 +38,12 @@ _Square = tuple[Any, Array, Array, Array, Array, Array]
 
 @dataclass(frozen=True)
 class _Lit:
-    """Light of a square; ``seen``, ``over_sea``: pixels around it with clouds on lines of sight, and over the sea."""
+    """Light of a square over each class of surface.
 
-    light: Any
+    ``seen``, ``over_sea``: pixels around it with clouds on lines of sight, and over the sea.
+    """
+
+    lights: Sequence[Any]
     clouds: Any
     seen: Any
     over_sea: Any
@@ -94,6 +97,7 @@ class DriftingStage(LightStage):
         super().__init__(plan, tables)
         transport: Any = self._transport
         self._tiles: Tiles | None = None
+        keeps = keeps and not plan.surfaces
         if plan.views.varies:
             self._tiles, keeps = Tiles(plan), False
             self._pixels, self._nodes = self._tiles.side, tables.spectrum.nodes
@@ -122,7 +126,7 @@ class DriftingStage(LightStage):
             east, north = speed * math.sin(toward), speed * math.cos(toward)
         self._speed = np.array([north, east - motion.platform_speed_m_s]) / plan.grid.pixel_size_m
         self._drifts = np.ceil(np.abs(self._speed) * KEPT_S).astype(int) + 1
-        self._lights: OrderedDict[float, tuple[Sun | None, Any, Any]] = OrderedDict()
+        self._lights: OrderedDict[float, tuple[Sun | None, Sequence[Any], Any]] = OrderedDict()
         self._kept: OrderedDict[tuple[float, int, int], Any] = OrderedDict()
         self._time_s: float | None = None
         # Light, clouds and their displacement, amount, share and change of squares of this frame and the one before.
@@ -162,7 +166,7 @@ class DriftingStage(LightStage):
             *_, amount, share, change = self._of_frame[key]
             square, first = (amount, share, change), (extent[0].start, extent[1].start)
             where, means = self._within(first, square, window, region, look_up, radiance.shape[0])
-            for band, mean in zip(radiance, means, strict=True):
+            for band, mean in zip(radiance[: len(means)], means, strict=True):
                 band[*where] = mean if part == 1.0 else part * mean + (band[*where] if number else 0.0)
 
     def _instants(self, time_s: float) -> list[tuple[float, float]]:
@@ -175,12 +179,13 @@ class DriftingStage(LightStage):
         share = (time_s - first) / (last - first)
         return [(first, 1.0 - share), (last, share)] if share > 0.0 else [(first, 1.0)]
 
-    def _light(self, time_s: float) -> tuple[Any, Any]:
-        """Return light, the same without sun or with the same one, and FrameClouds of an instant."""
+    def _light(self, time_s: float) -> tuple[Sequence[Any], Any]:
+        """Return light over each class of surface, the same under the same sun, and FrameClouds of an instant."""
         if time_s not in self._lights:
             sun = self._plan.sun_at(time_s)
-            known = [light for light_sun, light, _ in self._lights.values() if light_sun == sun]
-            self._lights[time_s] = sun, known[0] if known else self._transport.at(sun), FrameClouds(self._plan, time_s)
+            known = [lights for light_sun, lights, _ in self._lights.values() if light_sun == sun]
+            lights = known[0] if known else [transport.at(sun) for transport in self._transports]
+            self._lights[time_s] = sun, lights, FrameClouds(self._plan, time_s)
             if len(self._lights) > 2:
                 self._lights.popitem(last=False)
         return self._lights[time_s][1:]
@@ -203,8 +208,7 @@ class DriftingStage(LightStage):
             transport: Any = self._plan.light.transport(LightStage.inputs(toward, self._nodes))
             samples = self._plan.samples_per_pixel
             seen = [tuple(-(-points // samples) for points in both) for both in transport.reach]
-            light = transport.at(sun)
-            known = _Lit(light, None, seen, self._margins(transport, seen), transport.edges_m, sun)
+            known = _Lit([transport.at(sun)], None, seen, self._margins(transport, seen), transport.edges_m, sun)
         self._of_tiles[square] = known
         if len(self._of_tiles) > SQUARES_OF_FRAME:
             self._of_tiles.popitem(last=False)
@@ -214,31 +218,41 @@ class DriftingStage(LightStage):
         self, key: tuple[int, int, int], extent: Sequence[slice], own_s: float, moved: Array, clouds: Any
     ) -> _Square:
         samples, lit = self._plan.samples_per_pixel, self._lit(key[1:], own_s)
-        light = lit.light
+        light = lit.lights[0]
         wide = _around(extent, lit.over_sea)
         thickness = clouds.thickness_m(wide)[self._number]
         before = self._previous.pop(key, None)
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
-        if before is not None and still and np.array_equal(before[1], thickness):
+        if before is not None and still and self._ground is None and np.array_equal(before[1], thickness):
             return before
         shares = self._shares(self._time_s, wide, thickness, lit.edges_m)
         inner = [
             slice((far - near) * samples, (far + span.stop - span.start + high) * samples)
             for span, (far, _), (near, high) in zip(extent, lit.over_sea, lit.seen, strict=True)
         ]
-        over_sea = [light_of_sea[*inner] for light_of_sea in light.over_sea(thickness, **shares)]
+        of_seas = [
+            [light_of_sea[*inner] for light_of_sea in of_class.over_sea(thickness, **shares)] for of_class in lit.lights
+        ]
         shares = {name: np.ascontiguousarray(values[:, *inner]) for name, values in shares.items()}
         kept: tuple[Any, ...] = ()
         if self._keeps:
             source, first = self._kept_of(own_s, key[1:], light, lit.clouds)
             kept = source, (moved + first - [span.start for span in extent]) * samples
         near = np.ascontiguousarray(thickness[*inner])
-        amount, share, change = light.correct(near, *kept, **shares, over_sea=over_sea)
+        found = [
+            of_class.correct(near, *kept, **shares, over_sea=over_sea)
+            for of_class, over_sea in zip(lit.lights, of_seas, strict=True)
+        ]
         cut = [
             slice(before * samples, (before + span.stop - span.start) * samples)
             for span, (before, _) in zip(extent, lit.seen, strict=True)
         ]
-        return light, thickness.copy(), moved, amount[*cut].copy(), share[:, *cut].copy(), change[:, *cut].copy()
+        amount = found[0][0][*cut].copy()
+        share, change = (
+            self._of_ground([values[:, *cut].copy() for values in of_classes], own_s, (extent[0], extent[1]))
+            for of_classes in list(zip(*found, strict=True))[1:]
+        )
+        return light, thickness.copy(), moved, amount, share, change
 
     def _shares(self, time_s: float | None, window: Window, thickness_m: Field, edges_m: Array) -> dict[str, Field]:
         assert time_s is not None

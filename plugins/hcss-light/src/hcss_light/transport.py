@@ -36,7 +36,15 @@ NODES_PER_SLICE = 4
 
 
 class SourceLight(ScatteredLight):
-    """Light in one layer of broken clouds, tier ``source``."""
+    """Light in one layer of broken clouds, tier ``source``.
+
+    Attributes
+    ----------
+    knows_surfaces : bool
+        Whether there may be a map of the ground: each point has the light over its own class of surface.
+    """
+
+    knows_surfaces: ClassVar[bool] = True
 
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)

@@ -87,7 +87,7 @@ def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> Camer
 
 def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
     """Return what cannot be computed with a camera in orbit."""
-    view, platform, slant = scenario.view, scenario.platform, scenario.slant
+    view, platform = scenario.view, scenario.platform
     speed = scenario.motion.platform_speed != 0.0
     return (
         Excluded("view.zenith", view.zenith != 0.0, "another view", "to leave it out"),
@@ -98,12 +98,6 @@ def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
         ),
         Excluded("motion.platform_speed", speed, "motion of another platform", "0"),
         Excluded("image.window", scenario.image.window is not None, "a part of a grid", "to leave it out"),
-        Excluded(
-            "slant.parallax",
-            slant.parallax == "on",
-            "parallax of flat layers",
-            "'auto', which follows the lines of sight",
-        ),
     )
 
 
@@ -237,8 +231,8 @@ class CameraRays(Rays):
         scene, slant = assembly.plane(scenario.image.samples_per_pixel), assembly.slant
         below_clouds = (0.0,) if slant.shadows and slant.sun_zenith_deg.size else ()
         for time_s in (self._times_s[0], self._times_s[self._times_s.size // 2], self._times_s[-1]):
-            for layer, generator in zip(assembly.layers, assembly.generators, strict=True):
-                for height_m in (layer.reference_height_m, *below_clouds):
+            for met_m, generator in zip(assembly.met_heights_m, assembly.generators, strict=True):
+                for height_m in (*met_m, *below_clouds):
                     below = scene.around(*scene.in_points(*self._points_at(float(time_s), height_m).at_nodes()))
                     if below is not None:
                         scene.require_in_reach(generator, below, float(time_s))
