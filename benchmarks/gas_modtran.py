@@ -104,7 +104,7 @@ def comparisons(coefficients: Sequence[str] = tuple(COEFFICIENTS)) -> Iterator[C
     ours = {name: horizontal(file, STANDARD, 2e3, 2e3, wavenumber) for name, file in files.items()}
     yield from _means("transmittance, 2 km at 2 km altitude, US standard", wavenumber, known, ours, HALVES_CM1)
 
-    run = rows("tape7-05")
+    run, all_emits = rows("tape7-05b"), rows("tape7-05")
     wavenumber, path = run[:, 0], [to_space(0.0, 20.0)]
     gases = {name: provider(file, STANDARD, "rural") for name, file in files.items()}
     ours = {name: gas.transmittance(wavenumber, path)[0] for name, gas in gases.items()}
@@ -112,6 +112,13 @@ def comparisons(coefficients: Sequence[str] = tuple(COEFFICIENTS)) -> Iterator[C
     ours = {name: 1e3 * gas.sky_radiance(wavenumber, path)[0] for name, gas in gases.items()}
     what = "sky radiance, 1e-3 W m-2 sr-1 / cm-1, from the sea at 20 deg, US standard"
     yield from _means(what, wavenumber, 1e7 * run[:, 2], ours, HALVES_CM1)  # of W cm-2
+    # MODTRAN without multiple scattering, and LOWTRAN7, count what aerosol scatters as its emission.
+    lowtran7 = Catalog().find(COEFFICIENTS["lowtran7"], "atmospheres", ".nc")
+    absorbed = 1e3 * provider(str(lowtran7), STANDARD, "rural").sky_radiance(wavenumber, path)[0]
+    emitted = 1e3 * provider(COEFFICIENTS["lowtran7"], STANDARD, "rural").sky_radiance(wavenumber, path)[0]
+    ours = {name: (0.0 if name == "lowtran7" else 1.0) * (emitted - absorbed) for name in files}
+    what = "sky radiance, the same units, that rural aerosol scatters and does not emit"
+    yield from _means(what, wavenumber, 1e7 * (all_emits[:, 2] - run[:, 2]), ours, HALVES_CM1)
 
     run = rows("ModTrantape7file")
     wavenumber, known = run[:, 0], 1.0 - run[:, 1]

@@ -193,6 +193,35 @@ def deviations(file: str, *, alike: bool = True) -> Iterator[Deviation]:
             )
 
 
+def nadir(file: str, *, alike: bool) -> Iterator[tuple[tuple[int, int], float, float, float]]:
+    """Yield band, and mean, root mean square and largest relative error of radiance from the sea to space at nadir.
+
+    Parameters
+    ----------
+    file : str
+        Catalog name or path.
+    alike : bool
+        Whether gases that RRTMGP lacks are left out.
+    """
+    profiles, exact, known = reference()
+    catalog = Catalog()
+    coefficients = read_coefficients(catalog.find(file, "atmospheres", ".nc"))
+    used = comparable(coefficients) if alike else coefficients
+    bands = [band for band in _pairs(exact.thermal.band_cm1) if band[0] >= 500]
+    wavenumber = coefficients.wavenumber_cm1[coefficients.wavenumber_cm1 <= 3250.0]
+    weights = np.stack([_weights(wavenumber, band) for band in bands], axis=1)
+    errors = []
+    for number, profile in enumerate(profiles):
+        gas = BandModelTransmittance(AtmosphereInputs(profile, catalog), BandModelParameters(aerosol="none", file=file))
+        gas._absorption = Absorption(used, "none")
+        path, black = [to_space(HEIGHTS_M[0], 0.0)], planck(wavenumber, float(profile.temperature_at(HEIGHTS_M[0])))
+        seen = gas.path_radiance(wavenumber, path) + gas.transmittance(wavenumber, path) * black
+        row = known["radiance"][number * len(HEIGHTS_M), 0, -len(bands) :]
+        errors.append((seen @ weights)[0] / row - 1.0)
+    for band, error in zip(bands, np.transpose(errors), strict=True):
+        yield band, float(np.mean(error)), _rms(error), float(np.max(np.abs(error)))
+
+
 def gas_changes(file: str, zenith_deg: float = 40.0) -> Iterator[tuple[str, float, tuple[int, int], float, float]]:
     """Yield gas, factor, band, and the mean change of transmittance from sea to space in RRTMGP and in a file.
 

@@ -104,7 +104,7 @@ def modtran_rows(coefficients: str, file: str, kept: Sequence[Row]) -> Iterator[
     import gas_modtran
 
     try:
-        run = gas_modtran.rows("tape7-05")
+        run = gas_modtran.rows("tape7-05b")
     except FileNotFoundError as error:
         print(f"not computed again: {error}")
         yield from (each for each in kept if "MODTRAN" in each["source"])
@@ -122,7 +122,7 @@ def modtran_rows(coefficients: str, file: str, kept: Sequence[Row]) -> Iterator[
         um = (1e4 / wavenumber[-1], 1e4 / wavenumber[0])
         yield row(f"band-model {coefficients}", "gas", um, relative=abs(float(error)), statistic="largest",
                   path="sky", condition=where,
-                  source="MODTRAN, HCSS_SAMPLE_DATA modtran/tape7-05")  # fmt: skip
+                  source="MODTRAN, HCSS_SAMPLE_DATA modtran/tape7-05b")  # fmt: skip
 
 
 OCEANIC_UM = 0.318

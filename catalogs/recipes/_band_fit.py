@@ -30,8 +30,26 @@ KEPT: Final = {1800: ("co2",), 2080: ("co2",)}
 KEPT_CONTINUUM: Final = (2680, 3250)
 """Bands that keep LOWTRAN7's continua, which are within 20 % of MODTRAN's above 3000 cm-1; fitted: 2 and 3 times."""
 
-STEEP: Final = (2250,)
-"""Bands where the exponent of CO2 must not grow: steeper wings miss MODTRAN, and make the largest step larger."""
+NADIR: Final = {2390: (100.0, 3.0, 1.0), 2680: (15.0, 15.0, 15.0)}
+"""Weights of the errors of nadir paths from the sea to space: of radiance with unscaled and with scaled gases, and of
+transmittance. Other paths weigh 1; with equal weights, nadir radiance was 1 to 3 % low in these bands."""
+
+HORIZONTAL: Final = {2390: 5.0, 2680: 5.0}
+"""Weights of horizontal paths at the sea."""
+
+MOIST: Final = {820: 14.0, 980: 14.0, 1080: 14.0}
+"""Weights of warm horizontal paths at the sea, which follow LOWTRAN7's mean transmittance: through 5 km of tropical air
+in 8-14 um it is that of MODTRAN to .2 %, but 8 % more than RRTMGP's, whose newer self continuum is stronger."""
+
+WARM_K: Final = 290.0
+"""Air of MOIST paths is warmer; LOWTRAN7's foreign continuum makes drier air too opaque. In these bands the two tables
+of the self continuum, for 296 and 260 K, have factors of their own, so that colder air still follows RRTMGP."""
+
+KEPT_EXPONENT: Final = (2250,)
+"""Bands where the exponent of the amount of CO2 is kept: steeper wings miss MODTRAN and make the largest step larger,
+flatter ones miss the absorption of short paths."""
+
+KEPT_WITHIN: Final = 1e-3
 
 STRUCTURED: Final = (1180, 2080, 2250, 2390, 2680, 3250)
 """Bands in which tilt and contrast are fitted too: 6 numbers of ``Term`` instead of 4."""
@@ -67,6 +85,13 @@ class Fit:
         self.step_cm1 = (high - low) * self.weights
         self.solar = self.weights * planck(v[nodes], SUN_K)
         self.solar /= self.solar.sum()
+        self.edge = low
+        unscaled, scaled, transmittance = NADIR.get(low, (1.0, 1.0, 1.0))
+        kind = self.emitting.kind
+        self.nadir = (
+            np.where(kind == "nadir", unscaled, np.where(kind == "scaled", scaled, 1.0)),
+            np.where(kind == "", 1.0, transmittance),
+        )
         self.thermal_band = self._band_of("thermal", low, high)
         self.solar_band = self._band_of("solar", low, high)
         bands.forget()
@@ -76,10 +101,23 @@ class Fit:
             if self.thermal_band is None and paths is self.emitting:
                 paths = self._ends(paths)
             self.fixed.append((paths, sum(bands.depth(k, paths, nodes, only_fitted=False) for k in near)))
+        self.horizontal = (self.dark.kind == "horizontal") & (self.dark.surface_K > WARM_K)
+        self.moist = self._lowtran7() if low in MOIST else None
         if self.thermal_band is not None:
             paths = self.emitting
             self.layer = np.float32(planck(v[nodes], paths.temperature_K[:, :, None]) * self.step_cm1)
             self.ground = np.float32(planck(v[nodes], paths.surface_K[:, None]) * self.step_cm1)
+
+    def _lowtran7(self) -> Array:
+        """Return the mean transmittance (N,) of the horizontal paths with LOWTRAN7's coefficients."""
+        given, paths = Bands(self.bands.given), self.dark
+        rows = {name: getattr(paths, name)[self.horizontal] for name in ("pressure", "cold", "continua", "boundary")}
+        amount = {gas: values[self.horizontal] for gas, values in paths.amount.items()}
+        some = Paths(**{**paths.__dict__, **rows, "amount": amount})
+        near = [k for k in range(len(given.bands)) if given.share[k, self.nodes].any()]
+        depth = sum(given.depth(k, some, self.nodes, only_fitted=False) for k in near)
+        result: Array = np.exp(-depth[:, -1]) @ self.weights
+        return result
 
     @staticmethod
     def _ends(paths: Paths) -> Paths:
@@ -101,12 +139,18 @@ class Fit:
             if paths is self.emitting and self.thermal_band is not None:
                 emitted = ((seen[:, :-1] - seen[:, 1:]) * self.layer).sum(axis=(1, 2), dtype=float)
                 ground = seen[:, -1] * self.ground
-                parts.append(((emitted + ground.sum(1)) / known["radiance"][:, self.thermal_band] - 1.0) / ALLOWED_L)
+                of_radiance, of_transmittance = self.nadir
+                error = (emitted + ground.sum(1)) / known["radiance"][:, self.thermal_band] - 1.0
+                parts.append(of_radiance * error / ALLOWED_L)
                 mean = ground.sum(1) / self.ground.sum(1)
-                parts.append((mean - known["thermal"][:, self.thermal_band]) / ALLOWED_T)
+                parts.append(of_transmittance * (mean - known["thermal"][:, self.thermal_band]) / ALLOWED_T)
             elif self.thermal_band is not None:
                 wanted = known["thermal"][:, self.thermal_band]
                 error = seen[:, -1] @ self.weights - wanted
+                if self.edge in HORIZONTAL:
+                    error[self.horizontal] *= HORIZONTAL[self.edge]
+                if self.moist is not None:
+                    error[self.horizontal] = MOIST[self.edge] * (seen[self.horizontal, -1] @ self.weights - self.moist)
                 parts += [error / ALLOWED_T, error / (ALLOWED_SUN * (wanted + 0.02))]
             if self.solar_band is not None and self.solar_band > 0:
                 wanted = known["solar"][:, self.solar_band]
@@ -126,6 +170,7 @@ class Fit:
             name
             for name, members in CONTINUA_OF.items()
             if edge not in KEPT_CONTINUUM
+            and (name != "cold" or edge in MOIST)
             and ("o2 continuum" if name == "o2" else name) in bands.has[number]
             and given.absorption[first + CONTINUA.index(members[0]), self.nodes].any()
         ]
@@ -140,7 +185,9 @@ class Fit:
                 low[size * k + 5] = LOWEST_CONTRAST[edge]
             # transmittance of a single gas is no steeper than exponential
             largest = max(given.exponent[row] for row in bands.rows(number)[1] if given.channel_gas[row] == gas)
-            high[size * k + 1] = 0.0 if gas == "co2" and edge in STEEP else -float(np.log(min(largest, 0.99)))
+            high[size * k + 1] = -float(np.log(min(largest, 0.99)))
+            if gas == "co2" and edge in KEPT_EXPONENT:
+                low[size * k + 1], high[size * k + 1] = -KEPT_WITHIN, KEPT_WITHIN
         width = np.array([*WIDTH[:size]] * len(gases) + [0.5] * len(continua))
 
         def apply(values: Array) -> None:
@@ -148,6 +195,8 @@ class Fit:
                 bands.gas[number][gas] = Term.from_numbers(values[size * k : size * (k + 1)])
             for name, value in zip(continua, values[size * len(gases) :], strict=True):
                 bands.continuum[number][name] = float(np.exp(value))
+            if "self" in continua and "cold" not in continua:
+                bands.continuum[number]["cold"] = bands.continuum[number]["self"]
 
         def cost(values: Array) -> Array:
             apply(values)

@@ -28,14 +28,15 @@ EDGES_CM1: Final = (
 """Of the fitted bands; RRTMGP's thermal bands to 3250 cm-1 and its solar bands from 2680 cm-1."""
 
 THERMAL_BELOW_CM1: Final = 3250
-BLEND_CM1: Final = {630: 10.0, 700: 10.0, 820: 10.0, 980: 10.0, 2390: 70.0}
+BLEND_CM1: Final = {630: 10.0, 700: 10.0, 820: 10.0, 980: 10.0, 2390: 50.0}
 """Width of the blend at edges of bands; at others 25 cm-1."""
 
 KEPT_CM1: Final = ((2070, 2105),)
 """Where all gases keep LOWTRAN7's coefficients, as fitted ones miss MODTRAN by more; the blend is 10 cm-1 wide."""
 
 CONTINUA_OF: Final = {
-    "self": ("water_self", "water_self_260"),
+    "self": ("water_self",),
+    "cold": ("water_self_260",),
     "foreign": ("water_foreign",),
     "n2": ("nitrogen",),
     "o2": ("oxygen", "oxygen_linear", "oxygen_quadratic"),
@@ -69,14 +70,6 @@ class Term:
 
 
 UNCHANGED: Final = Term()
-
-LOWEST: Final = (-5.0, -1.2, -1.0, -3.0, -1.0, -0.7)
-HIGHEST: Final = (3.0, 0.0, 1.0, 3.0, 1.0, 0.9)
-WIDTH: Final = (1.5, 0.4, 0.4, 1.5, 0.4, 0.3)
-"""Limits of the fitted numbers, and their usual size."""
-
-PRIOR: Final = 0.03
-"""Weight of the usual sizes against all errors."""
 
 
 class Bands:
@@ -134,7 +127,7 @@ class Bands:
                 if first == G_POINTS * number:
                     found.add(f"{gas} continuum" if density and gas != "h2o" else gas)
         renamed = {"n2 continuum": "n2", "o2 continuum": "o2 continuum"}
-        return {renamed.get(gas, gas) for gas in found} | {"self", "foreign"}
+        return {renamed.get(gas, gas) for gas in found} | {"self", "cold", "foreign"}
 
     def rows(self, number: int) -> dict[int, list[int]]:
         """Return the LOWTRAN7 channels with absorption where a band counts: numbers, by fitted or not."""

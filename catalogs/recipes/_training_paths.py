@@ -28,10 +28,19 @@ from hcss_twin.physics.paths import SPACE
 from hcss_twin.physics.profile import EARTH_RADIUS_M, GASES, Profile
 
 SEED: Final = 7
+SETS: Final = 3
+"""Sets of gases of each training profile; the first is unscaled."""
+
 HEIGHTS_M: Final = (0.0, 1500.0, 3000.0, 6000.0, 10_000.0)
 ZENITHS_DEG: Final = ((0.0,), (55.0,), (77.0,))
 PARTS_M: Final = ((0.0, 300.0), (0.0, 1000.0), (0.0, 3000.0), (2000.0, 6000.0))
 PART_ZENITHS_DEG: Final = ((0.0,), (75.0,))
+HORIZONTAL_M: Final = (1000.0, 5000.0)
+"""Lengths of horizontal paths at the sea, through the model atmospheres with unscaled gases."""
+
+THIN_M: Final = 10.0
+"""Their air is that of a vertical path so long."""
+
 SUNS_DEG: Final = ((20.0, 0.0), (40.0, 60.0), (70.0, 20.0), (75.0, 60.0))
 SUN_HEIGHTS_M: Final = (0.0, 3000.0, 8000.0)
 LEVELS_M: Final = 1e3 * np.array(
@@ -48,7 +57,7 @@ def training() -> Iterator[Profile]:
         for number in range(2):
             base = thinned(perturbed(load_profile(name, catalog), random, f"{name} {number}"))
             yield base
-            for _ in range(2):
+            for _ in range(SETS - 1):
                 factors = {gas: float(random.choice((0.02, 1.0, 2.0))) for gas in ("co2", "ch4", "n2o", "o3", "co")}
                 yield scaled(base, factors | {"h2o": float(random.choice((0.02, 1.0, 1.6)))})
 
@@ -81,6 +90,9 @@ class Paths:
     temperature_K : ndarray (N, B - 1)
         Of the layers.
     surface_K : ndarray (N,)
+    kind : ndarray of str (N,)
+        ``nadir`` from the sea to space or ``horizontal`` with unscaled gases; ``scaled``, nadir with scaled ones; else
+        empty.
     reference : dict of str to ndarray (N, bands)
         Transmittance ``thermal`` and ``solar``, and ``radiance``.
     """
@@ -92,6 +104,7 @@ class Paths:
     boundary: NDArray[np.intp]
     temperature_K: Array
     surface_K: Array
+    kind: NDArray[np.str_]
     reference: dict[str, Array]
 
 
@@ -104,11 +117,18 @@ def _amounts(slant: Slant) -> tuple[dict[str, Array], Array, Array]:
     return gases, pressure / 101_325.0, 273.15 / temperature
 
 
+def _kind(emitting: bool, low_m: float, zeniths_deg: tuple[float, ...], scaled_gases: bool) -> str:
+    if emitting and low_m == 0.0 and zeniths_deg == (0.0,):
+        return "scaled" if scaled_gases else "nadir"
+    return ""
+
+
 def make_paths(emitting: bool, coefficients: BandModelCoefficients, reference: Reference) -> Paths:
     """Return all training paths with emission to space, or all others."""
     kept: list[dict[str, Any]] = []
     parameters = BandModelParameters(aerosol="none")
-    for profile in training():
+    for number, profile in enumerate(training()):
+        scaled_gases = number % SETS != 0
         column = Column(profile)
         air = LayeredAir(level_state(profile, coefficients, parameters), EARTH_RADIUS_M)
         groups = (
@@ -116,8 +136,13 @@ def make_paths(emitting: bool, coefficients: BandModelCoefficients, reference: R
             if emitting
             else [(*part, PART_ZENITHS_DEG) for part in PARTS_M] + [(low, SPACE, SUNS_DEG) for low in SUN_HEIGHTS_M]
         )
+        if not emitting and not scaled_gases:
+            groups.append((0.0, THIN_M, ((0.0,),)))
         for low, high, zeniths in groups:
             slant = column.slant(low, high, zeniths)
+            horizontal = high == THIN_M
+            if horizontal:
+                slant = Slant(slant.layers, slant.factor * np.array(HORIZONTAL_M)[:, None] / THIN_M)
             surface = float(profile.temperature_at(low))
             thermal, solar = reference.transmittance(slant)
             known = {"thermal": thermal, "solar": solar}
@@ -137,6 +162,7 @@ def make_paths(emitting: bool, coefficients: BandModelCoefficients, reference: R
                     {
                         "amount": {gas: (factor * values)[::-1] for gas, values in gases.items()},
                         "pressure": pressure[::-1], "cold": cold[::-1], "continua": total[above], "boundary": above,
+                        "kind": "horizontal" if horizontal else _kind(emitting, low, zeniths[row], scaled_gases),
                         "temperature": slant.layers.temperature_K[::-1], "surface": surface,
                         "reference": {name: values[row] for name, values in known.items()},
                     }
@@ -160,5 +186,6 @@ def make_paths(emitting: bool, coefficients: BandModelCoefficients, reference: R
         padded([each["boundary"] for each in kept], ends, None),
         padded([each["temperature"] for each in kept], ends - 1, None) if emitting else np.zeros((len(kept), 0)),
         np.array([each["surface"] for each in kept]),
+        np.array([each["kind"] for each in kept]),
         {name: np.stack([each["reference"][name] for each in kept]) for name in kept[0]["reference"]},
     )

@@ -109,6 +109,13 @@ class TransmittanceOptions(Protocol):
         """Return the transmittance (P, V) in [0, 1] of paths with these amounts (P, K)."""
         ...
 
+    def scattering_of_amounts(self, wavenumber_cm1: Array, amounts: Array) -> Array:
+        """Return the optical depth of scattering by particles (2, P, V), and the same times its mean cosine; 0 or more.
+
+        It adds over legs. Without this method all extinction emits in the sky too.
+        """
+        ...
+
     @staticmethod
     def bound_profile(parameters: Any, catalog: Catalog) -> Profile:
         """Return the only profile for which the provider's data are valid.

@@ -178,6 +178,7 @@ OPTIONAL_MEMBERS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "solar_path_radiance": (callable, "a method"),
     "absorber_amounts": (callable, "a method"),
     "transmittance_of_amounts": (callable, "a method"),
+    "scattering_of_amounts": (callable, "a method"),
     "bound_profile": (callable, "a static method"),
     "thread_safe": (lambda value: isinstance(value, bool), "True or False"),
     "model_errors": (callable, "a method"),

@@ -57,6 +57,7 @@ MEMBERS = {
     ("atmosphere", "solar_path_radiance"): ((NU, PATHS, 30.0, 0.0), "paths of length 2, arguments of length 2"),
     ("atmosphere", "absorber_amounts"): ((PATHS,), "paths of length 2"),
     ("atmosphere", "transmittance_of_amounts"): ((NU, np.ones((2, 7))), "amounts of shape (2, 7)"),
+    ("atmosphere", "scattering_of_amounts"): ((NU, np.ones((2, 7))), "amounts of shape (2, 7)"),
     ("radiance", "columns"): ((STATES, NU), f"states a ColumnStates, {SPECTRAL}"),
     ("elements", "pixels"): ((0.0, *WINDOW, None), "scene = None"),
     ("surfaces", "surface"): ((0.0, *WINDOW), "time_s = 0.0"),

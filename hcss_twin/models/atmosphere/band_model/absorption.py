@@ -160,6 +160,7 @@ class Absorption:
     def __init__(self, coefficients: BandModelCoefficients, aerosol: str) -> None:
         self._tables = coefficients.aerosol
         self._aerosol = aerosol
+        self._wavenumber = coefficients.wavenumber_cm1
         self._exponent = coefficients.exponent
         self._gas_columns: int = coefficients.absorption.shape[0]
         self._matrix = coefficients.absorption
@@ -168,6 +169,7 @@ class Absorption:
             upper = self._tables.upper["extinction"] @ weights
             self._matrix = np.concatenate((self._matrix, upper, weights))
         self._window = cached_method(self._make_window, 4)
+        self._weights = cached_method(self._make_weights, 4)
 
     @property
     def aerosol_column(self) -> int:
@@ -201,6 +203,23 @@ class Absorption:
         depth = np.concatenate(parts, axis=1) @ matrix
         result: Array = np.exp(np.negative(depth, out=depth), out=depth)
         return result
+
+    def scattering(self, amount: Array, humidity_percent: Array, nodes: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Return the aerosol's optical depth of scattering of amounts (P, K), and the same times asymmetry, (P, N)."""
+        weights = self._weights(nodes.tobytes())
+        first, upper = self._gas_columns, self._tables.upper
+        boundary = {
+            name: boundary_optics(self._tables, self._aerosol, name, humidity_percent)
+            for name in ("extinction", "absorption", "asymmetry")
+        }
+        low = amount[:, first : first + 1] * (boundary["extinction"] - boundary["absorption"])
+        above = amount[:, first + 1 : first + 4, None] * (upper["extinction"] - upper["absorption"])
+        depth = low + above.sum(axis=1)
+        forward = low * boundary["asymmetry"] + (above * upper["asymmetry"]).sum(axis=1)
+        return depth @ weights, forward @ weights
+
+    def _make_weights(self, nodes: bytes) -> Array:
+        return wavelength_weights(self._tables, self._wavenumber[np.frombuffer(nodes, dtype=np.intp)])
 
     def _make_window(self, nodes: bytes) -> tuple[NDArray[np.intp], Array]:
         """Return the channels that absorb at given wavenumbers, and their coefficients; most absorb in few bands."""

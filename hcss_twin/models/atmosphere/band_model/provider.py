@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +26,7 @@ from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import COEFFICIENTS, DEFAULT_VISIBILITY_KM, NAVY_MARITIME, BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path
 from hcss_twin.physics.planck import planck
+from hcss_twin.physics.thermal_scattering import scattered_share
 from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs, ModelError
 from hcss_twin.providers.declarations import Note
 
@@ -68,9 +69,12 @@ class BandModelTransmittance:
 
     Notes
     -----
-    Absorber amounts of all legs of a path are added before the band functions are applied. As in LOWTRAN7, scattering
-    out of the path counts as absorption and thus contributes emission to the path radiance. Pressure, temperature and
+    Absorber amounts of all legs of a path are added before the band functions are applied. Pressure, temperature and
     gases are used at the profile's own levels; only the wavenumber is interpolated.
+
+    In path radiance, seen from above, aerosol emits all that it takes out of the path: what it scatters it replaces by
+    light from below, of nearly its temperature. The sky contains only what aerosol absorbs; the radiance model adds
+    what aerosol scatters into it. With LOWTRAN7's own coefficients, as there, all extinction emits in the sky too.
     """
 
     def __init__(self, inputs: AtmosphereInputs, parameters: BandModelParameters) -> None:
@@ -98,6 +102,8 @@ class BandModelTransmittance:
         self._named = next((name for name, file in COEFFICIENTS.items() if file == parameters.file), None)
         if self._named == "rrtmgp":
             notes.append(_NARROW)
+        if parameters.aerosol != "none" and self._named != "lowtran7":
+            self.scattering_of_amounts = self._scattering_of_amounts
         self._window = cached_method(self._make_window, 8)
         self.declares = AtmosphereDeclaration(
             valid={
@@ -144,6 +150,11 @@ class BandModelTransmittance:
         native = self._absorption.transmittance(amounts, humidity, window.nodes)
         return window.interpolate(native)
 
+    def _scattering_of_amounts(self, wavenumber_cm1: Array, amounts: Array) -> Array:
+        window = self._window(wavenumber_cm1.tobytes())
+        found = self._absorption.scattering(amounts, self._absorption.humidity_percent(amounts), window.nodes)
+        return np.stack([window.interpolate(each) for each in found])
+
     def path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return thermal emission (P, V) of single legs as seen from their upper end, W m-2 sr-1 (cm-1)-1.
 
@@ -156,7 +167,10 @@ class BandModelTransmittance:
         return self._emission(wavenumber_cm1, paths, from_above=True)
 
     def sky_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
-        """Return thermal emission (P, V) of single legs as seen from their lower end, W m-2 sr-1 (cm-1)-1."""
+        """Return thermal emission (P, V) of single legs as seen from their lower end, W m-2 sr-1 (cm-1)-1.
+
+        Without what aerosol scatters into the leg.
+        """
         return self._emission(wavenumber_cm1, paths, from_above=False)
 
     def solar_path_radiance(
@@ -217,7 +231,7 @@ class BandModelTransmittance:
                 continue
             # Starting at the observer's end.
             order = slice(None, None, -1 if from_above else 1)
-            source = self._black_bodies(layers.temperature_K[order], nodes)
+            black_bodies = self._black_bodies(layers.temperature_K[order], nodes)
             for start in range(0, len(members), _RAYS_AT_ONCE):
                 some = members[start : start + _RAYS_AT_ONCE]
                 slant = self._air.slant(layers, lower, np.array([angle for _, angle in some]))
@@ -225,6 +239,9 @@ class BandModelTransmittance:
                 seen = self._cumulative_transmittance(by_layer[:, order], nodes)
                 emission, before = np.zeros((2, len(some), nodes.size))
                 before += 1.0
+                source: Iterable[Array] = black_bodies
+                if not from_above and hasattr(self, "scattering_of_amounts"):
+                    source = self._absorbed(by_layer, seen, nodes) * np.stack(black_bodies)[:, None]
                 for black, beyond in zip(source, seen, strict=True):
                     before -= beyond
                     # Without absorption, rounding could give negative values.
@@ -234,6 +251,15 @@ class BandModelTransmittance:
                     before[...] = beyond
                 native[[row for row, _ in some]] = emission
         return window.interpolate(native)
+
+    def _absorbed(self, amounts: Array, seen: Array, nodes: Nodes) -> Array:
+        """Return the share (L, P, N) of absorption in what layers with amounts (P, L, K) take out of rays."""
+        flat = amounts.reshape(-1, amounts.shape[2])
+        depth, _ = self._absorption.scattering(flat, self._absorption.humidity_percent(flat), nodes)
+        through = np.concatenate((np.ones((1, *seen.shape[1:])), seen)).swapaxes(0, 1)
+        share = scattered_share(through, depth.reshape(*amounts.shape[:2], -1))
+        result: Array = 1.0 - share.swapaxes(0, 1)
+        return result
 
     def _make_window(self, wavenumbers: bytes) -> NativeWindow:
         return native_window(self._wavenumber, np.frombuffer(wavenumbers, dtype=np.float64), "band model")

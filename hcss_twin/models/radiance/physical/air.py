@@ -23,6 +23,7 @@ from hcss_twin.models.radiance.physical.composite_paths import (
 from hcss_twin.physics.paths import SPACE, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
+from hcss_twin.physics.thermal_scattering import DIFFUSE_DEG, backscattered, scattered_share, streams
 from hcss_twin.providers import TransmittanceProvider
 
 Heights = tuple[float, ...]
@@ -142,6 +143,8 @@ class Air:
         Keeps legs and transmittances for scenes in the same air; used if paths are sums of absorber amounts.
     kept_values : int
         Transmittances of the legs of single columns in memory; their absorbers in proportion.
+    space_K : float
+        Temperature of space, whose light aerosol scatters.
     """
 
     def __init__(
@@ -153,6 +156,7 @@ class Air:
         layers: LayerAmounts | None = None,
         memory: OwnMemory | None = None,
         kept_values: int = _MOST_VALUES,
+        space_K: float = 0.0,
     ) -> None:
         self._crossing = PathTransmittance(provider, wavenumber_cm1, {} if layers is None else layers)
         self._profile = profile
@@ -160,7 +164,7 @@ class Air:
         self._power_law = provider.declares.legs == "to_space"
         self.wavenumber_cm1 = wavenumber_cm1
         self._memory = None if memory is None or memory.memory is None else memory
-        self._numbers = wavenumber_cm1.tobytes() + sublayers.to_bytes(2, "big")
+        self._numbers = wavenumber_cm1.tobytes() + sublayers.to_bytes(2, "big") + repr(space_K).encode()
         self._black: dict[float, Array] = {}
         self._coarse_m = _coarse_levels(profile)
         self._leg_views = cached_method(self._leg_view, _MAX_LEG_VIEWS)
@@ -168,6 +172,9 @@ class Air:
         self._leg_of_column = cached_method(self._leg_of_scenes, most)
         self._pieces = cached_method(self._new_pieces, _MAX_LEGS * kept_values // _MOST_VALUES)
         self._sources = cached_method(self._new_sources, _MAX_SOURCES)
+        self._space = planck(wavenumber_cm1, space_K) if space_K > 0.0 else np.zeros(wavenumber_cm1.size)
+        self._clear_streams = cached_method(self._new_clear_streams, 1)
+        self._streams = cached_method(self._new_streams, _MAX_SOURCES)
 
     def with_gas(self, provider: TransmittanceProvider) -> Air:
         """Return the same air with another gas, at the first wavenumber."""
@@ -212,7 +219,10 @@ class Air:
         """Return the view along a leg through the path in front of it.
 
         E(x, l) = sum over layers n of J_n [T(x + l before n) - T(x + l with n)]. The transmittance depends only on
-        summed absorber amounts, and the weights of all layers and of the light from behind sum to T(x).
+        summed absorber amounts, and the weights of all layers and of the light from behind sum to T(x). J_n is Planck
+        radiance; looking up, the share of scattering in it is the light of the clear sky and of the sea that aerosol
+        sends into the path (:mod:`hcss_twin.physics.thermal_scattering`). Looking down, that would be the light from
+        behind, and is taken as emission.
 
         Parameters
         ----------
@@ -300,12 +310,56 @@ class Air:
         sources = np.concatenate(
             [self._sources(edge)[::order][layers] for edge, layers in zip(edges, padded, strict=True)], axis=1
         )
-        emission: Array = np.einsum("pns,ns->ps", weights, sources)
+        along = None if downward else self._crossing.scattering(layered)
+        if along is None:
+            emission: Array = np.einsum("pns,ns->ps", weights, sources)
+        else:
+            depth, forward = (
+                np.diff(each.reshape(len(distinct), count, -1), axis=1, prepend=0.0)[zenith_index] for each in along
+            )
+            seen = np.concatenate((front_transmittance[:, None], beyond), axis=1)
+            share = scattered_share(seen, depth)
+            back = backscattered(np.cos(np.radians(zenith_deg))[:, None, None], _ratio(forward, depth))
+            from_sky, from_sea = (
+                np.concatenate([each[layers] for each, layers in zip(at, padded, strict=True)], axis=1)
+                for at in zip(*(self._streams(edge) for edge in edges), strict=True)
+            )
+            emission = np.einsum("pns,pns->ps", weights, sources + share * (from_sky - sources))
+            emission += np.einsum("pns,pns->ps", weights, share * back * (from_sea - from_sky))
         whole = paths.take(np.arange(count - 1, len(paths), count))
         if self._power_law and SPACE in upper_m:
             whole = front + pieces(True).take(zenith_index * count + count - 1)
         # A copy: views of all layers would stay in memory with it.
         return LegView(emission, beyond[:, -1].copy(), whole)
+
+    def _new_streams(self, edges: tuple[float, ...]) -> tuple[Array, Array]:
+        """Return the radiance from the clear sky and from the sea, (N, V) each, in the middle of the parts of a leg."""
+        if len(edges) == 1:
+            return (self._new_sources(edges),) * 2
+        known_m, *known = self._clear_streams()
+        middle = 0.5 * (np.array(edges[:-1]) + edges[1:])
+        upper = np.clip(np.searchsorted(known_m, middle), 1, known_m.size - 1)
+        low, high = known_m[upper - 1], known_m[upper]
+        share = np.clip((middle - low) / (high - low), 0.0, 1.0)[:, None]
+        one, other = ((1.0 - share) * each[upper - 1] + share * each[upper] for each in known)
+        return one, other
+
+    def _new_clear_streams(self) -> tuple[Array, Array, Array]:
+        """Return altitudes (M,) and the radiance of both hemispheres there, (M, V) each, without clouds.
+
+        The sea is black, at the temperature of the lowest air.
+        """
+        edges = self._edges(float(self._coarse_m[0]), SPACE, self._coarse_m, SUBLAYERS)
+        steps = self._pieces(edges, not self._power_law, False, (DIFFUSE_DEG,), SUBLAYERS)
+        assert isinstance(steps, AbsorberPaths)
+        layers = steps.steps()
+        scattering = self._crossing.scattering(layers)
+        assert scattering is not None
+        depth, forward = scattering
+        ends = self.black_body(float(self._profile.temperature_K[0])), self._space
+        through = self._crossing.transmittance(layers)
+        down, up = streams(self._mean_sources(edges), through, depth, _ratio(forward, depth), ends)
+        return 0.5 * (np.array(edges[:-1]) + edges[1:]), down, up
 
     def near_source(self, lower_m: Heights, upper_m: Heights, downward: bool) -> Array:
         """Return the Planck radiance (S,) at the near end of a leg."""
@@ -363,6 +417,13 @@ class Air:
         ratio = -np.diff(np.log(self._profile.pressure_at(altitude)))
         mean = 0.5 * (temperature[:-1] + temperature[1:]) - np.diff(temperature) * np.minimum(ratio, 6.0) / 12.0
         return np.stack(self._black_bodies(mean.tolist()))
+
+
+def _ratio(forward: Array, depth: Array) -> Array:
+    """Return the asymmetry of layers; 0 where hardly anything scatters."""
+    some = depth > _DARK
+    result: Array = np.where(some, forward, 0.0) / np.where(some, depth, 1.0)
+    return result
 
 
 def _coarse_levels(profile: Profile) -> Array:

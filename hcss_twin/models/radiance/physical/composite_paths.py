@@ -95,6 +95,10 @@ class AbsorberPaths(CompositePaths):
         """Return the paths of one column."""
         return type(self)(self.amounts[:, number : number + 1])
 
+    def steps(self) -> Self:
+        """Return what each path has more than the one before."""
+        return type(self)(np.maximum(np.diff(self.amounts, axis=0, prepend=0.0), 0.0))
+
     @property
     def key(self) -> bytes:
         """All amounts."""
@@ -140,7 +144,7 @@ class PathTransmittance:
     Parameters
     ----------
     provider : TransmittanceProvider
-        May have ``absorber_amounts`` and ``transmittance_of_amounts``.
+        May have ``absorber_amounts`` and ``transmittance_of_amounts``, and with them ``scattering_of_amounts``.
     wavenumber_cm1 : ndarray (V,)
     layers : dict
         Amounts of single layers that were computed before, for the same provider at any wavenumbers.
@@ -152,6 +156,7 @@ class PathTransmittance:
         self._wavenumber = wavenumber_cm1
         self._amounts = getattr(provider, "absorber_amounts", None)
         self._of_amounts = getattr(provider, "transmittance_of_amounts", None)
+        self._scattering = getattr(provider, "scattering_of_amounts", None)
 
     def of(self, paths: Sequence[Sequence[Path]]) -> CompositePaths:
         """Return paths (P, C) in the additive form of this provider."""
@@ -197,6 +202,14 @@ class PathTransmittance:
         crossed = np.cumsum(by_layer[:, :, -1], axis=1)
         by_layer[:, 1:] += crossed[:, :-1, None]
         return AbsorberPaths(by_layer.reshape(-1, 1, by_layer.shape[3]))
+
+    def scattering(self, crossed: CompositePaths) -> tuple[Array, Array] | None:
+        """Return optical depths of scattering (P, C x V), and the same times asymmetry; None if nothing scatters."""
+        if self._scattering is None or not isinstance(crossed, AbsorberPaths):
+            return None
+        amounts = crossed.amounts.reshape(-1, crossed.amounts.shape[2])
+        depth, forward = self._scattering(self._wavenumber, amounts)
+        return depth.reshape(len(crossed), -1), forward.reshape(len(crossed), -1)
 
     def transmittance(self, crossed: CompositePaths) -> Array:
         """Return transmittance (P, C x V): all wavenumbers of the first column, then of the second, ..."""

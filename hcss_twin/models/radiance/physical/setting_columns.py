@@ -132,7 +132,15 @@ class SettingColumns:
         self._scene = cached_by_spectrum(self._new_scene, maxsize=4)
         memory, sublayers = setting.air_memory, numerics.sublayers
         layers = {} if memory is None else memory.small
-        air = partial(Air, self._gas, setting.profile, sublayers=sublayers, layers=layers, memory=memory)
+        air = partial(
+            Air,
+            self._gas,
+            setting.profile,
+            sublayers=sublayers,
+            layers=layers,
+            memory=memory,
+            space_K=parameters.space_temperature,
+        )
         self._air = cached_by_spectrum(air, maxsize=2)
         self._shared_air = partial(air, kept_values=_KEPT_BETWEEN_VIEWS)
         # Settings share what of the sea depends neither on view nor on sun.
@@ -274,7 +282,9 @@ class SettingColumns:
         memory = self._setting.air_memory
         if memory is not None and memory.memory is None and self._gas is self._setting.transmittance:
             shared = cached_by_spectrum(self._shared_air, maxsize=2)
-            self._air = memory.objects.setdefault(("air", self._numerics.sublayers), shared)
+            self._air = memory.objects.setdefault(
+                ("air", self._numerics.sublayers, self._parameters.space_temperature), shared
+            )
 
     def _solvers_toward(
         self, wavenumber: Array, sun: Sun | None, suns: Sequence[Sun | None], views: Sequence[View]

@@ -104,6 +104,10 @@ class GuardedTransmittance(Guard):
     def _checked_transmittance_of_amounts(self, wavenumber_cm1: Array, amounts: Array) -> Array:
         return self._spectral("transmittance_of_amounts", (len(amounts),), FRACTION, wavenumber_cm1, amounts)
 
+    def _checked_scattering_of_amounts(self, wavenumber_cm1: Array, amounts: Array) -> Array:
+        shape = (2, len(amounts))
+        return self._spectral("scattering_of_amounts", shape, POSITIVE, wavenumber_cm1, amounts)
+
     def _checked_path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         return self._spectral("path_radiance", (len(paths),), POSITIVE, wavenumber_cm1, paths)
 
