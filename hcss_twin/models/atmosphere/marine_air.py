@@ -42,7 +42,7 @@ from hcss_twin.physics.profile import Profile
 
 NAME = "marine air"
 
-MOIST, DRY = 0.5, 0.12
+MOIST, DRY = 0.5, 0.1
 """Relative humidity of the free troposphere outside and in the middle of the dry belts."""
 
 DRY_BELT_DEG, BELT_WIDTH_DEG = 27.0, 14.0

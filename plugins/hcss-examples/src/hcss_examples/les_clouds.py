@@ -8,6 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_twin.providers import CatalogError, CloudDeclaration, CloudInputs, Microphysics, NetcdfFile, ProviderError
 
+Thickness = NDArray[np.float32]
+
 
 class Parameters(BaseModel):
     """Keys that a scenario can set."""
@@ -29,14 +31,12 @@ class LesClouds:
         self._layer, self._grid = inputs.layer, inputs.grid
         wind, pixel = inputs.motion.cloud_velocity_m_s, inputs.grid.pixel_size_m
         self._pixels_per_s = -wind[1] / pixel, (inputs.motion.platform_speed_m_s - wind[0]) / pixel
-        path = inputs.catalog.file(parameters.file)
-        with NetcdfFile(path) as file:
+        with NetcdfFile(path := inputs.catalog.file(parameters.file)) as file:
             if parameters.variable not in file.variables or file[parameters.variable].units != "kg m-3":
                 raise CatalogError(f"{path}: no variable '{parameters.variable}' in kg m-3; has {list(file.variables)}")
             self._time_s, z, y, x = (np.asarray(file[name][:], dtype=float) for name in ("time", "z", "y", "x"))
             self._cells_per_pixel = pixel / (y[1] - y[0]), pixel / (x[1] - x[0])
-            water = file[parameters.variable]
-            path_kg_m2 = np.stack([self._column(np.asarray(water[n]), z) for n in range(self._time_s.size)])
+            path_kg_m2 = np.stack([self._column(np.asarray(water), z) for water in file[parameters.variable][:]])
         self._thickness_m = thickness = path_kg_m2 / water_content_kg_m3(inputs.layer.microphysics)
         if thickness.max() > inputs.layer.thickness_max_m:
             most = f"allowed: up to the layer's thickness, {inputs.layer.thickness_max_m:g} m (clouds.top)"
@@ -49,30 +49,26 @@ class LesClouds:
         wet = z[np.any(water > 0.0, axis=(1, 2))]
         low, high = self._layer.base_m, self._layer.top_m
         if wet.size and not low <= wet[0] <= wet[-1] <= high:
-            raise ProviderError(
-                f"les: water at {wet[0]:g} to {wet[-1]:g} m; allowed: in the layer, {low:g} to {high:g} m"
-            )
+            raise ProviderError(f"les: water at {wet[0]:g} to {wet[-1]:g} m; allowed: {low:g} to {high:g} m, the layer")
         return np.tensordot(np.gradient(z), water, axes=1)
 
-    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> Thickness:
         """Return the thickness (y, x) of a window."""
         first, last = self._time_s[[0, -1]]
         if first < last and not first <= time_s <= last:
             raise ProviderError(f"les: time {time_s:g} s; allowed: those of the file, {first:g} to {last:g} s")
         number = float(np.interp(time_s, self._time_s, np.arange(self._time_s.size)))
         before, after = self._thickness_m[math.floor(number)], self._thickness_m[math.ceil(number)]
-        spans = (rows, self._grid.rows), (columns, self._grid.columns)
+        spans, sizes = (rows, columns), (self._grid.rows, self._grid.columns)
         y, x = (
             np.floor((np.arange(span.start, span.stop) + 0.5 - 0.5 * size + speed * time_s) * cells)
-            for (span, size), speed, cells in zip(spans, self._pixels_per_s, self._cells_per_pixel, strict=True)
+            for span, size, speed, cells in zip(spans, sizes, self._pixels_per_s, self._cells_per_pixel, strict=True)
         )
         at = np.ix_(*(coordinate.astype(int) % size for coordinate, size in zip((y, x), before.shape, strict=True)))
         thickness = before[at] + (number % 1.0) * (after[at] - before[at])
         return np.where(thickness < self._layer.thickness_min_m, 0.0, thickness).astype(np.float32)
 
-    def thickness_around_m(
-        self, time_s: float, rows: slice, columns: slice, summary: None = None
-    ) -> NDArray[np.float32]:
+    def thickness_around_m(self, time_s: float, rows: slice, columns: slice, summary: None = None) -> Thickness:
         """Return the thickness (y, x) of a window in or around the image: the simulation has no end."""
         return self.thickness_m(time_s, rows, columns)
 
