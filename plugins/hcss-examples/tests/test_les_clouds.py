@@ -81,8 +81,8 @@ def test_clouds_around_the_image_repeat_those_of_the_file(les_file):
 @pytest.mark.parametrize(
     ("layer", "message"),
     [
-        ({"base_m": 500.0}, "les: water at 410 to .* m; allowed: in the layer, 500 to 1200 m"),
-        ({"top_m": 450.0}, "allowed: in the layer, 400 to 450 m"),
+        ({"base_m": 500.0}, "les: water at 410 to .* m; allowed: 500 to 1200 m, the layer"),
+        ({"top_m": 450.0}, "allowed: 400 to 450 m, the layer"),
     ],
 )
 def test_water_outside_the_layer_is_refused(les_file, layer, message):
