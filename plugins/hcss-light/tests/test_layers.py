@@ -19,6 +19,7 @@ from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.plan.make_plan import make_plan
 
 WATER, ICE = Particles(0.03, 0.8, np.array([1.0, 0.85])), Particles(0.002, 0.6, np.array([1.0, 0.9]))
+LOW = {"type": "stratocumulus", "coverage": 0.5, "base": 600.0, "top": 1000.0, "anchor": "base"}
 LOWER, UPPER = Slices(100.0, 700.0, 20, "base", 100.0), Slices(1500.0, 2500.0, 16, "top", 100.0)
 
 
@@ -42,7 +43,7 @@ def group(of, emitted, sky=0.0, below=0.0, sunlight=0.0, gas=0.0):
 
 def two(light="source", upper=0.5, **changes):
     """The scene with a second layer, of large pixels: light reaches few of them."""
-    layers = [{"type": "stratocumulus", "coverage": 0.5}, {"type": "cirrus", "coverage": upper}]
+    layers = [LOW, {"type": "paper-cirrus", "coverage": upper}]
     values = {"image": {"rows": 6, "columns": 5, "pixel_size": 1000.0}, "clouds": {"layers": layers}}
     return scene(light, 2, **(values | changes))
 
@@ -146,7 +147,7 @@ def test_uniform_layers_keep_the_radiance_of_the_tables_and_an_empty_one_changes
 
 def test_a_layer_that_never_has_cloud_leaves_the_bits_of_the_other_and_windows_those_of_the_image():
     both = simulate(two(upper=0.0))
-    alone = simulate(two(clouds={"type": "stratocumulus", "coverage": 0.5}))
+    alone = simulate(two(clouds=LOW))
     np.testing.assert_array_equal(both.radiance.values, alone.radiance.values)
     whole = simulate(two())
     image = {"rows": 6, "columns": 5, "pixel_size": 1000.0, "window": {"rows": [2, 6], "columns": [1, 4]}}

@@ -99,7 +99,7 @@ def test_a_profile_without_light_is_refused():
 
 
 def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns_and_writes_it_into_the_cube(tmp_path):
-    given = scene(view={"zenith": 60.0}, clouds={"type": "cumulus", "coverage": 0.45})
+    given = scene(view={"zenith": 60.0}, clouds={"type": "paper-cumulus", "coverage": 0.45})
     file, result, cube = (tmp_path / name for name in ("scene.json", "result.json", "cube.nc"))
     file.write_text(given.to_json(), encoding="utf-8")
     simulate(given).to_netcdf(cube)
@@ -125,14 +125,14 @@ def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns_and_write
 
 
 def test_the_plan_notes_columns_that_err_by_more_than_the_scene_allows():
-    cumulus = {"clouds": {"type": "cumulus", "coverage": 0.45}, "view": {"zenith": 60.0}}
+    cumulus = {"clouds": {"type": "paper-cumulus", "coverage": 0.45}, "view": {"zenith": 60.0}}
     for allowed, noted in ((0.01, True), (0.9, False)):
         plan = make_plan(scene(**cumulus, radiance={"light": "columns", "light_accuracy": allowed}))
         assert any("radiance.light_accuracy" in note for note in plan.notes) == noted
 
 
 def test_the_budget_has_the_error_of_the_tier_instead_of_that_of_columns():
-    plan = make_plan(scene(clouds={"type": "cumulus", "coverage": 0.45}))
+    plan = make_plan(scene(clouds={"type": "paper-cumulus", "coverage": 0.45}))
     (cloudy,) = [contribution for (of, _), contribution in error_budget(plan).contributions.items() if of == "cumulus"]
     names = {error.name: error.relative for error in cloudy}
     assert "plane-parallel clouds" not in names
@@ -150,7 +150,7 @@ def test_the_budget_has_the_error_of_the_tier_instead_of_that_of_columns():
 )
 def test_the_plan_chooses_the_cheapest_light_that_is_accurate_enough(band, zenith, time, allowed, chosen):
     """Cumulus: as the table of errors against Monte Carlo says."""
-    cumulus = {"clouds": {"type": "cumulus", "coverage": 0.45}, "bands": [band], "view": {"zenith": zenith}}
+    cumulus = {"clouds": {"type": "paper-cumulus", "coverage": 0.45}, "bands": [band], "view": {"zenith": zenith}}
     plan = make_plan(scene(**cumulus, time=time, radiance={"light_accuracy": allowed}))
     assert plan.light.name == chosen
     if chosen != "columns":
@@ -161,7 +161,7 @@ def test_the_plan_chooses_the_cheapest_light_that_is_accurate_enough(band, zenit
 
 def test_an_accuracy_that_no_light_has_is_refused_with_the_best():
     with pytest.raises(ScenarioError, match=r"light_accuracy.*allowed: at least .* that of 'source'"):
-        make_plan(scene(bands=[[3.6, 3.8]], clouds={"type": "cumulus"}, radiance={"light_accuracy": 0.001}))
+        make_plan(scene(bands=[[3.6, 3.8]], clouds={"type": "paper-cumulus"}, radiance={"light_accuracy": 0.001}))
 
 
 def test_scenes_without_an_accuracy_stay_columns():
@@ -198,7 +198,7 @@ def wide(altitude, pixel_size, **changes):
 
 def test_views_that_vary_over_the_image_agree_with_monte_carlo_toward_each_pixel():
     """Six squares of cumulus seen from 150 km; columns are 5 % rms off."""
-    given = wide(150e3, 400.0, accuracy=0.005, clouds={"type": "cumulus", "coverage": 0.45})
+    given = wide(150e3, 400.0, accuracy=0.005, clouds={"type": "paper-cumulus", "coverage": 0.45})
     plan = make_plan(given)
     assert plan.views.varies
     assert any("constant in squares of 32 pixels" in note for note in plan.notes)
@@ -209,4 +209,4 @@ def test_views_that_vary_over_the_image_agree_with_monte_carlo_toward_each_pixel
 
 def test_views_that_vary_too_much_are_refused_by_name():
     with pytest.raises(ScenarioError, match=r"platform.altitude.*displace lines of sight by .* points"):
-        make_plan(wide(100e3, 400.0, accuracy=0.005, clouds={"type": "cumulus", "coverage": 0.45}))
+        make_plan(wide(100e3, 400.0, accuracy=0.005, clouds={"type": "paper-cumulus", "coverage": 0.45}))

@@ -38,7 +38,7 @@ def scene(light, **changes):
         "frames": {"count": 1},
         "accuracy": 0.02,
         "bands": [[10.5, 11.0]],
-        "clouds": {"type": "cumulus", "coverage": 0.5, "coverage_mode": "field", "generator": "fractal-relief"},
+        "clouds": {"type": "paper-cumulus", "coverage": 0.5, "coverage_mode": "field", "generator": "fractal-relief"},
         "output": {"variables": ["radiance"], "certificate": 0},
         "radiance": {"light": light},
     }
@@ -62,7 +62,7 @@ def test_a_volume_is_drawn_with_bases_and_tops_of_the_shape(tmp_path):
 def test_independent_columns_do_not_see_the_shape():
     relief, flat = (
         scene("columns"),
-        scene("columns", clouds={"type": "cumulus", "coverage": 0.5, "coverage_mode": "field"}),
+        scene("columns", clouds={"type": "paper-cumulus", "coverage": 0.5, "coverage_mode": "field"}),
     )
     np.testing.assert_array_equal(simulate(relief).radiance.values, simulate(flat).radiance.values)
 
