@@ -27,6 +27,7 @@ def of_point(nodes_m, values, thickness_m):
         if metres <= 0.0:
             values = values[0]
             continue
-        flat = values[1:].reshape(len(nodes), -1)
-        values = np.array([np.interp(metres, nodes, line) for line in flat.T]).reshape(values.shape[1:])
+        below = np.clip(np.searchsorted(nodes, metres) - 1, 0, len(nodes) - 2)
+        share = np.clip((metres - nodes[below]) / (nodes[below + 1] - nodes[below]), 0.0, 1.0)
+        values = (1.0 - share) * values[1 + below] + share * values[2 + below]
     return values

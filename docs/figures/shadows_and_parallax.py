@@ -41,6 +41,7 @@ SCENE = {
     "clouds.top": 1900.0,
     "clouds.edge_taper": 0.5,
     "output.variables": ["radiance", "radiance_sea_reflected_sun", "cloud_mask", "shadow_mask"],
+    "output.certificate": 0,
 }
 
 

@@ -4,12 +4,12 @@ import json
 from pathlib import Path
 
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 
 from hcss_twin import Scenario, simulate
 from hcss_twin.cube.metadata import ALWAYS, COMPUTED, DEFAULTS, PROVENANCE
 
-SMALL = {**CHEAP, "image.rows": 16, "image.columns": 20, "frames.count": 1, "bands": ["lwir"]}
+SMALL = {**CHEAP, "image.rows": 16, "image.columns": 20, "frames.count": 1, "bands": NARROW[1:]}
 OF_PLUGINS = ("hcss_light", "hcss_monte_carlo", "hcss_provider_laws")
 SPECS = {spec.name: spec for spec in (*PROVENANCE, *COMPUTED) if spec.name not in OF_PLUGINS}
 """But those of plugins: ``test_probes.py``, and the tests of hcss-light."""

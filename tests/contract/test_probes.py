@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from hcss_author import PlainGas, PlainSea
 from installed_providers import install
 
@@ -21,7 +21,7 @@ from hcss_twin.providers.registry import ProviderSpec, hookimpl
 from hcss_twin.providers.registry.checks import keep_check
 from hcss_twin.reports.plan_text import plan_text
 
-SCENE = {**CHEAP, "image.rows": 8, "image.columns": 10, "frames.count": 1, "bands": ["lwir"]}
+SCENE = {**CHEAP, "image.rows": 8, "image.columns": 10, "frames.count": 1, "bands": NARROW[1:]}
 
 
 class GreySea(PlainSea):

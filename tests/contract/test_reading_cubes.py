@@ -7,7 +7,7 @@ import h5py
 import netCDF4
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 
 from hcss_twin import Scenario, simulate
 
@@ -18,7 +18,7 @@ EXAMPLES = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8").s
 @pytest.fixture(scope="module")
 def cube(tmp_path_factory):
     path = tmp_path_factory.mktemp("cube") / "cube.nc"
-    small = {"image.rows": 12, "image.columns": 16, "frames.count": 2, **CHEAP}
+    small = {"image.rows": 12, "image.columns": 16, "frames.count": 2, "bands": NARROW, **CHEAP}
     simulate(Scenario.load("stratus", {**small, "output.variables": ["radiance", "cloud_top_altitude"]}), path).close()
     return path
 

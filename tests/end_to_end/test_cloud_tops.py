@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from installed_providers import install
 
 from hcss_twin import Scenario, make_plan, simulate
@@ -97,9 +97,9 @@ def scene(**changes):
     ("changes", "columns"),
     [
         ({}, (3, 17, 31)),
-        ({"platform.altitude": 500e3, "bands": ["mwir"]}, (31,)),
-        ({"sea.temperature_texture": 0.5, "atmosphere.water_vapour_texture": 0.05, "bands": ["lwir"]}, (17,)),
-        ({"surfaces": {"provider": "coast"}, "place": COAST, "bands": ["lwir"]}, (17,)),
+        ({"platform.altitude": 500e3, "bands": NARROW[:1]}, (31,)),
+        ({"sea.temperature_texture": 0.5, "atmosphere.water_vapour_texture": 0.05, "bands": NARROW[1:]}, (17,)),
+        ({"surfaces": {"provider": "coast"}, "place": COAST, "bands": NARROW[1:]}, (17,)),
     ],
     ids=["one view", "views over the image", "texture", "a coast"],
 )
@@ -149,7 +149,7 @@ CIRRUS = {"type": "cirrus", "base": 10e3, "top": 11e3, "coverage": 0.5}
 )
 def test_tops_vary_below_another_layer_and_in_both(high):
     layers = [layer | {"coverage_mode": "field"} for layer in (LOW, high)]
-    made = simulate(scene(**{"clouds": {"layers": layers}, "bands": ["lwir"], "output.certificate": 12}))
+    made = simulate(scene(**{"clouds": {"layers": layers}, "bands": NARROW[1:], "output.certificate": 12}))
     assert made.attrs["hcss_certificate"].startswith("PASSED")
     tops = made["cloud_top_altitude"].to_numpy()[0]
     share = np.arange(32) / 31.0
@@ -178,7 +178,7 @@ def test_a_sweep_is_resumed_only_with_the_code_of_its_plugins():
 
 
 def test_windows_agree_with_the_image_and_the_file_is_verified(tmp_path):
-    few = {"bands": ["lwir"], "output.certificate": 0}
+    few = {"bands": NARROW[1:], "output.certificate": 0}
     whole = simulate(scene(**few))
     window = {"rows": [3, 17], "columns": [5, 30]}
     part = simulate(scene(**few, **{"image.window": window}))

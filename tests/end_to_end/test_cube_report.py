@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from click.testing import CliRunner
 from example_cube import example_frame, example_header
 from pages import ends, read_page, view_of
@@ -30,7 +30,7 @@ SMALL = {
     "image.columns": 44,
     "frames.count": 3,
     "frames.interval": 60.0,
-    "bands": ["mwir", "lwir"],
+    "bands": NARROW,
     "output.certificate": 4,
 }
 
@@ -230,7 +230,7 @@ def test_a_cube_without_frames_says_so(tmp_path):
 
 
 def test_a_measured_cube_shows_its_sensor_and_whose_the_certificate_is(tmp_path):
-    clean = made(tmp_path, **{"bands": ["mwir"], "frames.count": 1})
+    clean = made(tmp_path, **{"bands": NARROW[:1], "frames.count": 1})
     sense(clean, sensor="generic-mwir", output=tmp_path / "measured.nc").close()
     found = read_page(hcss_twin.report(tmp_path / "measured.nc"))
     for text in ("Measured cube", "generic staring mid-wave imager", "that of the clean cube", "one frame"):

@@ -27,7 +27,7 @@ time = 2024-04-20T12:30:00+10:00
 place = {latitude = 35.0, longitude = 150.0}
 image = {rows = 30, columns = 40, samples_per_pixel = 2}
 frames.count = 2
-bands = ["mwir", "lwir"]
+bands = [{name = "mwir", limits = [3.6, 3.8]}, {name = "lwir", limits = [10.5, 11.0]}]
 clouds = {type = "stratus", coverage = 0.5, coverage_mode = "field"}
 output.variables = ["radiance", "truth", "terms", "element_radiance"]
 

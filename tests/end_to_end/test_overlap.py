@@ -10,7 +10,7 @@ import time
 import netCDF4
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from example_cube import example_frame, example_header
 from scipy.ndimage import gaussian_filter
 
@@ -24,7 +24,7 @@ from hcss_twin.engine.simulate import overlaps
 from hcss_twin.engine.stream import stream
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 
-SMALL = {"image.rows": 48, "image.columns": 64, "frames.count": 6, **CHEAP}
+SMALL = {"image.rows": 48, "image.columns": 64, "frames.count": 6, "bands": NARROW, **CHEAP}
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POSIX")
 
 

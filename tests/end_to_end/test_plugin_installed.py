@@ -3,6 +3,7 @@
 The environments borrow the packages of the running one, so nothing is downloaded.
 """
 
+import contextlib
 import importlib.util
 import json
 import os
@@ -17,6 +18,7 @@ import venv
 from pathlib import Path
 
 import pytest
+from command import hcss
 
 import hcss_twin
 from hcss_twin.providers.registry import Kind
@@ -247,9 +249,9 @@ def test_default_scenario_runs_beside_a_plugin_with_the_name_of_a_default(tmp_pa
 def written(tmp_path_factory):
     """An environment with a new plugin of every kind."""
     environment = Environment(tmp_path_factory.mktemp("written"))
-    for kind in Kind:
-        done = environment.hcss("new-plugin", kind, f"own-{kind}")
-        assert done.returncode == 0, done.stderr
+    with contextlib.chdir(environment.folder):
+        for kind in Kind:
+            assert hcss("new-plugin", kind, f"own-{kind}").exit_code == 0
     environment.install(*(environment.folder / f"hcss-own-{kind}" for kind in Kind))
     return environment
 
@@ -272,5 +274,5 @@ def test_the_tests_of_new_plugins_pass(written):
 def test_a_new_plugin_is_fully_typed(written):
     pytest.importorskip("mypy", reason="mypy comes with the extra dev")
     folders = [f"hcss-own-{kind}" for kind in Kind]
-    done = written.call("-m", "mypy", "--strict", "--cache-dir", str(written.folder / "cache"), *folders)
+    done = written.call("-m", "mypy", "--strict", "--no-incremental", *folders)
     assert done.returncode == 0, done.stdout

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from click.testing import CliRunner
 from PIL import Image, ImageColor
 
@@ -13,7 +13,7 @@ from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import CubeError
 from hcss_twin.reports.preview import MISSING, draw_preview
 
-SMALL = {**CHEAP, "image.rows": 40, "image.columns": 60, "frames.count": 2, "bands": ["mwir", "lwir"]}
+SMALL = {**CHEAP, "image.rows": 40, "image.columns": 60, "frames.count": 2, "bands": NARROW}
 LAYERS = {"clouds.layers.0.coverage": 0.3, "clouds.layers.1.coverage": 0.5}
 
 

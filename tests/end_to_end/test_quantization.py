@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 
 from hcss_twin import Scenario, make_plan, open_cube, simulate
 from hcss_twin.core.errors import CertificateWarning, ScenarioError
@@ -15,6 +15,7 @@ from hcss_twin.plan.description import describe
 from hcss_twin.reports.plan_text import plan_text
 
 SMALL = CHEAP | {
+    "bands": NARROW,
     "image.rows": 64,
     "image.columns": 80,
     "frames.count": 2,

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from pages import Reader, view_of
 from test_cube_report import written
 
@@ -183,7 +183,7 @@ def posterior_page(folder):
 def propagation_page(folder):
     from hcss_uncertainty import propagate
 
-    scene = CHEAP | {"image.rows": 36, "image.columns": 36, "frames.count": 1, "bands": ["mwir", "lwir"]}
+    scene = CHEAP | {"image.rows": 36, "image.columns": 36, "frames.count": 1, "bands": NARROW}
     uncertain = {"sea.temperature": "normal:291:0.5", "clouds.coverage": "uniform:0.2:0.8"}
     path = folder / "propagation.nc"
     propagate("stratus", path, draws=8, uncertain=uncertain, overrides=scene)

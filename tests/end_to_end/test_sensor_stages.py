@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from hcss_author import SensorContract, sample_sensor_inputs
 from installed_providers import install
 from pydantic import BaseModel, ConfigDict
@@ -27,7 +27,7 @@ BASE = {
     "place": {"latitude": 35.0, "longitude": 150.0},
     "image": {"rows": 12, "columns": 40, "pixel_size": 20.0},
     "frames": {"count": 2, "first": 3, "interval": 2.0},
-    "bands": ["mwir", "lwir"],
+    "bands": NARROW,
     "accuracy": 1e-2,
     "output": {"variables": ["radiance"], "certificate": 0},
 }

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from surface_files import write_half
 from written_cubes import assert_same_bits
 
@@ -24,7 +24,7 @@ time = 2024-04-20T12:30:00+10:00
 place = {latitude = 35.0, longitude = 150.0}
 image = {rows = 30, columns = 40}
 frames.count = 2
-bands = ["mwir", "lwir"]
+bands = [{name = "mwir", limits = [3.6, 3.8]}, {name = "lwir", limits = [10.5, 11.0]}]
 sea = {temperature = 290.0, wind_speed = 6.0}
 clouds = {type = "stratus", coverage = 0.5, coverage_mode = "field"}
 output.variables = ["radiance", "truth", "terms"]
@@ -34,7 +34,7 @@ provider = "raster"
 parameters = {file = "half.nc", classes = {0 = "sea", 1 = "sand"}}
 """
 FIELD = {"file": "half.nc", "classes": {0: "sea", 1: "sand"}, "temperature_layer": "temperature"}
-MIXED = {"surfaces.parameters": FIELD, "image.samples_per_pixel": 2, "bands": ["lwir"], "output.certificate": 12}
+MIXED = {"surfaces.parameters": FIELD, "image.samples_per_pixel": 2, "bands": NARROW[1:], "output.certificate": 12}
 ALONE = {"surfaces": None, "sea.temperature_texture": 0.0, "output.variables": ["radiance", "cloud_mask", "terms"]}
 
 

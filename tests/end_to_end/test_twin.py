@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 
 import hcss_twin
 from hcss_twin.engine.certificate.certificate import Certificate
 
 SMALL = CHEAP | {
+    "bands": NARROW,
     "image.rows": 24,
     "image.columns": 32,
     "frames.count": 3,

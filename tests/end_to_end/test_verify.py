@@ -7,7 +7,7 @@ import shutil
 import netCDF4
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from click.testing import CliRunner
 from example_cube import example_frame, example_header
 
@@ -23,14 +23,8 @@ from hcss_twin.engine.verification import Verdict, verify_cube
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 
-SMALL = CHEAP | {
-    "image.rows": 16,
-    "image.columns": 16,
-    "frames.count": 2,
-    "bands": ["mwir", "lwir"],
-    "output.certificate": 4,
-}
-MASKS = SMALL | {"output.variables": ["cloud_mask", "cloud_thickness"]}
+SMALL = CHEAP | {"image.rows": 16, "image.columns": 16, "frames.count": 2, "bands": NARROW, "output.certificate": 4}
+MASKS = SMALL | {"bands": ["mwir", "lwir"], "output.variables": ["cloud_mask", "cloud_thickness"]}
 
 
 def simulated(path, overrides, base=None):

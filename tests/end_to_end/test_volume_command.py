@@ -8,7 +8,7 @@ import sys
 import netCDF4
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from click.testing import CliRunner
 from PIL import Image
 
@@ -19,7 +19,7 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.reports.cloud_columns import read_columns
 from hcss_twin.reports.cloud_volume import draw_volume
 
-SMALL = {"image.rows": 24, "image.columns": 32, "frames.count": 2, "bands": ["lwir"], **CHEAP}
+SMALL = {"image.rows": 24, "image.columns": 32, "frames.count": 2, "bands": NARROW[1:], **CHEAP}
 
 
 @pytest.fixture(scope="module")

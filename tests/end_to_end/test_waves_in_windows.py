@@ -3,6 +3,7 @@
 from functools import partial
 
 import numpy as np
+from cheap import NARROW
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.engine import stream
@@ -14,7 +15,7 @@ SCENE = {
     "place": {"latitude": 35.0, "longitude": 150.0},
     "image": {"rows": 30, "columns": 40, "pixel_size": 10.0},
     "frames": {"count": 1},
-    "bands": ["lwir"],
+    "bands": NARROW[1:],
     "accuracy": 1e-2,
     "radiance": {"model": "as-printed"},
     "sea": {"waves": "on", "model": "rough-sea", "wind_speed": 10.0},

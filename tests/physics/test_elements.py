@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from whole_frames import first_frame
 
 from hcss_twin import Scenario, make_plan
@@ -26,7 +26,7 @@ BASE = {
     "image": {"rows": 12, "columns": 16, "pixel_size": 20.0},
     "slant": {"shadows": "off", "parallax": "off"},
     "frames": {"count": 1},
-    "bands": ["mwir", "lwir"],
+    "bands": NARROW,
     "output": {"variables": ["radiance", "truth"], "certificate": 0},
 }
 THIN = {"type": "stratus", "anchor": "base", "coverage": 1.0, "base": 1000.0, "top": 1008.0, "thickness_min": 1.0}

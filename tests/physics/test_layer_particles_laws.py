@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from cheap import CHEAP, CHEAP_OPTIONS
+from cheap import CHEAP, CHEAP_OPTIONS, NARROW
 from click.testing import CliRunner
 
 from hcss_twin import Scenario, make_plan, simulate
@@ -14,7 +14,7 @@ from hcss_twin.models.optics.bulk import bulk_properties
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.plan.description import describe
 
-TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 1, "bands": ["lwir"], **CHEAP}
+TINY = {"image.rows": 8, "image.columns": 8, "frames.count": 1, "bands": NARROW[1:], **CHEAP}
 
 
 def planned(**keys):
@@ -37,7 +37,7 @@ def test_the_plan_tells_the_extinction_of_large_particles():
     told = describe(planned(effective_radius=12.0, water_content=0.3))["layers"][0]["particles"]
     assert told["large_particle_extinction_m1"] == pytest.approx(1.5 * 0.3e-3 / (1000.0 * 12e-6), rel=1e-4)
     assert (told["material"], told["effective_radius_um"]) == ("water", pytest.approx(12.0, rel=1e-5))
-    given = ["--set", "clouds.effective_radius=12", "--set", 'bands=["lwir"]']
+    given = ["--set", "clouds.effective_radius=12", "--set", 'bands=[{name="lwir", limits=[10.5, 11.0]}]']
     done = CliRunner().invoke(cli, ["plan", "stratus", *CHEAP_OPTIONS, *given])
     assert "stratus: water, effective radius 12 um, variance 0.129, 0.302 g m-3, extinction" in done.output
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from hcss_author import PlainGas, PlainOptics, SeaModelContract, sample_profile
 from scipy.special import expn
 from surface_files import write_half
@@ -81,7 +81,7 @@ def test_a_land_pixel_of_a_scene_emits_at_its_temperature_through_the_air(tmp_pa
         "view": {"zenith": 30.0},
         "image": {"rows": 4, "columns": 8},
         "frames": {"count": 1},
-        "bands": ["mwir", "lwir"],
+        "bands": NARROW,
         "sea": {"temperature": 291.0, "wind_speed": 5.0},
         "output": {"variables": ["radiance", "surface_class"], "certificate": 0},
         "accuracy": 1e-4,
@@ -105,7 +105,7 @@ def test_a_land_pixel_of_a_scene_emits_at_its_temperature_through_the_air(tmp_pa
 @pytest.mark.parametrize(("low", "high"), [(288.0, 292.0), (280.0, 300.0), (270.0, 305.0)])
 def test_interpolation_in_temperature_is_exact_at_its_nodes_and_for_grey_bands(low, high, tmp_path):
     """The weights sum to 1, reproduce the black body of each band, and select single nodes at the nodes."""
-    plan = make_plan(Scenario.load("stratus", {**CHEAP, "bands": ["mwir", "lwir"]}))
+    plan = make_plan(Scenario.load("stratus", {**CHEAP, "bands": NARROW}))
     grid = plan.spectral_grid
     axis, kelvin = temperature_axis(grid, low, high), np.linspace(low, high, 37)
     nodes = axis.within(low, high, quadrature.nodes(2))

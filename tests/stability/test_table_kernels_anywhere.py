@@ -44,7 +44,8 @@ def skies(draw, nodes, shape):
 @SOME
 @given(st.data(), axes(), axes(), axes(), st.sampled_from([1, 2, 5]), st.integers(-30, 30), st.integers(1, 3))
 def test_the_look_up_in_single_precision_is_interpolation_in_double(data, first, second, third, samples, power, layers):
-    nodes = (first, second, third[:5])[:layers]
+    # Of three axes few nodes: the train of cores of a dense table grows with the square of their product.
+    nodes = (first[:30], second[:30], third[:5]) if layers == 3 else (first, second)[:layers]
     values = np.random.default_rng(3).random((*(1 + each.size for each in nodes), 2)) * 10.0**power
     shape = (3 * samples, 4 * samples)
     thickness = [data.draw(skies(each, shape)) for each in nodes]

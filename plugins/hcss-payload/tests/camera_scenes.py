@@ -6,12 +6,15 @@ import hcss_twin
 
 CHEAP = {"radiance": {"model": "as-printed"}, "sea": {"model": "cox-munk", "wind_speed": 10.0, "temperature": 295.0}}
 
+LWIR, MWIR = {"name": "lwir", "limits": [10.5, 11.0]}, {"name": "mwir", "limits": [3.6, 3.8]}
+"""Narrow bands under the names of wide ones: the time of a scene grows with its wavenumbers."""
+
 GEOSTATIONARY_M = 35_786_034.0
 
 SCENE = {
     "seed": 3,
     "time": "2024-04-20T14:30:00Z",
-    "bands": ["lwir"],
+    "bands": [LWIR],
     "place": {"latitude": 0.0, "longitude": 140.7},
     "image": {"rows": 64, "columns": 64, "pixel_size": 100.0},
     "frames": {"count": 2, "interval": 10.0},

@@ -18,6 +18,8 @@ from hcss_twin.providers import View
 
 WAVENUMBER, HEIGHT_M, KELVIN = np.linspace(900.0, 1000.0, 5), 7e3, 250.0
 WEIGHTS = np.full((1, 5), 25.0)
+WIDE = {"bands": ["lwir"]}
+"""The band of ozone is in it."""
 
 
 class Exponential:
@@ -73,7 +75,7 @@ def test_lines_of_sight_bend_by_twice_the_refraction_of_the_horizon():
 
 @pytest.fixture(scope="module")
 def plan():
-    return hcss_twin.make_plan(scenario(DISK, {"camera": {"beyond": "limb"}}))
+    return hcss_twin.make_plan(scenario(DISK, WIDE, {"camera": {"beyond": "limb"}}))
 
 
 def test_amounts_of_the_limb_are_those_of_long_paths_of_the_air(plan):
@@ -135,7 +137,7 @@ def test_tangent_heights_are_the_least_along_a_line():
 def test_a_full_disk_has_a_limb_that_fades_to_space():
     # 8.1 to 9.0 degrees from the middle of the disk, 0.08 mrad or 3 km a pixel.
     edge = {"rows": 200, "columns": 24, "detector_pitch": 8e-6, "principal_point": [1980.0, 11.5], "beyond": "limb"}
-    cube = hcss_twin.simulate(scenario(DISK, {"camera": edge}))
+    cube = hcss_twin.simulate(scenario(DISK, WIDE, {"camera": edge}))
     kind, radiance = cube["pixel_kind"].values[0], cube["radiance"].values[0, 0]
     height = cube["pixel_tangent_height"].values[0]
     limb = kind == 2

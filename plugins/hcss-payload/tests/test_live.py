@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from camera_scenes import LWIR, MWIR
 from hcss_payload import Camera, Circular, Jitter, Nadir, PayloadError, Pose, PositionTable, Track, pose_at
 from hcss_payload.frames import frames
 from hcss_payload.live import LiveTwin, PointTarget
@@ -24,7 +25,7 @@ def scene(kind="stratus", pixels=SIZE, samples=1, pixel_m=100.0, **overrides):
     scenario = {
         "seed": 1,
         "time": "2024-04-20T02:30:00Z",
-        "bands": ["lwir", "mwir"],
+        "bands": [LWIR, MWIR],
         "place": {"latitude": 30.0, "longitude": 150.0},
         "view": {"zenith": 0.0, "azimuth": 0.0},
         "image": {"rows": pixels, "columns": pixels, "pixel_size": pixel_m, "samples_per_pixel": samples},
@@ -105,7 +106,7 @@ def test_the_same_pose_gives_the_same_bits_whatever_came_before():
 def test_numbers_of_the_sensor_give_the_radiance_back():
     trajectory, camera = above(), Camera(SIZE, SIZE, 1.0, 1e-5)
     clouds = {"type": "stratus", "coverage": 1e-9, "coverage_mode": "field"}
-    with LiveTwin(scene(clouds=clouds, sensor=radiometer_of(camera)), camera).prepare(
+    with LiveTwin(scene(clouds=clouds, sensor=radiometer_of(camera), bands=["lwir", "mwir"]), camera).prepare(
         trajectory, Nadir(trajectory), 0.0, 1.0
     ) as live:
         frame = live.frame(0.25)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from camera_scenes import scenario
+from camera_scenes import LWIR, MWIR, scenario
 from hcss_payload.live.octaves import between, field_covariance, seen_octaves, separations, shape_of
 from hcss_payload.live.prefilter import Sharpness, radiance_covariance, sharpness
 from hcss_payload.live.radiance import TABLE_HALF, TABLE_PER_VALUE, edge_of, intervals
@@ -72,7 +72,7 @@ def live_pixels(plan, radiance, width, height):
 @pytest.mark.parametrize("kind", ["stratus", "cumulus", "altostratus", "cirrus", "stratocumulus", "altocumulus"])
 def test_pixels_have_the_mean_and_the_contrast_between_neighbours_of_many_points(kind):
     clouds = {"type": kind, "coverage": 0.5, "coverage_mode": "field"}
-    plan = hcss_twin.make_plan(scenario({"clouds": clouds, "bands": ["lwir", "mwir"]}))
+    plan = hcss_twin.make_plan(scenario({"clouds": clouds, "bands": [LWIR, MWIR]}))
     radiance = field_radiance(plan)
     for width, height in ((20.0, 20.0), (60.0, 180.0), (200.0, 200.0), (200.0, 600.0)):
         exact, live = (pixels(plan, radiance, width, height) for pixels in (true_pixels, live_pixels))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from camera_scenes import PASS, SCENE, merged
+from camera_scenes import MWIR, PASS, SCENE, merged
 from hcss_payload import PayloadError, Pose, pose_at
 from hcss_payload.build import payload_of
 from hcss_payload.live import LiveTwin, PointTarget, live_pass
@@ -20,6 +20,8 @@ from hcss_twin.models.sensor.radiometer import Radiometer
 
 INTERVAL_S = 60.0
 SHORT = {"frames": {"count": 2, "interval": INTERVAL_S}, "output": {"certificate": 0}}
+COARSE = {"accuracy": 1e-2}
+"""For what holds to the bit at any accuracy."""
 STRATUS = {"type": "stratus", "coverage": 0.4, "coverage_mode": "field"}
 CIRRUS = {"type": "cirrus", "coverage": 0.5, "coverage_mode": "field"}
 ALTOSTRATUS = {"type": "altostratus", "coverage": 0.3, "coverage_mode": "field"}
@@ -42,12 +44,12 @@ SCENES = {
     },
     "a coast": SPAIN | {"surfaces": {"provider": "coast"}},
     "small elements": {"elements": [{"provider": "point-sources", "parameters": {"tracks": [SHIP, PLUME]}}]},
-    "shadows": {"slant": {"shadows": "on"}, "time": "2024-04-20T02:30:00Z", "bands": ["mwir"]},
+    "shadows": {"slant": {"shadows": "on"}, "time": "2024-04-20T02:30:00Z", "bands": [MWIR]},
     "waves as shapes": {
         "accuracy": 0.02,
         "sea": {"waves": "on", "model": "rough-sea", "temperature": 295.0, "wind_speed": 10.0},
         "time": "2024-04-20T02:30:00Z",
-        "bands": ["mwir"],
+        "bands": [MWIR],
     },
     "texture of the sea": {"sea": {"temperature_texture": 0.3}},
     "lines read in turn": {"camera": {"line_time": 2e-3}},
@@ -57,9 +59,9 @@ SCENES = {
 """Parts of scenarios that fast frames cannot show."""
 
 
-def scene(name, folder=None):
+def scene(name, folder=None, accuracy=COARSE):
     """A scene, whose clouds are all that an earlier one's keys do not say."""
-    raw = merged(SCENE, PASS, SHORT)
+    raw = merged(SCENE, PASS, SHORT, accuracy)
     parts = SCENES[name]
     if "clouds" in parts:
         del raw["clouds"]
@@ -117,7 +119,7 @@ def test_the_method_is_that_which_shows_the_scene_and_says_why(folder):
 
 def test_a_pass_that_fast_frames_do_not_reach_has_frames_of_cubes():
     coarse = {"camera": {"rows": 8, "columns": 8, "detector_pitch": 4.5e-4}, "clouds": {"type": "cumulus"}}
-    with live_pass(hcss_twin.Scenario.from_dict(merged(SCENE, PASS, SHORT, coarse)), end_s=1.0) as live:
+    with live_pass(hcss_twin.Scenario.from_dict(merged(SCENE, PASS, SHORT, COARSE, coarse)), end_s=1.0) as live:
         assert live.method == "cube"
         assert live.notes[0].startswith("frames are those of cubes, since fast frames do not show this pass (")
         assert "hold several cells of the coarsest octave" in live.notes[0]
@@ -136,7 +138,7 @@ def tables(folder, poses):
 
 
 def test_frames_of_given_poses_are_those_of_the_cube_of_these_poses(folder):
-    planned = scene("two layers", folder)
+    planned = scene("two layers", folder, {"accuracy": 1e-3})
     nominal = payload_of(planned, Catalog(base=folder))
     # The body is turned by 6 to 10 pixels, and about its axis.
     off = Rotation.from_rotvec([6e-4, -1e-3, 1e-2])
@@ -181,7 +183,9 @@ def test_a_measured_frame_has_the_numbers_of_the_sensor_cube(tmp_path, stages):
         before = [{"model": name, "parameters": {"integration_time": 1e-3, "exposures": 2}} for name in stages]
         asked = {"variables": radiometer.pop("variables")}
         sensor = asked | {"stages": [*before, radiometer]}
-    measuring = hcss_twin.Scenario.from_dict(merged(SCENE, PASS, SHORT, SCENES["small elements"]) | {"sensor": sensor})
+    measuring = hcss_twin.Scenario.from_dict(
+        merged(SCENE, PASS, SHORT, COARSE, SCENES["small elements"]) | {"sensor": sensor}
+    )
     hcss_twin.simulate(measuring, tmp_path / "pass.nc").close()
     cube = hcss_twin.open_cube(measured_path(tmp_path / "pass.nc"))
     with live_pass(measuring, margin_px=0.0) as live:
@@ -220,7 +224,7 @@ def test_a_target_is_an_element_of_the_scene():
 def test_a_sensor_that_remembers_earlier_frames_is_refused(monkeypatch):
     planned = scene("small elements")
     camera = payload_of(planned, Catalog()).camera
-    raw = merged(SCENE, PASS, SHORT, SCENES["small elements"]) | {"sensor": radiometer_of(camera)}
+    raw = merged(SCENE, PASS, SHORT, COARSE, SCENES["small elements"]) | {"sensor": radiometer_of(camera)}
     build = Radiometer.__init__
 
     def build_one_that_remembers(self, *given):
@@ -234,7 +238,7 @@ def test_a_sensor_that_remembers_earlier_frames_is_refused(monkeypatch):
 
 def test_sections_of_other_packages_stay_in_the_scene():
     pytest.importorskip("hcss_examples.smoke")
-    raw = merged(SCENE, PASS, SHORT, {"smoke": {"optical_depth": 1.0}})
+    raw = merged(SCENE, PASS, SHORT, COARSE, {"smoke": {"optical_depth": 1.0}})
     planned = hcss_twin.Scenario.from_dict(raw)
     cube = hcss_twin.simulate(planned)["radiance"].values
     with live_pass(planned, margin_px=0.0) as live:
@@ -256,7 +260,7 @@ def test_what_is_too_slow_is_what_must_go_for_the_rate():
 def test_twins_without_sections_show_what_those_with_sections_show():
     planned = scene("two layers")
     payload = payload_of(planned, Catalog())
-    raw = merged(SCENE, {"place": PASS["place"]}, SHORT)
+    raw = merged(SCENE, {"place": PASS["place"]}, SHORT, COARSE)
     raw["clouds"] = SCENES["two layers"]["clouds"]
     twin = LiveTwin(hcss_twin.Scenario.from_dict(raw), payload.camera)
     with twin.prepare(payload.trajectory, payload.attitude, 0.0, INTERVAL_S) as live, live_pass(planned) as other:

@@ -25,7 +25,7 @@ from hcss_twin.core.catalog import Catalog
 SCENE = """
 seed = 1
 time = 2024-04-20T02:30:00Z
-bands = ["lwir"]
+bands = [{name = "lwir", limits = [10.5, 11.0]}]
 [place]
 latitude = 30.0
 longitude = 150.0

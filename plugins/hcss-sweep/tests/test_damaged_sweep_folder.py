@@ -3,12 +3,12 @@
 import json
 
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from hcss_sweep import SweepError, sweep
 
 from hcss_twin import Scenario
 
-SMALL = CHEAP | {"image.rows": 4, "image.columns": 4, "frames.count": 1, "bands": ["lwir"], "output.certificate": 0}
+SMALL = CHEAP | {"image.rows": 4, "image.columns": 4, "frames.count": 1, "bands": NARROW[1:], "output.certificate": 0}
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from hcss_sweep import SweepError, points, sweep
 from hcss_sweep.points import PointOutcome, compute
 from pages import read_page
@@ -10,14 +10,7 @@ from pages import read_page
 import hcss_twin
 from hcss_twin import open_cube
 
-SMALL = {
-    **CHEAP,
-    "image.rows": 12,
-    "image.columns": 16,
-    "frames.count": 2,
-    "bands": ["mwir", "lwir"],
-    "output.certificate": 1,
-}
+SMALL = {**CHEAP, "image.rows": 12, "image.columns": 16, "frames.count": 2, "bands": NARROW, "output.certificate": 1}
 MASK = {"output.variables": ["cloud_mask"]}
 OVER = {"view.zenith": [0, 30], "clouds.type": ["stratus", "cumulus"]}
 

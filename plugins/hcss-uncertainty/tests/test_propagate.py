@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from agreement_of_scenes import QUANTILES, Scenes, by_bootstrap, by_permutation
-from cheap import CHEAP, CHEAP_OPTIONS
+from cheap import CHEAP, CHEAP_OPTIONS, NARROW
 from click.testing import CliRunner
 from hcss_uncertainty import propagate
 from hcss_uncertainty.dataset import open_propagation, with_summary
@@ -135,7 +135,7 @@ def test_what_the_file_says_is_computed_again_from_its_draws(found):
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_does_not(posterior, tmp_path):
-    few = SMALL | {"image.rows": 32, "image.columns": 32, "frames.count": 1, "bands": ["lwir"]}
+    few = SMALL | {"image.rows": 32, "image.columns": 32, "frames.count": 1, "bands": NARROW[1:]}
     for name, seed in (("a", 5), ("b", 5), ("c", 6)):
         propagate("stratus", tmp_path / f"{name}.nc", draws=2, posterior=posterior, overrides=few | {"seed": seed})
     first, second, other = ((tmp_path / f"{name}.nc").read_bytes() for name in "abc")
@@ -157,7 +157,7 @@ def test_an_interrupted_propagation_leaves_nothing(posterior, tmp_path):
 
 
 def test_one_of_two_layers_has_a_posterior(posterior):
-    scenes = SMALL | {"image.rows": 32, "image.columns": 32, "frames.count": 1, "bands": ["lwir"]}
+    scenes = SMALL | {"image.rows": 32, "image.columns": 32, "frames.count": 1, "bands": NARROW[1:]}
     made = propagate("cirrus-over-cumulus", draws=2, posterior=posterior, overrides=scenes, layer=1).dataset
     assert made["class"].values[2] == "thin (low only)"
     assert made.attrs["posterior_layer"] == "clouds.layers.1"
@@ -190,7 +190,7 @@ DRAWS = 12
 @pytest.fixture(scope="module")
 def patchy(posterior):
     """Frames so small that some lack a class, by both ways of sharing out the variance."""
-    few = SMALL | {"image.rows": 12, "image.columns": 12, "frames.count": 1, "bands": ["lwir"]}
+    few = SMALL | {"image.rows": 12, "image.columns": 12, "frames.count": 1, "bands": NARROW[1:]}
     few |= {"clouds.coverage_mode": "field", "seed": 7}
     return [
         propagate("stratus", draws=DRAWS, posterior=posterior, overrides=few, shares=shares).dataset
@@ -389,7 +389,7 @@ def test_a_wrong_key_is_refused_before_draws_are_checked(tmp_path, monkeypatch, 
 def test_the_spread_is_that_of_independent_scenes_within_sampling_error(posterior):
     """12 scenes made one by one by ``simulate``, with draws of their own."""
     count, key = 12, "sea.temperature"
-    scenes = SMALL | {"frames.count": 1, "bands": ["lwir"]}
+    scenes = SMALL | {"frames.count": 1, "bands": NARROW[1:]}
     made = propagate(
         "stratus", draws=count, posterior=posterior, uncertain={key: "uniform:289:293"}, overrides=scenes
     ).dataset
@@ -404,7 +404,7 @@ def test_the_spread_is_that_of_independent_scenes_within_sampling_error(posterio
             "clouds.coverage": float(row[3]),
             "seed": int(rng.integers(2**62)),
             "frames.count": 1,
-            "bands": ["lwir"],
+            "bands": NARROW[1:],
             key: float(rng.uniform(289.0, 293.0)),
         }
         brute.append(sums(scene(values))["brightness_temperature"])

@@ -5,7 +5,7 @@ import re
 import netCDF4
 import numpy as np
 import pytest
-from cheap import CHEAP
+from cheap import CHEAP, NARROW
 from hcss_uncertainty import propagate
 from hcss_uncertainty.dataset import open_propagation
 from hcss_uncertainty.tables import with_error
@@ -15,7 +15,7 @@ from posterior_example import example_posterior
 import hcss_twin
 from hcss_twin.core.errors import HcssError
 
-SMALL = CHEAP | {"image.rows": 36, "image.columns": 36, "frames.count": 1, "bands": ["mwir", "lwir"]}
+SMALL = CHEAP | {"image.rows": 36, "image.columns": 36, "frames.count": 1, "bands": NARROW}
 QUANTILES = {"5 %": 1, "50 %": 4, "95 %": 7}
 
 
@@ -181,7 +181,7 @@ def test_scenes_tables_and_provenance_are_told_and_each_band_has_its_drawings(pa
 
 def test_two_draws_are_too_few_for_shares_and_the_page_says_so(tmp_path):
     path = tmp_path / "few.nc"
-    small = SMALL | {"image.rows": 8, "image.columns": 8, "bands": ["lwir"]}
+    small = SMALL | {"image.rows": 8, "image.columns": 8, "bands": NARROW[1:]}
     propagate("stratus", path, draws=2, uncertain={"clouds.parameters.H": "uniform:0.3:0.6"}, overrides=small)
     found = read_page(hcss_twin.report(path))
     assert "too few draws" in found.text
