@@ -399,7 +399,7 @@ def test_the_evidence_of_a_cube_has_its_certificate_budget_and_comparisons(tmp_p
     }
     assert len(page.table("class", "band", "model")) == len(answer["budget"])
     assert len(page.table("quantity", "reference")) == len(answer["comparisons"])
-    assert {"day", "water", "type stratus"} <= set(answer["scene"])
+    assert {"day", "water", "type paper-stratus"} <= set(answer["scene"])
     assert "No measurement supports these sunlit quantities of the scene: Sunlight reflected by clouds" in page.text
 
 
