@@ -26,7 +26,6 @@ import numpy as np
 from hcss_light.cases.case import FOLDER, Case, read_case
 from hcss_light.monte_carlo import radiance
 from hcss_light.source import Direction
-from hcss_light.voxels import henyey_greenstein
 from numpy.typing import NDArray
 from PythonicDISORT.pydisort import pydisort
 from PythonicDISORT.subroutines import interpolate
@@ -189,20 +188,21 @@ def recipes() -> dict[str, Recipe]:
     return {
         "step-published": Recipe(
             "I3RC phase I, case 1: step cloud, albedo 1 (experiment 2) and .99 (experiment 4), sun at 60 deg",
-            (step(0.0, 10, "published"),), 15.625, (0.67, 0.67), (40_000, 40_000),
+            (step(0.0, 10, "published"),), 15.625, (0.67, 0.67), (120_000, 120_000),
             (Direction(60.0, 0.0), Direction(60.0, 180.0)), Direction(60.0, 180.0),
         ),
         "step-night": Recipe("step cloud at 1 km by night", (step(1000.0, 10, "droplets"),), 15.625, (8.5, 10.8),
                              (30_000, 30_000)),
-        "stratocumulus-night": Recipe("broken stratocumulus by night", (stratocumulus,), 50.0, (3.7, 10.8), (600, 600)),
+        "stratocumulus-night": Recipe("broken stratocumulus by night", (stratocumulus,), 50.0, (3.7, 10.8),
+                                      (1200, 1200)),
         "stratocumulus-day": Recipe("the same stratocumulus, sun at 55 deg", (stratocumulus,), 50.0, (3.7, 8.5),
-                                    (1500, 500), sun=Direction(55.0, 80.0)),
-        "cumulus-night": Recipe("cumulus by night", (cumulus,), 80.0, (3.7, 12.0), (600, 600)),
-        "cumulus-day": Recipe("the same cumulus, sun at 40 deg", (cumulus,), 80.0, (3.7, 10.8), (2000, 500),
+                                    (2500, 1000), sun=Direction(55.0, 80.0)),
+        "cumulus-night": Recipe("cumulus by night", (cumulus,), 80.0, (3.7, 12.0), (1200, 1200)),
+        "cumulus-day": Recipe("the same cumulus, sun at 40 deg", (cumulus,), 80.0, (3.7, 10.8), (4000, 1000),
                               (Direction(0.0, 0.0), Direction(45.0, 200.0)), Direction(40.0, 80.0)),
         "two-layers-night": Recipe("stratocumulus under cirrus by night", both, 100.0, (8.5, 12.0), (1000, 1000),
                                    (Direction(0.0, 0.0), Direction(45.0, 30.0))),
-        "two-layers-day": Recipe("the same two layers, sun at 50 deg", both, 100.0, (3.7, 10.8), (2000, 700),
+        "two-layers-day": Recipe("the same two layers, sun at 50 deg", both, 100.0, (3.7, 10.8), (3000, 1000),
                                  (Direction(0.0, 0.0), Direction(45.0, 30.0)), Direction(50.0, 150.0)),
     }  # fmt: skip
 
@@ -295,27 +295,30 @@ VARIABLES = {
     "edge_altitude": ("edge", "edges_m", "m", "altitudes between levels, from the surface on"),
     "temperature": ("level", "temperature_K", "K", "temperature of each level, constant within it"),
     "kind": ("level", "kind", "1", "number of the particles of each level"),
-    "extinction": ("x y level", "extinction_m1", "m-1", "extinction of particles at visible wavelengths, constant in each voxel"),
+    "extinction": ("x y level", "extinction_m1", "m-1", "extinction at visible wavelengths, constant in each voxel"),
     "wavelength": ("band", "wavelength_um", "um", "wavelength; radiance is monochromatic"),
     "relative_extinction": ("particles band", "relative", "1", "extinction over that at visible wavelengths"),
     "single_scattering_albedo": ("particles band", "albedo", "1", "single-scattering albedo"),
     "cosine": ("angle", "cosine", "1", "cosine of the scattering angle"),
-    "phase_function": ("particles band angle", "phase", "1", "phase function, linear in the cosine between the points; its mean over the sphere is 1"),
-    "legendre_moment": ("particles band degree", "moments", "1", "Legendre moments of the phase function; degree 0 is 1, degree 1 the asymmetry"),
+    "phase_function": ("particles band angle", "phase", "1", "linear in the cosine; its mean over the sphere is 1"),
+    "legendre_moment": ("particles band degree", "moments", "1", "moments of the phase function; degree 1: asymmetry"),
     "solar_irradiance": ("band", "irradiance", "W m-2 um-1", "direct sunlight on a surface that faces the sun"),
-    "column_extinction": ("column level", "columns", "m-1", "extinction of uniform clouds, for comparison in one dimension"),
-    "column_radiance": ("band view column", "column_radiance", RADIANCE, "plane-parallel radiance of uniform clouds by discrete ordinates (PythonicDISORT)"),
+    "column_extinction": ("column level", "columns", "m-1", "extinction of uniform clouds at visible wavelengths"),
+    "column_radiance": ("band view column", "column_radiance", RADIANCE, "of uniform clouds by PythonicDISORT"),
     "column_of": ("x y", "column_of", "1", "number of the uniform cloud with the profile of the pixel's column"),
-    "radiance": ("band view x y", "radiance", RADIANCE, "radiance at the top by backward Monte Carlo (hcss_light.monte_carlo)"),
+    "radiance": ("band view x y", "radiance", RADIANCE, "at the top, by backward Monte Carlo of hcss_light"),
     "radiance_error": ("band view x y", "noise", RADIANCE, "standard error of radiance"),
     "photons": ("band", "photons", "1", "photons for each pixel and view"),
-}  # fmt: skip
+}
 """Dimensions, attribute of the case, unit and description."""
 
-COMMENT = """Monochromatic radiance of clouds over a black surface, without gas, sky or waves. Clouds are periodic along x and y
-and constant in each voxel. Azimuths count from +x toward +y; that of a view points toward the sensor, that of the sun to
-where it comes from. Pixel (x, y) of a view is the mean over the lines of sight that cross its square at the altitude
-reference_altitude. Emission follows Planck's law at the temperature of the level and of the surface."""
+DIGITS = {"radiance": 5, "radiance_error": 3}
+"""Significant digits, which are far below the noise."""
+
+COMMENT = """Monochromatic radiance of clouds over a black surface, without gas, sky or waves. Clouds are periodic along
+x and y and constant in each voxel. Azimuths count from +x toward +y; that of a view points toward the sensor, that of the
+sun to where it comes from. Pixel (x, y) of a view is the mean over the lines of sight that cross its square at the
+altitude reference_altitude. Emission follows Planck's law at the temperature of the level and of the surface."""
 
 
 def write(case: Case, path: Path) -> None:
@@ -337,8 +340,11 @@ def write(case: Case, path: Path) -> None:
             for axis, count in zip(axes, values.shape, strict=True):
                 if axis not in file.dimensions:
                     file.createDimension(axis, count)
-            form = "i4" if values.dtype.kind == "i" else "f4" if name in ("radiance", "radiance_error") else "f8"
-            variable = file.createVariable(name, form, axes, zlib=True, shuffle=True)
+            form = "i2" if values.dtype.kind == "i" else "f4" if name in DIGITS else "f8"
+            form = "i4" if name == "photons" else form
+            # The index of packed values takes more room than few values.
+            packed = {"zlib": True, "significant_digits": DIGITS.get(name)} if values.size > 1000 else {}
+            variable = file.createVariable(name, form, axes, **packed)
             variable.units, variable.long_name, variable[...] = unit, description, values
         angles = {
             "view_zenith": ("zenith angle of the sensor", [view.zenith_deg for view in case.views], ("view",)),
@@ -350,9 +356,12 @@ def write(case: Case, path: Path) -> None:
         for name, (description, degrees, axes) in angles.items():
             variable = file.createVariable(name, "f8", axes)
             variable.units, variable.long_name, variable[...] = "degree", description, degrees
-        for name, unit, value in (("reference_altitude", "m", case.reference_m), ("surface_temperature", "K", case.surface_K)):
+        for name, unit, value in (
+            ("reference_altitude", "m", case.reference_m),
+            ("surface_temperature", "K", case.surface_K),
+        ):
             variable = file.createVariable(name, "f8", ())
-            variable.units, variable[...] = unit, value
+            variable.units, variable.long_name, variable[...] = unit, name.replace("_", " "), value
 
 
 def main() -> None:
@@ -371,7 +380,9 @@ def main() -> None:
             case = read_case(path)
             other = traced(case, seed=1)
             away = (other.radiance - case.radiance) / np.hypot(other.noise, case.noise)
-            print(name, "deviation over noise, rms over pixels", np.sqrt(np.mean(away**2, axis=(2, 3))).round(2).tolist())
+            print(
+                name, "deviation over noise, rms over pixels", np.sqrt(np.mean(away**2, axis=(2, 3))).round(2).tolist()
+            )
             continue
         case = case_of(name, recipe)
         table = np.array([[plane_parallel(case, band, each) for each in case.columns] for band in range(2)])
@@ -380,9 +391,9 @@ def main() -> None:
         write(case, path)
         mean = case.radiance.mean(axis=(2, 3))
         noise = np.sqrt(np.sum(case.noise**2, axis=(2, 3))) / case.column_of.size / mean
-        print(f"{name}: {path.stat().st_size / 1e3:.0f} kB, columns {between - start:.0f} s, "
-              f"Monte Carlo {time.process_time() - between:.0f} s, noise of means {np.round(100.0 * noise, 3).tolist()} %",
-              flush=True)  # fmt: skip
+        spent = f"columns {between - start:.0f} s, Monte Carlo {time.process_time() - between:.0f} s"
+        percent = np.round(100.0 * noise, 3).tolist()
+        print(f"{name}: {path.stat().st_size / 1e3:.0f} kB, {spent}, noise of means {percent} %", flush=True)
 
 
 if __name__ == "__main__":
