@@ -316,8 +316,8 @@ DIGITS = {"radiance": 5, "radiance_error": 3}
 """Significant digits, which are far below the noise."""
 
 COMMENT = """Monochromatic radiance of clouds over a black surface, without gas, sky or waves. Clouds are periodic along
-x and y and constant in each voxel. Azimuths count from +x toward +y; that of a view points toward the sensor, that of the
-sun to where it comes from. Pixel (x, y) of a view is the mean over the lines of sight that cross its square at the
+x and y and constant in each voxel. Azimuths count from +x toward +y; that of a view points toward the sensor, that of
+the sun to where it comes from. Pixel (x, y) of a view is the mean over the lines of sight that cross its square at the
 altitude reference_altitude. Emission follows Planck's law at the temperature of the level and of the surface."""
 
 

@@ -85,7 +85,7 @@ def scene(
     plot: Path | None,
     force: bool,
 ) -> None:
-    """Measure run time and error of SCENARIO (default: stratus) at several accuracies.
+    """Measure run time and error of SCENARIO (default: stratus) at several accuracies; `scene` may be left out.
 
     Errors are relative to one reference, the finest that the engine offers, whichever radiance model the scenario has.
     Each stage, the whole run, writing the same bytes raw, and integrating every pixel without tables take turns, so
