@@ -60,7 +60,7 @@ def mean_noise(case, band, view):
 def test_eight_small_cases_of_all_kinds_are_shipped():
     cases = [load_case(name) for name in NAMES]
     assert len(cases) == 8
-    assert all((FOLDER / f"{name}.nc").stat().st_size <= 110_000 for name in NAMES)
+    assert all((FOLDER / f"{name}.nc").stat().st_size <= 105_000 for name in NAMES)
     assert all(max(case.column_of.shape) <= 64 and len(case.views) <= 2 and len(case.bands) == 2 for case in cases)
     assert {float(each) for case in cases for each in case.wavelength_um} == {0.67, 3.7, 8.5, 10.8, 12.0}
     assert sum(case.sun is not None for case in cases) == 4
@@ -92,7 +92,7 @@ def test_the_numbers_of_a_case_agree_with_each_other(name):
     middle = np.abs(c) < np.cos(np.radians(10.0))
     for kind, band in np.ndindex(case.albedo.shape):
         series = np.polynomial.legendre.legval(c[middle], degrees * case.moments[kind, band])
-        np.testing.assert_allclose(series, p[kind, band][middle], atol=0.01)
+        np.testing.assert_allclose(series, p[kind, band][middle], rtol=2e-3, atol=0.01)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -106,7 +106,7 @@ def test_noise_of_the_means_is_within_what_the_benchmark_promises(name):
             assert case.kelvin(band, mean + noise) - case.kelvin(band, mean) < 0.05
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if "published" not in name])
+@pytest.mark.parametrize("name", [each for each in NAMES if "published" not in each])
 def test_thermal_radiance_lies_between_that_of_the_coldest_and_the_warmest_body(name):
     case = load_case(name)
     for band, view in each_radiance(case):
@@ -114,7 +114,7 @@ def test_thermal_radiance_lies_between_that_of_the_coldest_and_the_warmest_body(
             lowest = case.black(band, case.temperature_K.min()) * (1.0 - case.albedo[:, band].max())
             assert case.radiance[band, view].min() > lowest
             ground = float(case.black(band, case.surface_K))
-            assert np.all(case.radiance[band, view] <= ground * (1.0 + 1e-6))
+            assert np.all(case.radiance[band, view] <= ground * (1.0 + 1e-5))  # rounded to five digits
 
 
 def mean_of(found):
@@ -144,7 +144,7 @@ def uniform_radiance(case, band, view, column):
     return mean_of(
         radiance(
             own, case.scattering(band), view_zenith_deg=toward.zenith_deg, view_azimuth_deg=toward.azimuth_deg,
-            sun=case.sunlight(band), photons=10_000 if case.is_sunlit(band) else 1500, seed=7,
+            sun=case.sunlight(band), photons=5000 if case.is_sunlit(band) else 1000, seed=7,
         )
     )  # fmt: skip
 
@@ -176,6 +176,7 @@ def test_sunlight_of_plane_parallel_clouds_is_that_of_adding_and_doubling():
         np.testing.assert_allclose(case.column_radiance[band, view][1:], brdf.ravel() * sun, rtol=5e-3)
 
 
+@pytest.mark.filterwarnings("ignore:Some delta-scaled phase function")
 @pytest.mark.parametrize("name", NAMES)
 def test_the_recipe_makes_the_clouds_optics_and_columns_of_the_file(recipe, name):
     case, made = load_case(name), recipe.case_of(name, recipe.recipes()[name])
