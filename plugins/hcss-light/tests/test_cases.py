@@ -173,10 +173,10 @@ def test_sunlight_of_plane_parallel_clouds_is_that_of_adding_and_doubling():
             depth[:, None], case.albedo[:, band], case.moments[0, band][:, None], np.array([toward.vector[2]]), sun,
             np.array([turned]), 32, 32, kept_moments=64,
         )  # fmt: skip
-        np.testing.assert_allclose(case.column_radiance[band, view][1:], brdf.ravel() * sun, rtol=5e-3)
+        np.testing.assert_allclose(case.column_radiance[band, view][1:], brdf.ravel() * sun, rtol=1e-3)
 
 
-@pytest.mark.filterwarnings("ignore:Some delta-scaled phase function")
+@pytest.mark.filterwarnings("ignore:Some delta-scaled")
 @pytest.mark.parametrize("name", NAMES)
 def test_the_recipe_makes_the_clouds_optics_and_columns_of_the_file(recipe, name):
     case, made = load_case(name), recipe.case_of(name, recipe.recipes()[name])
@@ -204,7 +204,9 @@ def test_each_cell_of_the_step_cloud_has_the_published_radiance(band, view, file
     case = load_case("step-published")
     published = np.loadtxt(PUBLISHED / f"I3RC_cons_res_case1_{file}.txt")
     ours, noise = (np.pi * each[band, view, :, 0] / case.sun.vector[2] for each in (case.radiance, case.noise))
-    assert abs(ours.mean() / published.mean() - 1.0) < 0.004
+    mean_error = np.sqrt(np.mean(noise**2) / noise.size)
+    assert abs(ours.mean() - published.mean()) < 3e-3 * published.mean() + 3.0 * mean_error
+    assert mean_error < 2.5e-3 * published.mean()
     away = np.sqrt(max(np.mean((ours - published) ** 2) - np.mean(noise**2), 0.0)) / published.mean()
     assert away < 0.015
     assert np.sqrt(np.mean((np.roll(ours, 2) - published) ** 2)) / published.mean() > 0.05
