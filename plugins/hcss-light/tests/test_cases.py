@@ -254,6 +254,8 @@ def test_scores_tell_a_radiance_that_is_off_and_no_other():
         assert right.rms < 2.0 * right.least
         wrong = score(case, band, view, "wrong", case.radiance[band, view] * 1.05)
         assert wrong.bias == pytest.approx(0.05)
+        mean = case.radiance[band, view].mean()
+        assert wrong.bias_K == pytest.approx(case.kelvin(band, 1.05 * mean) - case.kelvin(band, mean))
         assert wrong.rms > 2.0 * wrong.least
 
 

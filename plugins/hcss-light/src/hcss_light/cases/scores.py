@@ -35,7 +35,7 @@ class Score:
     least : float
         The rms that is not distinguished from 0, over the mean.
     bias_K, noise_K, rms_K, pixel_noise_K, least_K : float
-        The same in kelvin of brightness temperature at the mean radiance.
+        The same in kelvin of brightness temperature; noise and rms in proportion to radiance at its mean.
     """
 
     case: str
@@ -73,10 +73,13 @@ def score(case: Case, band: int, view: int, model: str, radiance: Array) -> Scor
     numbers = np.array([np.mean(away), pixel / np.sqrt(noise.size), rms, pixel, least])
     step = 1e-4 * mean
     per_K = float(case.kelvin(band, mean + step) - case.kelvin(band, mean - step)) / (2.0 * step)
+    kelvin = numbers * per_K
+    # Large biases are not in proportion to radiance.
+    kelvin[0] = case.kelvin(band, max(mean + numbers[0], 1e-6 * mean)) - case.kelvin(band, mean)
     toward = case.views[view]
     return Score(
         case.name, case.bands[band], model, case.is_sunlit(band), toward.zenith_deg, toward.azimuth_deg,
-        *(numbers / mean).tolist(), *(numbers * per_K).tolist(),
+        *(numbers / mean).tolist(), *kelvin.tolist(),
     )  # fmt: skip
 
 
