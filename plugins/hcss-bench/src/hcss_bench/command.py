@@ -1,4 +1,4 @@
-"""``hcss bench``: run time against error on this machine."""
+"""``hcss bench``: run time against error on this machine, and models of light on open cases."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from hcss_bench.cases import cases
 from hcss_twin.cli.options import Existing, Output, Shared
 
 _ACCURACIES = ("1e-1", "1e-2", "1e-3", "1e-4", "1e-5")
@@ -25,7 +26,28 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
         raise click.BadParameter(str(error), context, option) from error
 
 
-@click.command()
+class SceneUnlessNamed(click.Group):
+    """A group whose first word may be missing: it is then the command ``scene``."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Put ``scene`` before what does not begin with a command or a request for help."""
+        if not args or args[0] not in {*self.commands, *ctx.help_option_names}:
+            args = ["scene", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group(cls=SceneUnlessNamed)
+def bench() -> None:
+    """Measure run time against error of a scene, or score models on cases in three dimensions.
+
+    `hcss bench SCENARIO` is short for `hcss bench scene SCENARIO`.
+    """
+
+
+bench.add_command(cases)
+
+
+@bench.command()
 @click.argument("scenario", default="stratus")
 @Shared.changes
 @click.option(
@@ -50,7 +72,7 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
 @Shared.json_file
 @click.option("--plot", type=Output(dir_okay=False), help="Plot (.png, .svg, .pdf) of time against error.")
 @Shared.force
-def bench(
+def scene(
     scenario: str,
     assignments: tuple[str, ...],
     accuracies: tuple[float | str, ...],
@@ -63,7 +85,7 @@ def bench(
     plot: Path | None,
     force: bool,
 ) -> None:
-    """Measure run time and error of SCENARIO (default: stratus) at several accuracies.
+    """Measure run time and error of SCENARIO (default: stratus) at several accuracies; `scene` may be left out.
 
     Errors are relative to one reference, the finest that the engine offers, whichever radiance model the scenario has.
     Each stage, the whole run, writing the same bytes raw, and integrating every pixel without tables take turns, so

@@ -1,0 +1,133 @@
+"""Sunlit cases of ``hcss bench cases`` again with Mitsuba 3, a renderer with volumes: a second Monte Carlo code.
+
+    pip install mitsuba
+    python plugins/hcss-light/benchmarks/cases_mitsuba.py            # prints means of both codes and their noise
+
+Mitsuba gets voxels, albedo, phase function, sun and views of the file; it computes no emission of volumes, so that
+the sunlight of cases is compared, and, as a test of clouds before a warm surface, the share of the surface that is seen
+in bands without sunlight. Clouds are repeated instead of periodic. Nothing is imported from hcss_light but the reader
+and, for the parts of radiance that the files do not have apart, its Monte Carlo.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+from hcss_light.cases import Case, load_case
+from hcss_light.monte_carlo import radiance
+
+CASES = ("step-published", "step-night", "cumulus-day")
+AROUND_M = 6000.0
+"""Clouds are repeated at least that far on all sides."""
+
+POINTS = 20_001
+"""Even cosines at which Mitsuba has the phase function."""
+
+
+def scene(case: Case, band: int, view: int, lit: bool, samples: int) -> Any:
+    """Return the scene of a case in Mitsuba with the sun, or with a surface of radiance 1."""
+    shape = np.array(case.extinction_m1.shape[:2])
+    side = shape * np.array(case.size_m)
+    periods = 2 * np.ceil(AROUND_M / side).astype(int) + 1
+    # Along an axis of one pixel a single period is as wide as all.
+    repeat = np.where(shape == 1, 1, periods)
+    cloudy = np.any(case.extinction_m1 > 0.0, axis=(0, 1))
+    (levels,) = np.nonzero(cloudy)
+    low, high = case.edges_m[levels[0]], case.edges_m[levels[-1] + 1]
+    extinction = np.tile(case.extinction_m1[..., levels] * case.relative[0, band], (*repeat, 1))
+    half = 0.5 * side * periods
+    corner, box = np.append(0.5 * side - half, low), np.append(2.0 * half, high - low)
+    transform, toward = mi.ScalarTransform4f, case.views[view]
+    even = np.linspace(-1.0, 1.0, POINTS)
+    phase = np.interp(even, case.cosine, case.phase[0, band])
+    medium = {
+        "type": "heterogeneous",
+        "albedo": float(case.albedo[0, band]),
+        "sigma_t": {
+            "type": "gridvolume",
+            "filter_type": "nearest",
+            "grid": mi.VolumeGrid(np.ascontiguousarray(extinction.transpose(2, 1, 0)[..., None], dtype=np.float32)),
+            "to_world": transform().translate(corner.tolist()).scale(box.tolist()),
+        },
+        "phase": {"type": "tabphase", "values": ", ".join(f"{value:.7g}" for value in phase)},
+    }
+    sky = {
+        "type": "cube",
+        "to_world": transform().translate((corner + 0.5 * box).tolist()).scale((0.5 * box).tolist()),
+        "bsdf": {"type": "null"},
+        "interior": medium,
+    }
+    if lit:
+        assert case.sun is not None
+        light = {
+            "type": "directional",
+            "direction": (-case.sun.vector).tolist(),
+            "irradiance": float(case.irradiance[band]),
+        }
+    else:
+        flat = transform().translate([*(0.5 * side).tolist(), low - 1.0]).scale([4e4, 4e4, 1.0])
+        light = {"type": "rectangle", "to_world": flat, "emitter": {"type": "area", "radiance": 1.0}}
+    # Each line of sight crosses the square of the domain at the reference altitude.
+    at = transform().translate([*(0.5 * side).tolist(), case.reference_m]).scale([*(0.5 * side).tolist(), 1.0])
+    sensor = {
+        "type": "distant",
+        "direction": (-toward.vector).tolist(),
+        "target": {"type": "rectangle", "to_world": at},
+        "film": {"type": "hdrfilm", "width": 1, "height": 1, "rfilter": {"type": "box"}, "pixel_format": "luminance"},
+        "sampler": {"type": "independent", "sample_count": samples},
+    }
+    integrator = {"type": "volpath", "max_depth": -1, "rr_depth": 300}
+    return mi.load_dict({"type": "scene", "integrator": integrator, "sky": sky, "light": light, "sensor": sensor})
+
+
+def mitsuba_mean(case: Case, band: int, view: int, lit: bool, samples: int, parts: int = 16) -> tuple[float, float]:
+    """Return the mean radiance of a domain, and its standard error from independent parts."""
+    made = scene(case, band, view, lit, samples // parts)
+    found = [float(np.array(mi.render(made, seed=seed)).ravel()[0]) for seed in range(parts)]
+    return float(np.mean(found)), float(np.std(found, ddof=1) / np.sqrt(parts))
+
+
+def our_mean(case: Case, band: int, view: int, lit: bool, photons: int) -> tuple[float, float]:
+    """Return the same of hcss_light: that of the file if it is sunlight alone, else computed anew."""
+    if lit and case.wavelength_um[band] < 1.0:
+        mean, error = case.radiance[band, view], case.noise[band, view]
+    else:
+        toward = case.views[view]
+        bare = replace(case.voxels(band), source=np.zeros(case.kind.size), surface_source=0.0 if lit else 1.0)
+        mean, error = radiance(
+            bare, case.scattering(band), view_zenith_deg=toward.zenith_deg, view_azimuth_deg=toward.azimuth_deg,
+            sun=case.sunlight(band) if lit else None, photons=max(photons // case.column_of.size, 2),
+            displaced_m=case.displaced_m(toward), seed=9,
+        )  # fmt: skip
+    return float(mean.mean()), float(np.sqrt(np.sum(error**2)) / mean.size)
+
+
+def main() -> None:
+    """Print both means of each case, band and view."""
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("cases", nargs="*", metavar="CASE", help=f"of one layer; default: {', '.join(CASES)}")
+    options.add_argument("--samples", type=int, default=1_000_000)
+    given = options.parse_args()
+    mi.set_variant("scalar_rgb")
+    for name in given.cases or CASES:
+        case = load_case(name)
+        for band, view in np.ndindex(case.radiance.shape[:2]):
+            lit = case.is_sunlit(band)
+            theirs, noise = mitsuba_mean(case, band, view, lit, given.samples)
+            ours, own = our_mean(case, band, view, lit, given.samples)
+            what = "sunlight" if lit else "share of the surface that is seen"
+            zenith = case.views[view].zenith_deg
+            print(
+                f"{name}, {case.bands[band]}, view {zenith:g} deg, {what}: Mitsuba {theirs:.5g} +- {noise:.2g}, "
+                f"hcss_light {ours:.5g} +- {own:.2g}, {100.0 * (theirs / ours - 1.0):+.2f} +- "
+                f"{100.0 * np.hypot(noise, own) / ours:.2f} %",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
