@@ -4,7 +4,7 @@
     python plugins/hcss-light/benchmarks/tiers.py --table grazing.csv --views 60 --types cumulus --cases grazing
     python plugins/hcss-light/benchmarks/tiers.py --table 50m.csv --views 0 60 --pixel-size 50
     python plugins/hcss-light/benchmarks/tiers.py --table 20m.csv --views 0 45 60 --pixel-size 20 --pixels 10
-        (with --photons 600 --types stratus stratocumulus cumulus)
+        (with --photons 600 --types paper-stratus stratocumulus paper-cumulus)
     python plugins/hcss-light/benchmarks/tiers.py --table h2o.csv --views 0 60 --bands h2o
     python plugins/hcss-light/benchmarks/tiers.py --layers --views 0 45 60 --pixels 16 --photons 400
 
