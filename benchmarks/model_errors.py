@@ -292,8 +292,8 @@ SIDES = Path(__file__).parent / "sides.csv"
 """Errors of columns without sides, at 10.8 and 3.75 um: the lines of ``columns`` of :data:`MONTE_CARLO`."""
 
 MONTE_CARLO = (
-    "python plugins/hcss-light/benchmarks/tiers.py --types paper-stratus stratocumulus paper-cumulus --views 0 30 45 60 "
-    "--table sides.csv"
+    "python plugins/hcss-light/benchmarks/tiers.py --types paper-stratus stratocumulus paper-cumulus "
+    "--views 0 30 45 60 --table sides.csv"
 )
 
 

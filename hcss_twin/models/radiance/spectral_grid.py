@@ -342,7 +342,8 @@ def _refit(rows: Array, target: Array, chosen: list[int], factors: Array) -> tup
         falls = np.flatnonzero(fit <= 0.0)
         if not falls.size:
             return chosen, fit
-        shares = factors[falls] / (factors[falls] - fit[falls])
+        fall = factors[falls] - fit[falls]
+        shares = np.divide(factors[falls], fall, out=np.zeros_like(fall), where=fall > 0.0)  # 0 of 0 vanishes at once
         factors = factors + np.min(shares) * (fit - factors)
         kept = np.delete(np.arange(factors.size), falls[shares == np.min(shares)])
         chosen, factors = [chosen[position] for position in kept], factors[kept]

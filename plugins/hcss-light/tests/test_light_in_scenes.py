@@ -133,7 +133,9 @@ def test_the_plan_notes_columns_that_err_by_more_than_the_scene_allows():
 
 def test_the_budget_has_the_error_of_the_tier_instead_of_that_of_columns():
     plan = make_plan(scene(clouds={"type": "paper-cumulus", "coverage": 0.45}))
-    (cloudy,) = [contribution for (of, _), contribution in error_budget(plan).contributions.items() if of == "paper-cumulus"]
+    (cloudy,) = [
+        contribution for (of, _), contribution in error_budget(plan).contributions.items() if of == "paper-cumulus"
+    ]
     names = {error.name: error.relative for error in cloudy}
     assert "plane-parallel clouds" not in names
     assert 0.0 < names["clouds with sides"] < 0.03
