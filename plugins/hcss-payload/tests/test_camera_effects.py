@@ -299,7 +299,7 @@ def test_waves_of_a_camera_have_the_slopes_of_the_sea():
 
 TEXTURED = {
     "sea": {"temperature": 295.0, "temperature_texture": 1.0},
-    "atmosphere": {"water_vapour_texture": 0.05},
+    "atmosphere": {"profile": "midlatitude-summer", "water_vapour_texture": 0.05},
     "accuracy": 2e-3,
     "clouds": {"coverage": 0.0},
 }

@@ -30,7 +30,7 @@ def pass_path(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize("clouds", [{"type": "stratus"}, {"type": "cumulus"}])
+@pytest.mark.parametrize("clouds", [{"type": "paper-stratus"}, {"type": "paper-cumulus"}])
 def test_a_nadir_camera_gives_the_cube_of_the_ground_grid(clouds):
     output = {"variables": ["radiance", "cloud_mask", "cloud_thickness"], "certificate": 0}
     grid = hcss_twin.simulate(scenario({"clouds": clouds, "output": output}))
@@ -281,7 +281,6 @@ def test_an_orbit_passes_above_its_place():
     [
         ({"view": {"zenith": 10.0}}, r"view\.zenith: .*cannot be computed with \[camera\]"),
         ({"platform": {"altitude": 7e5}}, r"platform\.altitude: .*cannot be computed with \[camera\]"),
-        ({"slant": {"parallax": "on"}}, r"slant\.parallax: .*cannot be computed with \[camera\]"),
         ({"clouds": {"coverage_mode": "frame"}}, r"clouds\.coverage_mode: 'frame'.*allowed: 'field'"),
         ({"orbit": {"altitude": 4e4}}, r"orbit\.altitude: 40000\.0 is out of range; allowed: >= 100000.*closest"),
         ({"orbit": {"longitude": 3.0}}, r"orbit: longitude given with provider 'circular'; its keys are altitude"),

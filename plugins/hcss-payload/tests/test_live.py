@@ -21,7 +21,7 @@ SEA = {"wind_speed": 10.0, "temperature": 291.4, "model": "cox-munk"}
 FAST = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}}
 
 
-def scene(kind="stratus", pixels=SIZE, samples=1, pixel_m=100.0, **overrides):
+def scene(kind="paper-stratus", pixels=SIZE, samples=1, pixel_m=100.0, **overrides):
     scenario = {
         "seed": 1,
         "time": "2024-04-20T02:30:00Z",
@@ -54,7 +54,7 @@ def neighbour_contrast(image):
     return np.sqrt(np.mean(np.diff(image, axis=0) ** 2) + np.mean(np.diff(image, axis=1) ** 2))
 
 
-@pytest.mark.parametrize("kind", ["stratus", "cumulus"])
+@pytest.mark.parametrize("kind", ["paper-stratus", "paper-cumulus"])
 def test_pixels_are_the_means_over_their_footprint(kind):
     cube = hcss_twin.simulate(scene(kind, samples=6))["radiance"].values[:, :, ::-1].astype(float)
     trajectory = above()
@@ -105,7 +105,7 @@ def test_the_same_pose_gives_the_same_bits_whatever_came_before():
 
 def test_numbers_of_the_sensor_give_the_radiance_back():
     trajectory, camera = above(), Camera(SIZE, SIZE, 1.0, 1e-5)
-    clouds = {"type": "stratus", "coverage": 1e-9, "coverage_mode": "field"}
+    clouds = {"type": "paper-stratus", "coverage": 1e-9, "coverage_mode": "field"}
     with LiveTwin(scene(clouds=clouds, sensor=radiometer_of(camera), bands=["lwir", "mwir"]), camera).prepare(
         trajectory, Nadir(trajectory), 0.0, 1.0
     ) as live:
@@ -187,7 +187,7 @@ def test_targets_that_appear_at_run_time_have_the_light_of_prepared_ones():
 def test_cloud_weakens_a_target_below_by_its_optical_thickness():
     trajectory, camera = above(), Camera(33, 33, 1.0, 100.0 / 36e6)
     target = PointTarget(30.0, 150.0, 0.0, (1e9, 1e9))
-    sky, light = {"type": "stratus", "coverage_mode": "field"}, {}
+    sky, light = {"type": "paper-stratus", "coverage_mode": "field"}, {}
     for coverage in (1.0, 1e-9):
         with LiveTwin(scene(clouds=sky | {"coverage": coverage}), camera).prepare(
             trajectory, Nadir(trajectory), 0.0, 1.0, target=target
@@ -202,7 +202,7 @@ def test_cloud_weakens_a_target_below_by_its_optical_thickness():
 
 def test_what_fast_frames_cannot_show_is_refused_by_name():
     camera, orbit, track = of_orbit(16)
-    frames_of_images = {"type": "stratus", "coverage": 0.5, "coverage_mode": "frame"}
+    frames_of_images = {"type": "paper-stratus", "coverage": 0.5, "coverage_mode": "frame"}
     with pytest.raises(ScenarioError, match=r"coverage_mode: .* cannot be computed with fast frames; allowed: 'field'"):
         LiveTwin(scene(clouds=frames_of_images), camera, method="fast")
     with pytest.raises(ScenarioError, match=r"sea\.temperature_texture: .* or method = 'cube'"):
@@ -220,7 +220,7 @@ def test_what_fast_frames_cannot_show_is_refused_by_name():
     with pytest.raises(PayloadError, match="start_s, end_s: 0 to 31 s; allowed: within 0 to 30 s"):
         twin.prepare(orbit, track, 0.0, 31.0)
     with pytest.raises(PayloadError, match="hold several cells of the coarsest octave"):
-        LiveTwin(scene("cumulus"), of_orbit(4, 3000.0)[0], method="fast").prepare(orbit, track, 0.0, 1.0)
+        LiveTwin(scene("paper-cumulus"), of_orbit(4, 3000.0)[0], method="fast").prepare(orbit, track, 0.0, 1.0)
     with twin.prepare(orbit, Nadir(orbit), 0.0, 1.0, integration_s=0.09) as live:
         (smear,) = set(live.omissions) - set(before)
         # The ground below moves at 6.7 to 7 km/s.
