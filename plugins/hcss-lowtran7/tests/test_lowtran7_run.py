@@ -10,7 +10,8 @@ import pytest
 SCENARIO = """
 place = {latitude = 35.0, longitude = 150.0}
 time = 2024-04-20T12:30:00+10:00
-clouds.type = "stratus"
+clouds.type = "paper-stratus"
+atmosphere.profile = "us-standard-1976"
 image = {rows = 16, columns = 16}
 frames.count = 1
 atmosphere.gases.others = "profile"

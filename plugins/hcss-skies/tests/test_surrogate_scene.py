@@ -95,7 +95,8 @@ def test_surrogate_has_the_histogram_of_its_image_in_kelvin(tmp_path):
         "frames": {"count": 1},
         "bands": ["lwir-10.8"],
         "output": {"variables": ["brightness_temperature"], "certificate": 0},
-        "clouds": {"type": "stratus", "thickness_min": 1.0, "generator": "fractal"},
+        "atmosphere": {"profile": "us-standard-1976"},
+        "clouds": {"type": "paper-stratus", "thickness_min": 1.0, "generator": "fractal"},
     }
     inversion = make_plan(Scenario.from_dict(scene, CHEAP)).assembly.built["clouds"].inputs.inversion
     field = gaussian_filter(np.random.default_rng(3).normal(size=(48, 48)), 3.0, mode="wrap")
