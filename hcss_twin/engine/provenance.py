@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePath
@@ -60,7 +61,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         VERSIONS: json.dumps(plan.catalog.shelf.versions()),
         PROVIDERS: json.dumps(describe_providers(plan.assembly.entries)),
         FILES: json.dumps(plan.catalog.used),
-        "hcss_filled_in": json.dumps([item.as_dict() for item in plan.filled_in]),
+        "hcss_filled_in": json.dumps([_as_stored(item.as_dict()) for item in plan.filled_in]),
         "hcss_skipped": json.dumps([vars(item) for item in plan.omissions]),
         "hcss_particles": json.dumps([describe_particles(layer) for layer in plan.layers]),
         "hcss_notes": json.dumps(plan.notes),
@@ -82,6 +83,11 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         attributes["hcss_wavenumbers_used"] = int(tables.spectrum.nodes.wavenumber_cm1.size)
         attributes["hcss_wavenumbers_known"] = tables.spectrum.dense
     return attributes
+
+
+def _as_stored(filled_in: Mapping[str, str]) -> dict[str, str]:
+    """Return a value that was filled in with the field as stored scenarios have it, which list their cloud layers."""
+    return {**filled_in, "field": re.sub(r"^clouds\.(?!layers\b)", "clouds.layers[0].", filled_in["field"])}
 
 
 def _laws_of_plugins(plan: Plan) -> dict[str, Any]:

@@ -12,6 +12,7 @@ import numpy as np
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.models.atmosphere.climatology import NAME, Climatology
+from hcss_twin.models.atmosphere.cloud_top import SURFACE_TEMPERATURE_K
 from hcss_twin.models.atmosphere.marine_air import NAME as MARINE_AIR
 from hcss_twin.models.atmosphere.marine_air import (
     SurfaceAir,
@@ -27,7 +28,7 @@ from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.scenario.atmosphere import InversionSection
-from hcss_twin.scenario.cloud_types import PlaceLevels, load_cloud_type
+from hcss_twin.scenario.cloud_types import Level, PlaceLevels, load_cloud_type
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.scenario import Scenario
 
@@ -56,7 +57,7 @@ def surface_air_of(scenario: Scenario, climatology: Climatology) -> SurfaceAir:
 def levels_of(scenario: Scenario, catalog: Catalog, profile: Profile, climatology: Climatology) -> PlaceLevels:
     """Return the levels of the air; its inversion lies as the scenario says, at given tops of clouds, or as usual."""
     place, section = scenario.place, scenario.atmosphere.inversion
-    under = list(_under_inversion(scenario, catalog))
+    under = [layer for layer, level in _that_follow(scenario, catalog) if level == "inversion"]
     tops = [layer.top for layer in under if layer.top is not None]
     if isinstance(section, InversionSection):
         inversion_m = section.height
@@ -68,6 +69,11 @@ def levels_of(scenario: Scenario, catalog: Catalog, profile: Profile, climatolog
         share = math.exp(-climatology.coast_km(place.latitude, place.longitude) / COAST_REACH_KM)
         inversion_m = round(INVERSION_FAR_OFF_M - (INVERSION_FAR_OFF_M - INVERSION_AT_COAST_M) * share)
     lowest = SurfaceAir(float(profile.temperature_K[0]), float(profile.mixing_ratio.get("h2o", np.zeros(1))[0]))
+    low = any(level != "tropopause" for _, level in _that_follow(scenario, catalog))
+    if low and scenario.atmosphere.profile in SURFACE_TEMPERATURE_K:
+        # Model atmospheres are means over land and sea: that of 1976 is so dry that clouds would begin at 1450 m.
+        with suppress(CatalogError):
+            lowest = surface_air_of(scenario, climatology)
     frozen = np.flatnonzero(profile.temperature_K < FREEZING_K)
     return PlaceLevels(
         condensation_m=condensation_level_m(lowest, float(profile.pressure_Pa[0])),
@@ -77,16 +83,16 @@ def levels_of(scenario: Scenario, catalog: Catalog, profile: Profile, climatolog
     )
 
 
-def _under_inversion(scenario: Scenario, catalog: Catalog) -> Iterator[Layer]:
-    """Yield the layers whose type lies under an inversion, unless the user puts them higher than any.
+def _that_follow(scenario: Scenario, catalog: Catalog) -> Iterator[tuple[Layer, Level]]:
+    """Yield the layers whose type follows a level of the air, unless the user puts them above any inversion.
 
     Types that cannot be read are reported with their layer.
     """
     for layer in scenario.clouds.layers:
         with suppress(CatalogError, ScenarioError):
-            usual = load_cloud_type(layer.type, catalog).layer
-            if usual.level == "inversion" and (layer.top is None or layer.top <= HIGHEST_INVERSION_M):
-                yield layer
+            level = load_cloud_type(layer.type, catalog).layer.level
+            if level is not None and not (level == "inversion" and (layer.top or 0.0) > HIGHEST_INVERSION_M):
+                yield layer, level
 
 
 def has_usual_inversion(scenario: Scenario, catalog: Catalog, profile: Profile) -> bool:
@@ -96,7 +102,7 @@ def has_usual_inversion(scenario: Scenario, catalog: Catalog, profile: Profile) 
         profile.name == MARINE_AIR
         and air.inversion is None
         and air.water_vapour_column is None
-        and any(_under_inversion(scenario, catalog))
+        and any(level == "inversion" for _, level in _that_follow(scenario, catalog))
     )
 
 

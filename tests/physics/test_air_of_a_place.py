@@ -161,6 +161,13 @@ def test_a_given_altitude_goes_before_that_of_the_place_and_takes_the_inversion_
     assert float(profile.temperature_at(1000.0) - profile.temperature_at(900.0)) > 5.0
 
 
+def test_clouds_in_a_model_atmosphere_begin_where_air_from_the_sea_condenses():
+    """That of 1976 has 46 % relative humidity at the ground, whose condensation level is 1450 m."""
+    place = (35.0, 150.0)
+    bases = [plan_of("cumulus", *place, air).layers[0].base_m for air in (None, {"profile": "us-standard-1976"})]
+    assert bases[0] == bases[1] < 800.0
+
+
 def test_a_base_above_the_inversion_of_the_place_is_refused():
     with pytest.raises(ScenarioError, match=r"base: 2500 m is not below the top; allowed: below 1\d{3}, that of type"):
         plan_of("stratocumulus", -20.0, -75.0, base=2500.0)
