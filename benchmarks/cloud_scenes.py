@@ -8,11 +8,13 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, Grid, Motion
-from hcss_twin.scenario.cloud_types import resolve_layer
+from hcss_twin.scenario.cloud_types import PlaceLevels, resolve_layer
 from hcss_twin.scenario.clouds import Layer
 
-TYPES = ("stratus", "stratocumulus", "cumulus", "cirrus", "simulated")
+TYPES = ("stratus", "stratocumulus", "cumulus", "cirrus", "paper-simulated")
 PIXEL_M = 20.0
+LEVELS = PlaceLevels(condensation_m=500.0, melting_m=3000.0, inversion_m=1500.0, tropopause_m=12_000.0)
+"""Of no particular place: only the shapes of clouds matter here."""
 REFERENCE_M = 16_000.0
 
 # The motion of the shipped scenarios: the platform moves 50 pixels a frame.
@@ -21,7 +23,7 @@ MOTION = Motion(1000.0, (10.0, 0.0), 1800.0, 1.0)
 
 def shape_of(kind: str) -> dict[str, Any]:
     """Return gamma, H, L and k of a cloud type."""
-    return dict(resolve_layer(Layer(type=kind, coverage=0.5), Catalog(), "clouds").type_parameters)
+    return dict(resolve_layer(Layer(type=kind, coverage=0.5), Catalog(), "clouds", LEVELS).type_parameters)
 
 
 def make_generator(
@@ -29,7 +31,7 @@ def make_generator(
 ) -> FractalClouds:
     """Return a new generator of square frames."""
     catalog = Catalog()
-    resolved = resolve_layer(Layer(type=kind, coverage=0.5), catalog, "clouds")
+    resolved = resolve_layer(Layer(type=kind, coverage=0.5), catalog, "clouds", LEVELS)
     inputs = CloudInputs(resolved.layer, Grid(pixels, pixels, pixel_m), MOTION, seed, catalog, resolved.type_parameters)
     return FractalClouds(inputs, FractalParameters(), threads)
 

@@ -154,7 +154,7 @@ def write(result: EstimatorCalibration, first: dict[str, np.ndarray], sizes: lis
 def cloud(seed: int, coverage: float) -> tuple[np.ndarray, np.ndarray]:
     """Cloud fraction value and mask of the ``simulated`` type, 800 x 800 pixels of 20 m."""
     catalog = Catalog(root=catalog_root())
-    shape = catalog.toml(catalog.find("simulated", "cloud_types", ".toml"))["fractal"]
+    shape = catalog.toml(catalog.find("paper-simulated", "cloud_types", ".toml"))["fractal"]
     particles = Microphysics("water", 6.0, 1.5, 1.0, 1e8, (0.1, 50.0))  # of no effect here
     layer = CloudLayer("simulated", 333.0, 6000.0, "base", 10.0, coverage, None, particles)
     motion = Motion(0.0, (0.0, 0.0), math.inf, 1.0)

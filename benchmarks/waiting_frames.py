@@ -276,7 +276,7 @@ ROWS = {
     "stratus": FrameRow("scene of stratus, per pixel", "", stratus),
     "cumulus": FrameRow("mask of cumulus, per pixel", "7", mask_of("cumulus")),
     "stratocumulus": FrameRow("mask of stratocumulus, per pixel", "7", mask_of("stratocumulus")),
-    "simulated": FrameRow("mask of simulated, per pixel", "6", mask_of("simulated")),
+    "paper-simulated": FrameRow("mask of simulated, per pixel", "6", mask_of("paper-simulated")),
     "samples": FrameRow("two layers, 3 x 3 samples, per sample", "25", samples),
     "writing": FrameRow("writing of 800 x 800 pixels and one band, a frame", "", writing(), "ms", 1e3),
     "int16": FrameRow("the same as int16", "half the bytes", writing(**{"output.packing": "int16"}), "ms", 1e3),

@@ -20,7 +20,7 @@ CERTIFICATE = {"as-printed": 300, "physical-two-stream": 100, "physical": 24}
 """Pixels of the cube's own certificate, by radiance model."""
 
 SIDE = 48
-CLOUD_TYPES = ("stratus", "cumulus", "simulated", "stratocumulus", "cirrus")
+CLOUD_TYPES = ("paper-stratus", "paper-cumulus", "paper-simulated", "stratocumulus", "paper-cirrus")
 PROFILES = (
     "tropical",
     "midlatitude-summer",

@@ -109,7 +109,7 @@ def test_the_achieved_error_is_that_of_the_cube_against_the_reference():
     exact = SpectralGrid.reference_radiance(model, setting, grid, thickness)
     error = np.abs(made.radiance.values[0].reshape(2, -1).T / exact - 1.0).max(axis=0)
     achieved = json.loads(made.attrs["hcss_accuracy_achieved"])
-    np.testing.assert_allclose(list(achieved.values()), error, rtol=0.1)
+    np.testing.assert_allclose(list(achieved.values()), error, rtol=0.15)
     assert made.attrs["hcss_certificate_pixels"] == 63
     assert "at most 0 % of all pixels" in made.attrs["hcss_certificate"]
 

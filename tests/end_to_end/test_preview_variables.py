@@ -37,7 +37,10 @@ def drawn(cube, folder, variable, **options):
         ("radiance_sea_emission", ["all_mwir_radiance-sea-emission.png", "all_lwir_radiance-sea-emission.png"]),
         ("brightness_temperature", ["all_mwir_kelvin.png", "all_lwir_kelvin.png"]),
         ("cloud_mask", ["all_cloud-mask.png"]),
-        ("cloud_layer_thickness", ["all_cumulus_cloud-layer-thickness.png", "all_cirrus_cloud-layer-thickness.png"]),
+        (
+            "cloud_layer_thickness",
+            ["all_paper-cumulus_cloud-layer-thickness.png", "all_paper-cirrus_cloud-layer-thickness.png"],
+        ),
     ],
 )
 def test_each_band_or_layer_of_the_variable_has_a_picture_of_its_own(cube, tmp_path, variable, names):

@@ -189,7 +189,7 @@ def test_same_scenario_gives_the_same_bytes(tmp_path, monkeypatch):
 
 def test_provenance_names_what_the_cube_was_made_from(stratus):
     files = json.loads(stratus.attrs["hcss_files_sha256"])
-    assert {"optical_constants/water.csv", "solar/astm-e490.csv", "cloud_types/stratus.toml"} <= set(files)
+    assert {"optical_constants/water.csv", "solar/astm-e490.csv", "cloud_types/paper-stratus.toml"} <= set(files)
     assert all(len(digest) == 64 for digest in files.values())
     assert json.loads(stratus.attrs["hcss_providers"])["clouds"]["distribution"] == "hcss-twin"
     assert stratus.attrs["hcss_seed"] == "1"

@@ -34,7 +34,7 @@ def measured(cloud_type, coverage, seed):
 
 
 def mean(name, coverage):
-    return np.mean([getattr(measured("simulated", coverage, seed), name) for seed in range(SEEDS)])
+    return np.mean([getattr(measured("paper-simulated", coverage, seed), name) for seed in range(SEEDS)])
 
 
 @pytest.mark.parametrize("row", ROWS)
@@ -64,7 +64,9 @@ def test_a_surface_estimator_does_not_give_the_printed_fd():
         assert mean("surface_dimension", row[0] / 100.0) < 2.3
 
 
-@pytest.mark.parametrize(("cloud_type", "cells"), [("simulated", (3, 7)), ("cirrus", (50, 10)), ("stratus", (10, 10))])
+@pytest.mark.parametrize(
+    ("cloud_type", "cells"), [("paper-simulated", (3, 7)), ("cirrus", (50, 10)), ("stratus", (10, 10))]
+)
 def test_the_aspect_of_fractal_clouds_is_the_ratio_of_their_cells(cloud_type, cells):
     found = [measured(cloud_type, 0.3, seed).aspect for seed in range(SEEDS)]
     # Cells are 16 km / L long. Few of the largest fit into the image.
