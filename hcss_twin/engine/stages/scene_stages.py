@@ -117,7 +117,9 @@ class RadianceStage(Stage):
             if name == TOTAL:
                 frame[TOTAL] = part.shown[bands]
             else:  # of independent columns
-                frame[TERM_PREFIX + name] = part.radiance[bands]
+                # The sea's light through thick cloud vanishes: interpolation may pass below 0, by far less than the
+                # tables' error, which counts against the total.
+                frame[TERM_PREFIX + name] = np.maximum(part.radiance[bands], 0.0)
         if self._between:
             frame[BETWEEN_COLUMNS] = part.shown[: self._bands] - part.radiance[: self._bands]
         if self._temperature is not None:

@@ -19,7 +19,6 @@ SCENE = {
     "image": {"rows": 64, "columns": 64, "pixel_size": 100.0},
     "frames": {"count": 2, "interval": 10.0},
     "clouds": {"type": "paper-stratus", "coverage": 0.5, "coverage_mode": "field"},
-    "atmosphere": {"profile": "tropical"},
     "optics": {"provider": "mie"},
     "output": {"certificate": 8},
     **CHEAP,

@@ -75,7 +75,8 @@ def test_lines_of_sight_bend_by_twice_the_refraction_of_the_horizon():
 
 @pytest.fixture(scope="module")
 def plan():
-    return hcss_twin.make_plan(scenario(DISK, WIDE, {"camera": {"beyond": "limb"}}))
+    air = {"atmosphere": {"profile": "tropical"}}
+    return hcss_twin.make_plan(scenario(DISK, WIDE, {"camera": {"beyond": "limb"}}, air))
 
 
 def test_amounts_of_the_limb_are_those_of_long_paths_of_the_air(plan):
