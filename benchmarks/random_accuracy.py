@@ -3,6 +3,7 @@
     python benchmarks/random_accuracy.py                                     # an hour
     python benchmarks/random_accuracy.py --number 10 --accuracies 1e-4
     python benchmarks/random_accuracy.py --kinds glory --only 4 --accuracies 1e-3   # a scene again, in full
+    python benchmarks/random_accuracy.py --kinds combination --number 100   # five features at random in each scene
 
 Scenes have one or two layers of any type, by day or night, any profile, aerosol and wind, views to 60 deg, suns to 80.
 Others are near what few streams resolve badly: within 5 deg of the glory, the cloudbow or the glint, or with view or
@@ -15,12 +16,18 @@ shares no code with certificates, but takes hours.
 from __future__ import annotations
 
 import argparse
+import atexit
+import functools
 import json
 import math
 import re
+import shutil
+import tempfile
 import time
 import warnings
+from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,6 +39,8 @@ from hcss_twin.physics.sun import sun_position
 
 SEED, PIXELS = 20240620, 12
 KINDS = ("one layer", "two layers", "one layer, night", "two layers, night", "glory", "cloudbow", "glint", "grazing")
+COMBINATION, FEATURES = "combination", 5
+"""A kind of its own, which needs the packages of ``feature_pairs.py``: so many of its features in one scene."""
 NEAR_DEG, BOW_DEG = 5.0, 140.0
 LOW, HIGH = ("stratus", "cumulus", "stratocumulus"), ("cirrus", "altocumulus", "altostratus")
 PROFILES = (
@@ -44,8 +53,44 @@ WITHIN = {1e-2: 0.99, 1e-3: 0.98, 1e-4: 0.95}
 """Share of scenes that must be as accurate as asked."""
 
 
+@functools.cache
+def known_features() -> Mapping[str, Any]:
+    """Features by name, with the files that some need, which last as long as the process."""
+    from feature_pairs import features, write_inputs
+
+    folder = Path(tempfile.mkdtemp(prefix="hcss-features-"))
+    atexit.register(shutil.rmtree, folder)
+    write_inputs(folder)
+    return features(folder)
+
+
+def combination(number: int) -> tuple[str, ...]:
+    """Return the names of features that can be combined: the first draw in which no two exclude each other."""
+    from feature_pairs import are_alternatives, why_meaningless
+
+    random, known = np.random.default_rng([SEED, len(KINDS), number]), known_features()
+    while True:
+        names = tuple(map(str, random.choice([*known], FEATURES, replace=False)))
+        excluded = why_meaningless(names) is not None or are_alternatives([known[name] for name in names])
+        if "mask alone" not in names and not excluded:
+            return names
+
+
+def combined(number: int) -> dict[str, Any]:
+    """Keys of a scene with a combination; every second one computes radiance by the default model."""
+    from feature_pairs import scene
+
+    made = scene([known_features()[name] for name in combination(number)], {"output.certificate": 2 * PIXELS})
+    del made["accuracy"]
+    if number % 2 and made["radiance"].get("model") == "as-printed":
+        del made["radiance"]["model"]
+    return made
+
+
 def scenario(kind: str, number: int) -> dict[str, Any]:
     """Keys of a scene, but for its accuracy."""
+    if kind == COMBINATION:
+        return combined(number)
     random = np.random.default_rng([SEED, KINDS.index(kind), number])
     place, moment, zenith, azimuth = _geometry(kind, random)
     count = 2 if kind.startswith("two") else 1 + int(kind not in KINDS[:4] and random.random() < 0.25)
@@ -108,7 +153,7 @@ def run(kind: str, number: int, accuracy: float, whole: bool = False) -> dict[st
         plan = make_plan(made)
         certificate = simulate(made).attrs
     except HcssError as error:
-        print(f"{kind} {number}: refused: {str(error).splitlines()[0]}", flush=True)
+        print(f"{kind} {number}: refused: {' '.join(str(error).split())[:300]}", flush=True)
         return None
     achieved = json.loads(certificate["hcss_accuracy_achieved"])
     text = str(certificate["hcss_certificate"])
@@ -119,6 +164,8 @@ def run(kind: str, number: int, accuracy: float, whole: bool = False) -> dict[st
     level = f"level {plan.numerics.level} + {plan.numerics.sunlight_steps}"
     seconds = time.process_time() - start
     print(f"{accuracy:g} {kind} {number}: {row['ratio']:.2f} in {worst}, {level}, noticed {noticed}, {seconds:.0f} s")
+    if kind == COMBINATION:
+        print(f"    {' + '.join(combination(number))}", flush=True)
     print(text if whole else "", end="", flush=True)
     return row
 
@@ -127,7 +174,7 @@ def main() -> None:
     """Print each scene as it is known, and a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--number", type=int, default=8, help="of scenes of each kind")
-    parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS)
+    parser.add_argument("--kinds", nargs="+", choices=(*KINDS, COMBINATION), default=KINDS)
     parser.add_argument("--accuracies", type=float, nargs="+", choices=list(WITHIN), default=[1e-2, 1e-3])
     parser.add_argument("--only", type=int, help="this number of each kind")
     given = parser.parse_args()

@@ -1,0 +1,113 @@
+"""``auto`` against everything on: do the effects that a plan skips, all together, stay within the accuracy?
+
+    python campaigns/omissions/together.py               # 40 scenes
+    python campaigns/omissions/together.py --scenes 5    # the first 5
+
+A scene leaves every effect to the plan, which skips those whose bound is a small share of the accuracy. Each scene is
+computed again with all of them switched on at once. A pixel must not change by more than the sum of the bounds, nor by
+more than the accuracy that was asked for, beside the errors that both runs estimate of their tables. What the plan
+leaves out as too dear it states, and does not skip: such effects are not part of it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from omission_scenes import CHEAP, ROUNDING, SCENES, SWITCHES, radiance_of
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.core.errors import ProviderError, ScenarioError
+
+PIXELS = 48
+BY_FIELDS = ("parallax of clouds", "clouds within the footprint of a pixel")
+"""Effects that the fields of clouds have, so that they are not among ``plan.effects``."""
+
+
+def scene(number: int) -> tuple[str, dict[str, Any]]:
+    """Return the shipped scenario and the overrides of a scene, the same each time: nothing is switched on or off."""
+    random = np.random.default_rng([44, number])
+    overrides: dict[str, Any] = {
+        **CHEAP,
+        "sea.model": "rough-sea",
+        "accuracy": float(random.choice([1e-2, 1e-3])),
+        "clouds.coverage": round(float(random.uniform(0.1, 0.9)), 2),
+        "frames.count": 1,
+        "image.columns": PIXELS,
+        "image.rows": PIXELS,
+        "image.pixel_size": float(random.choice([5.0, 20.0, 100.0, 500.0, 2000.0])),
+        "output.certificate": 0,
+        "output.variables": ["radiance"],
+        "sea.wind_speed": round(float(random.uniform(2.0, 15.0)), 1),
+        "seed": number,
+        "time": f"2024-04-20T{int(random.integers(24)):02d}:20:00+10:00",
+        "view.azimuth": round(float(random.uniform(0.0, 359.0)), 0),
+        "view.zenith": float(random.choice([0.0, 2.0, 10.0, 25.0, 45.0, 60.0])),
+    }
+    chosen = random.integers(3)
+    overrides["bands"] = [[[8.0, 14.0]], [[3.7, 3.8], [10.5, 11.0]], [[2.75, 2.8], [3.7, 3.8], [10.5, 11.0]]][chosen]
+    if altitude := int(random.integers(3)):
+        overrides["platform.altitude"] = (None, 7e5, 35_786e3)[altitude]
+    return str(random.choice(["stratus", "cumulus", "cirrus"])), overrides
+
+
+def check(number: int, **changes: Any) -> Mapping[str, Any]:
+    """Return, of a scene: effects that are computed, those that are skipped, their bounds, and the largest change."""
+    name, overrides = scene(number)
+    overrides |= changes
+    plan = make_plan(Scenario.load(name, overrides))
+    left = {omission.what: omission for omission in plan.omissions if omission.bound != 0.0}
+    skipped = {what: left[what] for what in SWITCHES if what in left and not left[what].decision and left[what].bound}
+    stated = [omission.what for omission in plan.omissions]
+    computed = [effect.kind for effect in plan.effects] + [what for what in BY_FIELDS if what not in stated]
+    found = {
+        "scene": number,
+        "accuracy": plan.accuracy.relative,
+        "computed": computed,
+        "skipped": list(skipped),
+        "bounds": float(sum(omission.bound for omission in skipped.values())),
+    }
+    if not skipped:
+        return found
+    switched = {key: value for what in skipped for key, value in SWITCHES[what].items()}
+    off, off_error = radiance_of(plan)
+    try:
+        on, on_error = radiance_of(make_plan(Scenario.load(name, {**overrides, **switched})))
+    except (ScenarioError, ProviderError) as error:
+        return {**found, "refused": str(error)[:150]}
+    error = off_error + on_error + ROUNDING
+    change = np.abs(on / off - 1.0)
+    return {
+        **found,
+        "change": float(change.max()),
+        "error": error,
+        "beyond bounds": int(np.count_nonzero(change > found["bounds"] + error)),
+        "beyond accuracy": int(np.count_nonzero(change > found["accuracy"] + error)),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenes", type=int, default=SCENES, help="how many, from number 0")
+    options = parser.parse_args()
+    rows = []
+    for number in range(options.scenes):
+        start = time.process_time()
+        rows.append(check(number))
+        words = [
+            f"{name}: {value:.2g}" if isinstance(value, float) else f"{name}: {value}"
+            for name, value in rows[-1].items()
+        ]
+        print(*words, f"{time.process_time() - start:.0f} s", sep="; ", flush=True)
+    compared = [row for row in rows if "change" in row]
+    print(f"{len(compared)} of {len(rows)} scenes skip effects that can matter")
+    for law in ("beyond bounds", "beyond accuracy"):
+        print(f"{law}: {sum(row[law] > 0 for row in compared)} scenes")
+    print(f"four effects or more computed: {sum(len(row['computed']) >= 4 for row in rows)} of {len(rows)}")
+
+
+if __name__ == "__main__":
+    main()
