@@ -157,7 +157,9 @@ def _tables(
             before, middle = len(columns.known.bands), len(suns) // 2 * len(some)
             of_view = columns.of(toward), axes, exact[at], settings[at], times
             of_effects = {
-                effect.kind: OF_EFFECTS[effect.kind](*of_view) for effect in plan.effects if effect.kind in OF_EFFECTS
+                effect.kind: TABLES_OF_EFFECTS[effect.kind](*of_view)
+                for effect in plan.effects
+                if effect.kind in TABLES_OF_EFFECTS
             }
             if number > 0:  # the first texture has no other one as a guess, and may need more columns than others
                 columns.also_in(settings[middle + number + 1 : middle + len(some)], before)
@@ -230,7 +232,7 @@ def _shadows(
     return compile_shadows(columns.plan, columns.quantities, time_s, columns.clear(settings))
 
 
-OF_EFFECTS: Mapping[str, Callable[..., Any]] = {"texture": _texture, "shadows": _shadows}
+TABLES_OF_EFFECTS: Mapping[str, Callable[..., Any]] = {"texture": _texture, "shadows": _shadows}
 """Tables of the effects of a plan toward one view, by :attr:`~hcss_twin.plan.effects.Effect.kind`.
 
 From the columns of the view, the axes of thickness, and exact columns, settings and time at the nodes of time.

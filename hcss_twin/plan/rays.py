@@ -50,7 +50,7 @@ class Rays(ABC):
         Typical direction to the sensor.
     directions : Directions or None
         Rectangle of all directions to the sensor, between whose edges tables are made; None if the plan finds out
-        whether the view varies over a grid on the ground.
+        whether the view varies over a grid on the ground, and then ``views_of_pixels`` has to be given, too.
     climate : Climate or None
         Air and sea of places; None for those of the scenario.
     notes, filled_in : tuple

@@ -159,7 +159,7 @@ def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:
     yield WaveStage(scene.plan, waves, scene.of_sea, scene.sea, scene.effects)
 
 
-OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {
+STAGES_OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {
     "light": _light,
     "texture": _texture,
     "surfaces": _surfaces,
@@ -176,8 +176,8 @@ def stages_of(scene: SceneTables) -> list[Stage]:
     if scene.tables is not None:
         stages.append(LookUpStage(plan))
     for effect in plan.effects:
-        if effect.kind in OF_EFFECTS:
-            stages += OF_EFFECTS[effect.kind](effect, scene)
+        if effect.kind in STAGES_OF_EFFECTS:
+            stages += STAGES_OF_EFFECTS[effect.kind](effect, scene)
     if plan.assembly.elements:
         from hcss_twin.engine.stages.elements import ElementStage
 

@@ -147,7 +147,7 @@ class PixelObserver(Protocol):
 
 
 class Stage:
-    """One stage of all parts of a scene; the base of what :func:`hcss_twin.engine.stages.stages_of` returns.
+    """One stage of all parts of a scene, the base of those that ``stages_of`` in ``scene_stages.py`` returns.
 
     Attributes
     ----------
