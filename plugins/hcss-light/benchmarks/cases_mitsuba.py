@@ -1,12 +1,13 @@
-"""Sunlit cases of ``hcss bench cases`` again with Mitsuba 3, a renderer with volumes: a second Monte Carlo code.
+"""Cases of ``hcss bench cases`` again with Mitsuba 3, a renderer with volumes: a second Monte Carlo code.
 
     pip install mitsuba
     python plugins/hcss-light/benchmarks/cases_mitsuba.py            # prints means of both codes and their noise
 
-Mitsuba gets voxels, albedo, phase function, sun and views of the file; it computes no emission of volumes, so that
-the sunlight of cases is compared, and, as a test of clouds before a warm surface, the share of the surface that is seen
-in bands without sunlight. Clouds are repeated instead of periodic. Nothing is imported from hcss_light but the reader
-and, for the parts of radiance that the files do not have apart, its Monte Carlo.
+Mitsuba gets voxels, albedo, phase function, sun and views of the file. It computes no emission of volumes. In bands
+without sunlight two shares of the radiance are compared instead: the surface that is seen, and the emissivity of the
+clouds, which is what they absorb of light that comes from everywhere, below as well (reciprocity). Radiance of clouds
+of one temperature follows from both. Clouds are repeated instead of periodic. Nothing is imported from hcss_light but
+the reader and, for the parts of radiance that the files do not have apart, its Monte Carlo.
 """
 
 from __future__ import annotations
@@ -20,7 +21,9 @@ import numpy as np
 from hcss_light.cases import Case, load_case
 from hcss_light.monte_carlo import radiance
 
-CASES = ("step-published", "step-night", "cumulus-day")
+CASES = ("step-published", "step-night", "cumulus-day", "cumulus-night", "stratocumulus-night")
+SUNLIGHT, SURFACE, CLOUDS = "sunlight", "share of the surface that is seen", "emissivity of the clouds"
+"""What is compared."""
 AROUND_M = 6000.0
 """Clouds are repeated at least that far on all sides."""
 
@@ -28,8 +31,8 @@ POINTS = 20_001
 """Even cosines at which Mitsuba has the phase function."""
 
 
-def scene(case: Case, band: int, view: int, lit: bool, samples: int) -> Any:
-    """Return the scene of a case in Mitsuba with the sun, or with a surface of radiance 1."""
+def scene(case: Case, band: int, view: int, what: str, samples: int) -> Any:
+    """Return the scene of a case in Mitsuba with the sun, a surface of radiance 1, or radiance 1 from everywhere."""
     shape = np.array(case.extinction_m1.shape[:2])
     side = shape * np.array(case.size_m)
     periods = 2 * np.ceil(AROUND_M / side).astype(int) + 1
@@ -61,7 +64,9 @@ def scene(case: Case, band: int, view: int, lit: bool, samples: int) -> Any:
         "bsdf": {"type": "null"},
         "interior": medium,
     }
-    if lit:
+    if what == CLOUDS:
+        light = {"type": "constant", "radiance": 1.0}
+    elif what == SUNLIGHT:
         assert case.sun is not None
         light = {
             "type": "directional",
@@ -84,20 +89,23 @@ def scene(case: Case, band: int, view: int, lit: bool, samples: int) -> Any:
     return mi.load_dict({"type": "scene", "integrator": integrator, "sky": sky, "light": light, "sensor": sensor})
 
 
-def mitsuba_mean(case: Case, band: int, view: int, lit: bool, samples: int, parts: int = 16) -> tuple[float, float]:
-    """Return the mean radiance of a domain, and its standard error from independent parts."""
-    made = scene(case, band, view, lit, samples // parts)
+def mitsuba_mean(case: Case, band: int, view: int, what: str, samples: int, parts: int = 16) -> tuple[float, float]:
+    """Return the mean over a domain, and its standard error from independent parts."""
+    made = scene(case, band, view, what, samples // parts)
     found = [float(np.array(mi.render(made, seed=seed)).ravel()[0]) for seed in range(parts)]
-    return float(np.mean(found)), float(np.std(found, ddof=1) / np.sqrt(parts))
+    mean, error = float(np.mean(found)), float(np.std(found, ddof=1) / np.sqrt(parts))
+    return (1.0 - mean if what == CLOUDS else mean), error
 
 
-def our_mean(case: Case, band: int, view: int, lit: bool, photons: int) -> tuple[float, float]:
+def our_mean(case: Case, band: int, view: int, what: str, photons: int) -> tuple[float, float]:
     """Return the same of hcss_light: that of the file if it is sunlight alone, else computed anew."""
+    lit = what == SUNLIGHT
     if lit and case.wavelength_um[band] < 1.0:
         mean, error = case.radiance[band, view], case.noise[band, view]
     else:
         toward = case.views[view]
-        bare = replace(case.voxels(band), source=np.zeros(case.kind.size), surface_source=0.0 if lit else 1.0)
+        emission = np.full(case.kind.size, float(what == CLOUDS))
+        bare = replace(case.voxels(band), source=emission, surface_source=float(what == SURFACE))
         mean, error = radiance(
             bare, case.scattering(band), view_zenith_deg=toward.zenith_deg, view_azimuth_deg=toward.azimuth_deg,
             sun=case.sunlight(band) if lit else None, photons=max(photons // case.column_of.size, 2),
@@ -116,17 +124,16 @@ def main() -> None:
     for name in given.cases or CASES:
         case = load_case(name)
         for band, view in np.ndindex(case.radiance.shape[:2]):
-            lit = case.is_sunlit(band)
-            theirs, noise = mitsuba_mean(case, band, view, lit, given.samples)
-            ours, own = our_mean(case, band, view, lit, given.samples)
-            what = "sunlight" if lit else "share of the surface that is seen"
-            zenith = case.views[view].zenith_deg
-            print(
-                f"{name}, {case.bands[band]}, view {zenith:g} deg, {what}: Mitsuba {theirs:.5g} +- {noise:.2g}, "
-                f"hcss_light {ours:.5g} +- {own:.2g}, {100.0 * (theirs / ours - 1.0):+.2f} +- "
-                f"{100.0 * np.hypot(noise, own) / ours:.2f} %",
-                flush=True,
-            )
+            for what in (SUNLIGHT,) if case.is_sunlit(band) else (SURFACE, CLOUDS):
+                theirs, noise = mitsuba_mean(case, band, view, what, given.samples)
+                ours, own = our_mean(case, band, view, what, given.samples)
+                zenith = case.views[view].zenith_deg
+                print(
+                    f"{name}, {case.bands[band]}, view {zenith:g} deg, {what}: Mitsuba {theirs:.5g} +- {noise:.2g}, "
+                    f"hcss_light {ours:.5g} +- {own:.2g}, {100.0 * (theirs / ours - 1.0):+.2f} +- "
+                    f"{100.0 * np.hypot(noise, own) / ours:.2f} %",
+                    flush=True,
+                )
 
 
 if __name__ == "__main__":
