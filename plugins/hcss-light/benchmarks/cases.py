@@ -41,6 +41,9 @@ SEA_K, LAPSE_K_M = 290.0, 0.007
 IRRADIANCE = {3.7: 11.0}
 """Of the sun, W m-2 um-1; it is left out in the other thermal bands."""
 
+DROPLET_UM = 10.0
+"""Effective radius."""
+
 STREAMS, MOMENTS = 64, 400
 """Of discrete ordinates (32 are off by up to 5 % in thin clouds), and how many Legendre moments are written."""
 
@@ -92,23 +95,28 @@ def moments_of(cosine: Array, phase: Array) -> Array:
     return np.array(result) / result[0]
 
 
-def spheres(index_table: str, radius_um: float, wavelengths_um: Sequence[float]) -> Particles:
-    """Return spheres of an effective radius, with effective variance .1, by Mie theory."""
-    index = load_refractive_index(Catalog(), index_table)
+def indices(table: str, wavelengths_um: Sequence[float]) -> list[complex]:
+    """Return the refractive indices n - ik of a table of the catalog."""
+    index = load_refractive_index(Catalog(), table)
+    n, k = (np.interp(wavelengths_um, index.wavelength_um, values) for values in (index.n, index.k))
+    return list(n - 1j * k)
+
+
+def spheres(refractive: Sequence[complex], radius_um: float, wavelengths_um: Sequence[float]) -> Particles:
+    """Return spheres of an effective radius and refractive indices, with effective variance .1, by Mie theory."""
     radius, step = np.linspace(0.1, 3.5, 60, retstep=True)
     number = radius ** (1.0 / 0.1 - 3.0) * np.exp(-radius / 0.1) * step
     relative, albedo, phases = [], [], []
-    for wavelength in wavelengths_um:
-        n, k = (np.interp(wavelength, index.wavelength_um, values) for values in (index.n, index.k))
+    for index, wavelength in zip(refractive, wavelengths_um, strict=True):
         cosine, extinct, scattered, area = cosines(), 0.0, 0.0, 0.0
         phase = np.zeros_like(cosine)
         for r, count in zip(radius * radius_um, number, strict=True):
             x = 2.0 * np.pi * r / wavelength
-            extinction, scattering, _, _ = miepython.efficiencies_mx(n - 1j * k, x)
+            extinction, scattering, _, _ = miepython.efficiencies_mx(index, x)
             area += count * r**2
             extinct += count * r**2 * extinction
             scattered += count * r**2 * scattering
-            phase += count * r**2 * scattering * miepython.i_unpolarized(n - 1j * k, x, cosine, norm="4pi")
+            phase += count * r**2 * scattering * miepython.i_unpolarized(index, x, cosine, norm="4pi")
         relative.append(extinct / (2.0 * area))
         albedo.append(scattered / extinct)
         phases.append(phase / (0.5 * np.trapezoid(phase, cosine)))
@@ -120,8 +128,8 @@ def particles_of(name: str, wavelengths_um: Sequence[float]) -> Particles:
     if name == "published":
         return Particles(np.ones(2), np.array([1.0, 0.99]), np.stack([_tabulated(0.85)] * 2))
     if name == "droplets":
-        return spheres("water-segelstein", 10.0, wavelengths_um)
-    ice = spheres("ice", 30.0, wavelengths_um)
+        return spheres(indices("water-segelstein", wavelengths_um), DROPLET_UM, wavelengths_um)
+    ice = spheres(indices("ice", wavelengths_um), 30.0, wavelengths_um)
     asymmetry = [0.5 * np.trapezoid(phase * cosines(), cosines()) for phase in ice.phase]
     return replace(ice, phase=np.stack([_tabulated(g) for g in asymmetry]))
 

