@@ -3,6 +3,7 @@
 import importlib.util
 import inspect
 import json
+import re
 import runpy
 import sys
 
@@ -49,6 +50,14 @@ def generator():
 def test_the_generated_pages_are_current(generator):
     for path, text in generator.pages().items():
         assert path.read_text(encoding="utf-8") == text, f"{path.name}: run python docs/generate/all.py"
+
+
+def test_files_that_pages_for_developers_name_exist():
+    folders = ("hcss_twin", "plugins", "tests", "benchmarks", "campaigns", "docs", "catalogs")
+    known = [f"/{path.relative_to(ROOT).as_posix()}" for folder in folders for path in (ROOT / folder).rglob("*.py")]
+    for page in (*(DOCS / "development").glob("*.md"), ROOT / "CONTRIBUTING.md"):
+        for name in re.findall(r"`([\w./-]+\.py)", page.read_text(encoding="utf-8")):
+            assert any(path.endswith(f"/{name}") for path in known), f"{page.name}: {name}"
 
 
 def test_every_command_that_help_lists_has_a_place_in_the_reference(generator):
