@@ -32,12 +32,17 @@ from hcss_twin.scenario.cloud_types import Level, PlaceLevels, load_cloud_type
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.scenario import Scenario
 
-INVERSION_AT_COAST_M, INVERSION_FAR_OFF_M, COAST_REACH_KM = 1000.0, 1700.0, 500.0
+INVERSION_AT_COAST_M, INVERSION_FAR_OFF_M, COAST_REACH_KM = 600.0, 2100.0, 1000.0
 """Altitude of the inversion at the coast and far from it, and the distance in which 63 % of the rise are reached.
 
-1000 m at the coast of Chile and 1600 m at 1500 km are measured (Bretherton et al. 2010, in the module on inversions).
-The value far off was fitted to 10 boxes of low cloud in a SEVIRI image, which ask for 400 to 2230 m: a standard
-deviation of 550 m, or 2.7 K of the cloud top."""
+595 m were measured 80 km off California (FIRE 1987: P. G. Duynkerke et al., Q. J. R. Meteorol. Soc. 130, 3269 (2004)).
+Value far off and reach were fitted to 10 boxes of low cloud in a SEVIRI image, which ask for 370 to 2390 m: a standard
+deviation of 550 m about this law, or 3.0 K of the cloud top."""
+
+LEAST_CLOUD_DEPTH_M = 250.0
+"""Room for clouds between the condensation level and the usual inversion.
+
+They were 240 m deep in DYCOMS-II (B. Stevens et al., Mon. Weather Rev. 133, 1443 (2005)), 345 m in FIRE."""
 
 LOWEST_INVERSION_M, HIGHEST_INVERSION_M = 200.0, 3000.0
 
@@ -59,6 +64,13 @@ def levels_of(scenario: Scenario, catalog: Catalog, profile: Profile, climatolog
     place, section = scenario.place, scenario.atmosphere.inversion
     under = [layer for layer, level in _that_follow(scenario, catalog) if level == "inversion"]
     tops = [layer.top for layer in under if layer.top is not None]
+    lowest = SurfaceAir(float(profile.temperature_K[0]), float(profile.mixing_ratio.get("h2o", np.zeros(1))[0]))
+    low = any(level != "tropopause" for _, level in _that_follow(scenario, catalog))
+    if low and scenario.atmosphere.profile in SURFACE_TEMPERATURE_K:
+        # Model atmospheres are means over land and sea: that of 1976 is so dry that clouds would begin at 1450 m.
+        with suppress(CatalogError):
+            lowest = surface_air_of(scenario, climatology)
+    condensation_m = condensation_level_m(lowest, float(profile.pressure_Pa[0]))
     if isinstance(section, InversionSection):
         inversion_m = section.height
     elif tops:
@@ -68,15 +80,10 @@ def levels_of(scenario: Scenario, catalog: Catalog, profile: Profile, climatolog
     else:
         share = math.exp(-climatology.coast_km(place.latitude, place.longitude) / COAST_REACH_KM)
         inversion_m = round(INVERSION_FAR_OFF_M - (INVERSION_FAR_OFF_M - INVERSION_AT_COAST_M) * share)
-    lowest = SurfaceAir(float(profile.temperature_K[0]), float(profile.mixing_ratio.get("h2o", np.zeros(1))[0]))
-    low = any(level != "tropopause" for _, level in _that_follow(scenario, catalog))
-    if low and scenario.atmosphere.profile in SURFACE_TEMPERATURE_K:
-        # Model atmospheres are means over land and sea: that of 1976 is so dry that clouds would begin at 1450 m.
-        with suppress(CatalogError):
-            lowest = surface_air_of(scenario, climatology)
+        inversion_m = max(inversion_m, round(condensation_m + LEAST_CLOUD_DEPTH_M))
     frozen = np.flatnonzero(profile.temperature_K < FREEZING_K)
     return PlaceLevels(
-        condensation_m=condensation_level_m(lowest, float(profile.pressure_Pa[0])),
+        condensation_m=condensation_m,
         melting_m=float(profile.altitude_m[max(frozen[0] - 1, 0)]) if frozen.size else 0.0,
         inversion_m=float(inversion_m),
         tropopause_m=tropopause_m(profile),

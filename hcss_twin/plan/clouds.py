@@ -194,8 +194,9 @@ def _by_place(resolved: ResolvedLayer, section: Layer, field: str) -> Iterator[F
     if section.base is None:
         yield FilledIn(f"{field}.base", f"{resolved.layer.base_m:g} m", why)
     if section.top is None:
-        errors = tops_by_place(resolved.layer.name) if resolved.level == "inversion" else ()
-        yield FilledIn(f"{field}.top", f"{resolved.layer.top_m:g} m", why, errors)
+        name, measured = resolved.layer.name, resolved.level == "inversion"
+        errors, unmeasured = (tops_by_place(name), "") if measured else ((), name)
+        yield FilledIn(f"{field}.top", f"{resolved.layer.top_m:g} m", why, errors, unmeasured)
 
 
 def wind_velocity_m_s(speed_m_s: float, from_deg: float) -> tuple[float, float]:

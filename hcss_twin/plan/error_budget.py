@@ -29,6 +29,9 @@ ENGINE, NUMERICS = "engine", "numerics"
 COLUMNS, SIDES = "plane-parallel clouds", "clouds with sides"
 """Error of independent columns, and that of the light between them which takes its place."""
 
+ALTITUDE = "altitude of cloud by place"
+"""Unknown error of clouds whose top follows from the air, but not from an inversion."""
+
 
 @dataclass(frozen=True)
 class ErrorBudget:
@@ -176,6 +179,7 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
         "radiance model": stated_errors(assembly.model),
     }
     stated |= {filled.field: filled.errors for filled in assembly.filled_in if filled.errors}
+    unmeasured = {filled.unmeasured for filled in assembly.filled_in}
     for surfaces in assembly.surfaces:
         stated["surfaces"] = stated_errors(surfaces.provider)
     particles = {
@@ -202,4 +206,6 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
             if band.name in plan.light.expected_rms and kind == CLOUDY:
                 sides = plan.light.expected_rms[band.name]
                 cells[of, band.name] += (Contribution(SIDES, sides, scale.kelvin(sides), 1.0, "rms"),)
+            if of in unmeasured:
+                cells[of, band.name] += (Contribution(ALTITUDE),)
     return ErrorBudget(cells)

@@ -29,6 +29,7 @@ from hcss_twin.models.atmosphere.moist_air import (
 from hcss_twin.models.atmosphere.present_sea import skin_K, warming_K
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.physics.planck import planck
+from hcss_twin.plan.error_budget import ALTITUDE, error_budget
 
 CATALOG = Catalog()
 CLIMATE = Climatology(CATALOG)
@@ -151,6 +152,22 @@ def test_clouds_lie_where_they_are_measured(name):
     (layer,) = plan_of(cloud_type, *place).layers
     assert bases[0] <= layer.base_m <= bases[1]
     assert tops[0] <= layer.top_m <= tops[1]
+
+
+@pytest.mark.parametrize(
+    ("cloud_type", "keys", "name", "unknown"),
+    [
+        ("stratocumulus", {}, "altitude of low cloud by place", False),
+        ("cumulus", {}, ALTITUDE, True),
+        ("cirrus", {}, ALTITUDE, True),
+        ("cirrus", {"base": 9000.0, "top": 11_000.0}, "", False),
+    ],
+)
+def test_the_budget_counts_altitudes_by_place_and_says_which_are_unmeasured(cloud_type, keys, name, unknown):
+    budget = error_budget(plan_of(cloud_type, 13.0, -59.0, **keys))
+    ((cell, contributions),) = ((cell, own) for cell, own in budget.contributions.items() if cell[0] == cloud_type)
+    assert [each.name for each in contributions if "by place" in each.name] == [name] * bool(name)
+    assert (ALTITUDE in budget.unknown(cell)) is unknown
 
 
 def test_a_given_altitude_goes_before_that_of_the_place_and_takes_the_inversion_with_it():
