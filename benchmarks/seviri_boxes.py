@@ -98,7 +98,7 @@ def main() -> None:
     parser.add_argument("--boxes", action="store_true", help="print every box")
     given = parser.parse_args()
     print("simulated less measured, K: mean and standard deviation")
-    print(f"{'':28}" + "".join(f"{name:>14}" for name in (*CHANNELS, "10.8 - 12.0")))
+    print(f"{'':28}" + "".join(f"{name:>16}" for name in (*CHANNELS, "10.8 - 12.0")))
     covered = {}
     for kind in KINDS:
         boxes, of_bands, stated = differences_K(given.folder, kind)
@@ -107,12 +107,12 @@ def main() -> None:
         if given.boxes:
             for box, row in zip(boxes, found, strict=True):
                 where = f"{kind} {box['latitude']:g} {box['longitude']:g}"
-                print(f"{where:28}" + "".join(f"{value:14.2f}" for value in row))
+                print(f"{where:28}" + "".join(f"{value:16.2f}" for value in row))
         cells = (f"{mean:+.2f} +- {sd:.2f}" for mean, sd in zip(found.mean(0), found.std(0, ddof=1), strict=True))
-        print(f"{f'{kind}, {len(boxes)} boxes':28}" + "".join(f"{cell:>14}" for cell in cells))
+        print(f"{f'{kind}, {len(boxes)} boxes':28}" + "".join(f"{cell:>16}" for cell in cells))
     print(f"stated standard deviation, K; over the rms difference; share of boxes within {WITHIN} of it")
     for name, row in covered.items():
-        print(f"{name:28}" + "".join(f"{cell:>14}" for cell in row))
+        print(f"{name:28}" + "".join(f"{cell:>16}" for cell in row))
 
 
 if __name__ == "__main__":

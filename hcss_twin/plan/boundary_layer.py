@@ -37,7 +37,7 @@ INVERSION_AT_COAST_M, INVERSION_FAR_OFF_M, COAST_REACH_KM = 600.0, 2100.0, 1000.
 
 595 m were measured 80 km off California (FIRE 1987: P. G. Duynkerke et al., Q. J. R. Meteorol. Soc. 130, 3269 (2004)).
 Value far off and reach were fitted to 10 boxes of low cloud in a SEVIRI image, which ask for 370 to 2390 m: a standard
-deviation of 550 m about this law, or 3.0 K of the cloud top."""
+deviation of 500 m about this law, or 3.0 K of the cloud top."""
 
 LEAST_CLOUD_DEPTH_M = 250.0
 """Room for clouds between the condensation level and the usual inversion.
@@ -132,7 +132,7 @@ def with_usual_inversion(scenario: Scenario, profile: Profile, levels: PlaceLeve
         except CatalogError as error:
             refused = str(error)
         else:
-            why = "the clouds lie under one: altitude by the distance from the coast, within 550 m"
+            why = "the clouds lie under one: altitude by the distance from the coast, within 500 m"
             filled.append(FilledIn("atmosphere.inversion", f"{strength:g} K at {height:g} m", why))
             return changed
     filled.append(FilledIn("atmosphere.inversion", "off", refused))
