@@ -15,10 +15,10 @@ for each of the continua of H2O, N2 and O2::
 In some bands it also adjusts the structure: a tilt of s across the band, and an exponent of C' for the contrast between
 strong and weak wavenumbers. The fit uses band means of transmittance and, above 3.08 um, of radiance to space.
 
-At 2390-3250 cm-1 nadir radiance from the sea to space weighs more than other errors (``NADIR``). At 820-1180 cm-1, warm
-horizontal paths at the sea follow LOWTRAN7 instead of RRTMGP, because MODTRAN does (``MOIST``). Least squares stop at
-a tolerance: another version of numpy or scipy, or another processor, changes single coefficients by some percent, and
-the errors in ``docs/development/gas.md`` by less than a tenth.
+At 700-820 and 2390-3250 cm-1 nadir radiance from the sea to space weighs more than other errors (``NADIR``). At
+820-1180 cm-1, warm horizontal paths at the sea follow LOWTRAN7 instead of RRTMGP, because MODTRAN does (``MOIST``).
+Least squares stop at a tolerance: another version of numpy or scipy, or another processor, changes single coefficients
+by some percent, and the errors in ``docs/development/gas.md`` by less than a tenth.
 
 ``_training_paths.py`` has the paths, ``_fitted_bands.py`` the model, ``_band_fit.py`` the fit and its limits.
 """

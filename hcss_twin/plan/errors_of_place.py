@@ -29,7 +29,7 @@ def _clear(name: str, lower_um: float, upper_um: float, kelvin: float) -> ModelE
 
 SEA_BY_CLIMATOLOGY = (
     _clear("sea temperature by climatology", 2.5, 12.9, 1.05),
-    _clear("sea temperature by climatology", 12.9, 14.0, 0.7),
+    _clear("sea temperature by climatology", 12.9, 14.0, 0.5),
 )
 AIR_BY_CLIMATOLOGY = (_clear("air by climatology", 2.5, 5.0, 0.5), _clear("air by climatology", 7.0, 14.0, 0.5))
 

@@ -136,8 +136,10 @@ ALTITUDES = {
     # RICO and BOMEX: bases 500 to 700 m, tops 1500 to 2500 m (Siebesma et al. 2003; van Zanten et al. 2011)
     "stratocumulus, Chile": ("stratocumulus", (-20.0, -75.0), (700.0, 1200.0), (1000.0, 1600.0)),
     # VOCALS: inversion 1000 m at the coast, 1600 m at 1500 km (Bretherton et al. 2010)
-    "stratus, California": ("stratus", (33.0, -121.0), (300.0, 900.0), (600.0, 1300.0)),
+    "stratus, California": ("stratus", (31.5, -121.7), (300.0, 900.0), (700.0, 1050.0)),
     # DYCOMS-II: base 600 m, inversion 840 m (Stevens et al. 2005)
+    "stratocumulus, San Nicolas Island": ("stratocumulus", (33.25, -119.5), (200.0, 500.0), (500.0, 750.0)),
+    # FIRE: base 250 m, inversion 595 m (Duynkerke et al. 2004)
     "cirrus, tropics": ("cirrus", (5.0, 150.0), (9000.0, 13_000.0), (13_000.0, 16_000.0)),
     "cirrus, 50 north": ("cirrus", (50.0, -30.0), (4000.0, 9000.0), (8000.0, 11_500.0)),
     # CloudSat and CALIPSO: tops 14 to 15 and 9 to 11 km (Sassen et al. 2008)
@@ -152,6 +154,13 @@ def test_clouds_lie_where_they_are_measured(name):
     (layer,) = plan_of(cloud_type, *place).layers
     assert bases[0] <= layer.base_m <= bases[1]
     assert tops[0] <= layer.top_m <= tops[1]
+
+
+@pytest.mark.parametrize("place", [(24.0, 62.0), (26.0, 52.0), (-13.0, 131.0), (43.0, 49.0)])
+def test_low_clouds_have_room_under_the_inversion_of_dry_coasts(place):
+    """There the condensation level is higher than usual inversions; DYCOMS-II had 240 m of cloud (Stevens et al. 2005)."""
+    (layer,) = plan_of("stratocumulus", *place).layers
+    assert layer.top_m - layer.base_m >= 249.0
 
 
 @pytest.mark.parametrize(
