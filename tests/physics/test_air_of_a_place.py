@@ -158,7 +158,7 @@ def test_clouds_lie_where_they_are_measured(name):
 
 @pytest.mark.parametrize("place", [(24.0, 62.0), (26.0, 52.0), (-13.0, 131.0), (43.0, 49.0)])
 def test_low_clouds_have_room_under_the_inversion_of_dry_coasts(place):
-    """There the condensation level is higher than usual inversions; DYCOMS-II had 240 m of cloud (Stevens et al. 2005)."""
+    """There air condenses above usual inversions; DYCOMS-II had 240 m of cloud (Stevens et al. 2005)."""
     (layer,) = plan_of("stratocumulus", *place).layers
     assert layer.top_m - layer.base_m >= 249.0
 
