@@ -1,4 +1,4 @@
-"""Nadir radiance at 3.08 to 4.18 and 12.2 to 14.3 um against RRTMGP, and long moist paths at 8 to 14 um against LOWTRAN7.
+"""Nadir radiance at 3.08-4.18 and 12.2-14.3 um against RRTMGP, and long moist paths at 8-14 um against LOWTRAN7.
 
 That is MODTRAN's transmittance there; the coefficients of LOWTRAN7 and of the fits before are off by more.
 """
