@@ -213,3 +213,13 @@ def test_the_figures_of_the_sea_are_what_the_command_computes():
     assert not list(module.differences(before, list(module.sea_rows())))
     wrong = [{**before[0], "relative": "0.5"}, *before[1:]]
     assert len(list(module.differences(wrong, before))) == 1
+
+
+@pytest.mark.parametrize(("factor", "ratio", "share"), [(1.0, 1.0, 90.0), (0.5, 0.5, 59.0), (2.0, 2.0, 100.0)])
+def test_coverage_of_normal_errors_is_ninety_percent_and_shows_a_sigma_that_is_too_small_or_wide(factor, ratio, share):
+    found = np.random.default_rng(1).normal(0.0, [0.5, 3.0], (4000, 2))
+    stated = factor * np.broadcast_to([0.5, 3.0], found.shape)
+    for cell in benchmark_module("seviri_boxes").coverage(found, stated):
+        _, of_rms, within, _ = cell.split()
+        assert float(of_rms) == pytest.approx(ratio, rel=0.04)
+        assert float(within) == pytest.approx(share, abs=2.0)
