@@ -11,8 +11,8 @@ tested is what a user gets who names no more than that. Constants of the air and
 boxes, so that the table shows how they fit; other days and places show whether they hold.
 
 A second table sets the standard deviation that the error budget of each scene states beside the differences: its mean
-over the boxes, its ratio to their root mean square, and the share of boxes whose difference lies within ``WITHIN`` times
-it, which is 90 % for normal errors. The budget's rows for sea, air and tops were chosen with these boxes too.
+over the boxes, its ratio to their root mean square, and the share of boxes whose difference lies within ``WITHIN``
+times it, which is 90 % for normal errors. The budget's rows for sea, air and tops were chosen with these boxes too.
 """
 
 from __future__ import annotations
