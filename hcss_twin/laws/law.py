@@ -11,6 +11,8 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.providers import Declaration
 
+__all__ = ["Inapplicable"]
+
 Law = Callable[..., None]
 """A law; its parameters are among ``provider``, ``make`` (maps inputs to a provider), ``inputs``, ``wavenumber_cm1``,
 ``cloud`` and tolerances, which have defaults."""

@@ -93,14 +93,6 @@ def measure(provider: Sensor, inputs: SensorInputs, radiance: Array, frame: int 
     return provider.measure(radiance, frame, time_s)
 
 
-def quarter_means(frame: Any) -> Array:
-    """Return the mean of each quarter of each band, (B, y, x) to (B, 4)."""
-    rows, columns = frame.shape[1] // 2, frame.shape[2] // 2
-    parts = [frame[:, y, x] for y in (slice(rows), slice(rows, None)) for x in (slice(columns), slice(columns, None))]
-    result: Array = np.stack([np.mean(part, axis=(1, 2)) for part in parts], axis=1)
-    return result
-
-
 def same_radiance(one: Measured, other: Measured) -> bool:
     """Whether two measurements have the same radiance, to the bit."""
     return np.array_equal(one.radiance, other.radiance)

@@ -39,7 +39,7 @@ FROZEN = {
     "hcss_author": set(hcss_author.__all__),
 }
 PUBLIC = {name: set(names) for name, names in PAGE.public().items()} | FROZEN
-LEFT = {"hcss-author": 61}
+LEFT = {"hcss-author": 15}
 """Packages that import names that are not public, and how many; the numbers may only fall."""
 
 FROM_OUTSIDE = ("hcss-examples", "hcss-grey-atmosphere", "hcss-lowtran7", "hcss-pyxel")

@@ -1,17 +1,24 @@
-"""Sample inputs of providers of all kinds; those that laws of ``hcss run`` share are in ``hcss_twin.laws.samples``."""
+"""Sample inputs of providers of all kinds; those of the laws that ``hcss run`` asks are of ``hcss_twin``."""
 
 from __future__ import annotations
 
 import dataclasses
 import logging
-import math
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 
-from hcss_twin.laws.samples import StillScene, frozen, sample_layer, sample_profile
+from hcss_twin import providers
+from hcss_twin.laws.samples import (
+    StillScene,
+    sample_high_layer,
+    sample_layer,
+    sample_microphysics,
+    sample_profile,
+    sample_radiance_inputs,
+)
 from hcss_twin.providers import (
     Array,
     AtmosphereInputs,
@@ -32,9 +39,35 @@ from hcss_twin.providers import (
     View,
     planck,
 )
-from hcss_twin.providers.scene import LOGGER
+
+__all__ = [
+    "frozen",
+    "sample_atmosphere_inputs",
+    "sample_cloud_inputs",
+    "sample_element_inputs",
+    "sample_grid",
+    "sample_high_layer",
+    "sample_layer",
+    "sample_microphysics",
+    "sample_motion",
+    "sample_optics_inputs",
+    "sample_profile",
+    "sample_radiance_inputs",
+    "sample_scene",
+    "sample_sea_inputs",
+    "sample_sensor_inputs",
+    "sample_surface_inputs",
+    "sample_wavenumbers",
+]
 
 _USUAL_RANGE_CM1 = (500.0, 4000.0)
+
+
+def frozen(values: Any) -> Array:
+    """Return values as a float64 array that cannot be written to, as providers must not."""
+    array: Array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
 
 
 def sample_grid() -> Grid:
@@ -57,15 +90,10 @@ def sample_cloud_inputs(coverage: float = 0.5, seed: int = 1, **changes: Any) ->
     return dataclasses.replace(inputs, **changes)
 
 
-def still(inputs: CloudInputs) -> CloudInputs:
-    """Return the same inputs without motion and evolution."""
-    return dataclasses.replace(inputs, motion=Motion(0.0, (0.0, 0.0), math.inf, 2.0))
-
-
 def sample_scene() -> SceneInfo:
     """Return noon of an April day at 35 N 150 E, for providers that take the scene."""
     noon = datetime(2024, 4, 20, 2, tzinfo=UTC)
-    return SceneInfo(noon, 35.0, 150.0, lambda time_s: Sun(24.0, 180.0, 1.005), logging.getLogger(LOGGER))
+    return SceneInfo(noon, 35.0, 150.0, lambda time_s: Sun(24.0, 180.0, 1.005), logging.getLogger(providers.__name__))
 
 
 def sample_sea_inputs(wind_speed_m_s: float = 8.0) -> SeaInputs:
