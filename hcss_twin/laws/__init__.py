@@ -1,7 +1,7 @@
 """Laws of providers as plain functions: the conformance kit and the probes of a run share them.
 
 A law returns nothing if the provider keeps it, raises :class:`~hcss_twin.laws.law.LawBroken` with the numbers if not,
-and :class:`~hcss_twin.laws.law.Inapplicable` where it says nothing about a provider. No module here imports pytest.
+and ``unittest.SkipTest`` where it says nothing about a provider. No module here imports pytest.
 """
 
 from __future__ import annotations

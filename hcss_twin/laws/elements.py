@@ -1,4 +1,4 @@
-"""Laws of element providers: a pixel is the same in any window."""
+"""Laws of element providers: a pixel is the same in any window, and a body shines by its temperature."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hcss_twin.laws.law import Inapplicable, Law, require
+from hcss_twin.laws.law import Inapplicable, Law, at_least, at_most, require
 from hcss_twin.laws.samples import PlainScene, frozen
 from hcss_twin.providers import ElementInputs, ElementPixels, ElementProvider
 
@@ -56,7 +56,29 @@ def times_may_come_in_any_order(
     require(forward == backward[::-1], f"pixels differ with the order of the times {', '.join(map(str, times_s))} s")
 
 
-LAWS: tuple[Law, ...] = (a_window_has_the_pixels_of_the_image, times_may_come_in_any_order)
+def a_body_shines_by_its_temperature(
+    provider: ElementProvider, inputs: ElementInputs, times_s: Sequence[float] = TIMES_S
+) -> None:
+    """By night at most like a black body of ``temperature_K`` and with a similar spectrum, to a factor of 2."""
+    image = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
+    for part in PlainScene(inputs).shown(provider, times_s[0], *image):
+        if part.temperature_K is None:
+            continue
+        light = part.intensity if part.radiance is None else part.radiance
+        emissivity = frozen(light) / inputs.black_body(part.temperature_K)
+        what = f"of a body of {part.temperature_K:g} K over that of a black one"
+        least, most = float(np.min(emissivity, initial=np.inf)), float(np.max(emissivity, initial=0.0))
+        at_most(f"light {what} in one band", most, 2.0 * least)
+        if part.radiance is not None:
+            at_least(f"radiance {what}", least, 0.01)
+            at_most(f"radiance {what}", most, 1.0 + 1e-6)
+
+
+LAWS: tuple[Law, ...] = (
+    a_window_has_the_pixels_of_the_image,
+    times_may_come_in_any_order,
+    a_body_shines_by_its_temperature,
+)
 
 
 def pixels_of(parts: list[ElementPixels]) -> Pixel:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from typing import Any
+from unittest import SkipTest
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.providers import Declaration
-
-__all__ = ["Inapplicable"]
 
 Law = Callable[..., None]
 """A law; its parameters are among ``provider``, ``make`` (maps inputs to a provider), ``inputs``, ``wavenumber_cm1``,
@@ -22,8 +21,8 @@ class LawBroken(AssertionError):
     """A provider breaks a law; the message tells the numbers."""
 
 
-class Inapplicable(Exception):
-    """A law does not apply to a provider; the message tells why."""
+class Inapplicable(SkipTest):
+    """A law does not apply to a provider; the message tells why. Test runners skip the law."""
 
 
 def law_name(law: Law) -> str:

@@ -32,6 +32,8 @@ from hcss_twin.providers import (
     View,
 )
 
+__all__ = ["PlainGas", "PlainOptics", "PlainScene", "PlainSea", "StillScene", "sample_radiance_inputs"]
+
 
 class PlainSea:
     """A grey Lambertian sea: BRDF (1 - emissivity) / pi."""

@@ -30,7 +30,7 @@ from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import CertificateWarning, OptionError
 from hcss_twin.core.files import Writing
 from hcss_twin.core.json_numbers import json_value
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 from hcss_twin.core.reading import Reading
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.frame_selection import FrameSelection
@@ -53,7 +53,7 @@ from hcss_twin.models.atmosphere.climatology import Climatology
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable
-from hcss_twin.models.clouds.coverage import Coverage
+from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels, highest_values
 from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.field import FractalField
@@ -216,7 +216,7 @@ def test_work_comes_back_in_order_and_a_cluster_that_does_not_answer_is_an_error
 
 
 def test_compiled_loops_give_what_python_gives():
-    @inner()
+    @kernel(inner=True)
     def square(x):
         return x * x
 
@@ -552,10 +552,10 @@ def test_a_window_of_the_field_is_a_part_of_the_whole(octaves, plan):
 
 def test_the_highest_values_of_a_field_are_cloudy():
     field = np.random.default_rng(3).normal(size=(40, 50)).astype(np.float32)
-    cloudy = Coverage.cloudy_pixels(field, 0.3)
+    cloudy = cloudy_pixels(field, 0.3)
     assert cloudy.mean() == 0.3
-    assert field[cloudy].min() == Coverage.highest_values(field, 0.3)[0] > field[~cloudy].max()
-    assert np.all(np.diff(Coverage.cloud_fraction_value(np.sort(field.ravel()))) >= 0.0)
+    assert field[cloudy].min() == highest_values(field, 0.3)[0] > field[~cloudy].max()
+    assert np.all(np.diff(cloud_fraction_value(np.sort(field.ravel()))) >= 0.0)
 
 
 def test_waves_of_a_developed_sea_have_the_variance_of_their_spectrum():

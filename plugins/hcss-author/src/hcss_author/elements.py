@@ -150,15 +150,6 @@ class ElementContract(ProviderContract):
                 extent = 1.0 + max(np.ptp(coarse.rows), np.ptp(coarse.columns))
                 np.testing.assert_allclose(_centre(small) / 2.0, _centre(coarse), atol=extent)
 
-    def test_a_body_shines_by_its_temperature(self, provider: ElementProvider, inputs: ElementInputs) -> None:
-        """By night at most like a black body of ``temperature_K`` and with a similar spectrum, to a factor of 2."""
-        for part in _whole(provider, inputs, self.times_s[0]):
-            if part.temperature_K is not None:
-                emissivity = _strength(part) / inputs.black_body(part.temperature_K)
-                assert np.max(emissivity, initial=0.0) <= 2.0 * np.min(emissivity, initial=np.inf)
-                if part.radiance is not None:
-                    assert np.all((emissivity >= 0.01) & (emissivity <= 1.0 + 1e-6))
-
     def test_place_and_strength_are_those_of_a_closed_form(
         self, provider: ElementProvider, inputs: ElementInputs
     ) -> None:

@@ -11,22 +11,17 @@ from typing import Any
 import numpy as np
 
 from hcss_twin import providers
-from hcss_twin.laws.samples import (
-    StillScene,
-    sample_high_layer,
-    sample_layer,
-    sample_microphysics,
-    sample_profile,
-    sample_radiance_inputs,
-)
+from hcss_twin.laws.samples import StillScene, sample_radiance_inputs
 from hcss_twin.providers import (
     Array,
     AtmosphereInputs,
     Catalog,
     CloudInputs,
+    CloudLayer,
     Declaration,
     ElementInputs,
     Grid,
+    Microphysics,
     Motion,
     OpticsInputs,
     Profile,
@@ -68,6 +63,53 @@ def frozen(values: Any) -> Array:
     array: Array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
+
+
+def sample_profile(temperature_K: float | None = None) -> Profile:
+    """Return an atmosphere of scale height 8 km up to 80 km with all gases of ``GASES``.
+
+    Water vapour falls off over 2 km from 1 % at the surface, ozone has its most at 34 km, the others are well mixed.
+
+    Parameters
+    ----------
+    temperature_K : float, optional
+        Of an isothermal atmosphere; by default 288 K at the surface, falling by 6.5 K per km to 216.5 K.
+    """
+    profile = sample_radiance_inputs().setting.profile
+    if temperature_K is None:
+        return profile
+    kelvin = frozen(np.full_like(profile.altitude_m, temperature_K))
+    return dataclasses.replace(profile, name=f"isothermal {temperature_K:g} K", temperature_K=kelvin)
+
+
+def sample_microphysics(material: str = "water") -> Microphysics:
+    """Return particles: water droplets or other particles with a mode radius of 4 um, or ice particles of 20 um.
+
+    n(r) = a r^6 exp(-6 r / r_mode): the modified gamma distribution with its mode at r_mode.
+    """
+    water = sample_layer().microphysics
+    if material == "ice":
+        radii, density_m3 = (20.0 / 50.0, 20.0 * 10.0), 1e5
+        return dataclasses.replace(water, material="ice", b=0.3, number_density_m3=density_m3, radius_range_um=radii)
+    density = None if material == "water" else 2500.0
+    return dataclasses.replace(water, material=material, density_kg_m3=density)
+
+
+def sample_layer(coverage: float = 0.5) -> CloudLayer:
+    """Return a low water cloud between 1000 m and 1800 m with a minimum thickness of 50 m."""
+    return dataclasses.replace(sample_radiance_inputs().setting.layers[0], coverage=coverage)
+
+
+def sample_high_layer(coverage: float = 0.5) -> CloudLayer:
+    """Return a high ice cloud between 8000 m and 10 000 m, above that of :func:`sample_layer`."""
+    return dataclasses.replace(
+        sample_layer(coverage),
+        name="sample high",
+        base_m=8000.0,
+        top_m=10_000.0,
+        thickness_min_m=100.0,
+        microphysics=sample_microphysics("ice"),
+    )
 
 
 def sample_grid() -> Grid:
