@@ -35,7 +35,7 @@ class CloudGeneratorContract(ProviderContract):
         Whether fields are drawn at random; False for a generator of given fields.
     """
 
-    kind = Kind.CLOUDS
+    _kind = Kind.CLOUDS
     coverage_tolerance: float = 0.1
     seeds: int = 16
     seed_matters: bool = True

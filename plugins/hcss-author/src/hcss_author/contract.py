@@ -99,13 +99,11 @@ class ProviderContract:
 
     Attributes
     ----------
-    kind : Kind
-        Of the provider.
     expected_failures : mapping of str to str
         Laws that the provider is known to break, with the reason: usually that of the provider's own attribute.
     """
 
-    kind: ClassVar[Kind]
+    _kind: ClassVar[Kind]
     expected_failures: ClassVar[Mapping[str, str]] = {}
 
     def __init_subclass__(cls) -> None:
@@ -127,11 +125,11 @@ class ProviderContract:
 
     def test_declaration_is_sound(self, provider: Any) -> None:
         """Names, ranges and optional attributes are known to the engine."""
-        Registry.check_declared(self.kind, provider)
+        Registry.check_declared(self._kind, provider)
 
-    def guarded(self, provider: Any, inputs: Any = None) -> Any:
+    def _guarded(self, provider: Any, inputs: Any = None) -> Any:
         """Return a provider that checks its results as a run does."""
-        return Registry.guarded(self.kind, provider, inputs)
+        return Registry.guarded(self._kind, provider, inputs)
 
 
 class SpectralContract(ProviderContract):

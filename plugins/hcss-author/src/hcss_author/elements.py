@@ -67,7 +67,7 @@ class ElementContract(ProviderContract):
         Times of the calls; the element appears in the image at the first.
     """
 
-    kind = Kind.ELEMENTS
+    _kind = Kind.ELEMENTS
     times_s: tuple[float, ...] = (0.0, 2.0, 7.5)
 
     def make_provider(self, inputs: ElementInputs) -> ElementProvider:
@@ -90,7 +90,7 @@ class ElementContract(ProviderContract):
 
     def test_shapes_ranges_and_what_was_promised(self, provider: ElementProvider, inputs: ElementInputs) -> None:
         """Distinct pixels of the window, shares up to 1, either radiance or intensity, declared variables."""
-        found, guarded = 0, self.guarded(provider, inputs)
+        found, guarded = 0, self._guarded(provider, inputs)
         for part in (part for time in self.times_s for part in _whole(guarded, inputs, time)):
             found += part.rows.size
             assert part.intensity is None or np.sum(part.share) <= 1.0 + ROUNDING

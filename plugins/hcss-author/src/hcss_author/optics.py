@@ -33,7 +33,7 @@ from hcss_twin.providers import (
 class OpticsContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``."""
 
-    kind = Kind.OPTICS
+    _kind = Kind.OPTICS
 
     def make_provider(self, inputs: OpticsInputs) -> Optics:
         """Return the provider under test."""
@@ -62,11 +62,11 @@ class OpticsContract(SpectralContract):
 
     def test_shapes(self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array) -> None:
         """(V,), (V,) and (K, V) with K of at least 2, all real."""
-        self.guarded(provider).single_scattering(cloud, wavenumber_cm1)
+        self._guarded(provider).single_scattering(cloud, wavenumber_cm1)
 
     def test_ranges(self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array) -> None:
         """Extinction > 0, 0 <= albedo <= 1, moment 0 is 1, the others are above -1 and below 1."""
-        bulk = self.guarded(provider).single_scattering(cloud, wavenumber_cm1)
+        bulk = self._guarded(provider).single_scattering(cloud, wavenumber_cm1)
         assert np.all(bulk.extinction_m1 > 0.0)
 
     def test_result_does_not_depend_on_batching(
@@ -113,7 +113,7 @@ class TransmittanceContract(SpectralContract):
         Allowed relative decrease of scattered sunlight with leg length, for providers that sum over layers.
     """
 
-    kind = Kind.ATMOSPHERE
+    _kind = Kind.ATMOSPHERE
     tolerance: float = 1e-9
     sunlight_tolerance: float = 0.005
 
@@ -139,7 +139,7 @@ class TransmittanceContract(SpectralContract):
 
     def test_shape_type_and_range(self, provider: Any, wavenumber_cm1: Array, paths: list[Path]) -> None:
         """(P, V) of real numbers in [0, 1]."""
-        self.guarded(provider).transmittance(wavenumber_cm1, paths)
+        self._guarded(provider).transmittance(wavenumber_cm1, paths)
 
     def test_another_leg_never_transmits_more(self, provider: Any, wavenumber_cm1: Array) -> None:
         """T(a + b) <= min(T(a), T(b))."""

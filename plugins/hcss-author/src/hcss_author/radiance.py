@@ -146,7 +146,7 @@ class RadianceModelContract(SpectralContract):
         Change of any term over some 1e-8 of the thickness, as a share of the radiance.
     """
 
-    kind = Kind.RADIANCE
+    _kind = Kind.RADIANCE
     spectral_tolerance: float = 1e-10
     batch_tolerance: float = 1e-10
     jump_tolerance: float = 1e-6

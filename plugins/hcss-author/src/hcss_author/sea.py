@@ -29,7 +29,7 @@ class SeaModelContract(SpectralContract):
         anisotropic models.
     """
 
-    kind = Kind.SEA
+    _kind = Kind.SEA
     reciprocity: float = 0.02
     mean_over_bearings: float = 0.01
 
@@ -49,11 +49,11 @@ class SeaModelContract(SpectralContract):
 
     def test_emissivity_shape_type_and_range(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """(M, V) of real numbers in [0, 1]."""
-        self.guarded(provider).emissivity(wavenumber_cm1, _MU_OUT)
+        self._guarded(provider).emissivity(wavenumber_cm1, _MU_OUT)
 
     def test_brdf_shape_type_and_range(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """(M, V) of real numbers, finite and not negative."""
-        self.guarded(provider).brdf(wavenumber_cm1, _MU_OUT, _MU_IN, _AZIMUTH)
+        self._guarded(provider).brdf(wavenumber_cm1, _MU_OUT, _MU_IN, _AZIMUTH)
 
     def test_undeclared_directions_have_no_influence(self, provider: SeaModel, wavenumber_cm1: Array) -> None:
         """Variables not in ``declares.depends_on`` do not change the result."""

@@ -28,7 +28,7 @@ class SensorContract(SensorLaws, ProviderContract):
         Lowest and highest radiance of the measured frames.
     """
 
-    kind = Kind.SENSORS
+    _kind = Kind.SENSORS
     scene_W_m2_sr: tuple[float, float] = SCENE_W_M2_SR
 
     def make_provider(self, inputs: SensorInputs) -> Sensor:
@@ -54,7 +54,7 @@ class SensorContract(SensorLaws, ProviderContract):
 
     def test_shapes_types_and_what_was_promised(self, provider: Sensor, inputs: SensorInputs, scene: Array) -> None:
         """Finite arrays of the frame's shape: radiance and exactly the variables in ``variables``."""
-        _measured(self.guarded(provider, inputs), inputs, scene)
+        _measured(self._guarded(provider, inputs), inputs, scene)
 
     def test_frames_may_come_in_any_order(self, provider: Sensor, inputs: SensorInputs, scene: Array) -> None:
         """A frame depends only on its number, not on earlier measurements, unless the sensor remembers."""

@@ -72,7 +72,7 @@ class SurfaceContract(ProviderContract):
         Lowest emissivity of a boundary at 900 cm-1; lower for bare metals.
     """
 
-    kind = Kind.SURFACES
+    _kind = Kind.SURFACES
     times_s: tuple[float, ...] = (0.0, 2.0, 7.5)
     is_still: bool = True
     known: tuple[KnownSurface, ...] = ()
@@ -96,7 +96,7 @@ class SurfaceContract(ProviderContract):
         """Numbers of declared classes, for every point of the window."""
         found = set()
         for time in self.times_s:
-            found |= set(np.unique(_whole(self.guarded(provider), inputs, time).number).tolist())
+            found |= set(np.unique(_whole(self._guarded(provider), inputs, time).number).tolist())
         assert found, "the map is empty"
 
     def test_temperatures_are_kelvin_within_the_limits_of_their_class(
@@ -107,7 +107,7 @@ class SurfaceContract(ProviderContract):
             ends = class_.temperature_K if isinstance(class_.temperature_K, tuple) else (class_.temperature_K,)
             assert all(end is None or PLAUSIBLE_K[0] <= end <= PLAUSIBLE_K[1] for end in ends), class_.name
         for time in self.times_s:
-            _whole(self.guarded(provider), inputs, time)
+            _whole(self._guarded(provider), inputs, time)
 
     def test_the_ground_is_that_of_the_window(self, inputs: SurfaceInputs) -> None:
         """Places that a call asks for, if any, reach around the window or just to its edges."""
@@ -133,7 +133,7 @@ class SurfaceContract(ProviderContract):
         """Where ``is_still`` is False, two of ``times_s`` differ."""
         if self.is_still:
             pytest.skip("the surface is still")
-        first, *others = (_whole(self.guarded(provider), inputs, time) for time in self.times_s)
+        first, *others = (_whole(self._guarded(provider), inputs, time) for time in self.times_s)
         changes = [
             not np.array_equal(one, same, equal_nan=one.dtype.kind == "f")
             for other in others

@@ -151,7 +151,7 @@ class VariableContract(ProviderContract):
         Allowed difference from ``known``, relative to its largest value.
     """
 
-    kind = Kind.VARIABLES
+    _kind = Kind.VARIABLES
     times_s: tuple[float, ...] = (0.0, 7.5)
     known_tolerance: float = 1e-5
 
@@ -190,7 +190,7 @@ class VariableContract(ProviderContract):
     ) -> None:
         """Each declared variable: its shape, a type that its own can hold, its limits, NaN only if declared."""
         for time in self.times_s:
-            _of(self.guarded(provider, inputs), fields, time)
+            _of(self._guarded(provider, inputs), fields, time)
 
     def test_something_is_there_where_inputs_are(self, provider: VariableProvider, fields: Values) -> None:
         """Values are not missing in every pixel, and not the same in every pixel."""
