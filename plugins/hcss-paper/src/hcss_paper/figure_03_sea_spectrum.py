@@ -13,7 +13,7 @@ from scipy.optimize import minimize_scalar
 from hcss_paper.figure_base import blank
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
-from hcss_paper.sea_surface import significant_wave_height_m, spectrum_m2_s
+from hcss_paper.sea_surface import ALPHA, BETA, GRAVITY_M_S2, significant_wave_height_m, spectrum_m2_s
 from hcss_twin.providers import Array, Catalog, Kind, SeaInputs
 from hcss_twin.providers.registry.registry import Registry
 
@@ -36,10 +36,12 @@ def figure_3(seed: int, spectrum: Spectrum = spectrum_m2_s) -> Reproduction:
     greatest = [float(spectrum(np.array([peak]), wind)[0]) for peak, wind in zip(peaks, WINDS_M_S, strict=True)]
     heights = [4.0 * math.sqrt(_variance_m2(spectrum, wind)) for wind in WINDS_M_S]
     # d/d omega of eq 1 vanishes at omega^4 = 4/5 beta (g / U)^4, and its integral is alpha U^4 / (4 beta g^2).
-    closed_peaks = [(0.8 * 0.74) ** 0.25 * 9.81 / wind for wind in WINDS_M_S]
-    closed_heights = [4.0 * math.sqrt(8.1e-3 / (4.0 * 0.74)) * wind**2 / 9.81 for wind in WINDS_M_S]
+    closed_peaks = [(0.8 * BETA) ** 0.25 * GRAVITY_M_S2 / wind for wind in WINDS_M_S]
+    closed_heights = [4.0 * math.sqrt(ALPHA / (4.0 * BETA)) * wind**2 / GRAVITY_M_S2 for wind in WINDS_M_S]
     of_model = [_height_of_model_m(wind) for wind in WINDS_M_S]
-    rows = []
+    # With the printed beta and g, a wave height of U^2 / g (4 alpha / beta)^(1/2) tells alpha.
+    alpha = 0.25 * BETA * (of_model[0] * GRAVITY_M_S2 / WINDS_M_S[0] ** 2) ** 2
+    rows = [Row("alpha, from the wave height of the sea model", "1", ALPHA, alpha)]
     for wind, peak, height, model in zip(WINDS_M_S, peaks, heights, of_model, strict=True):
         rows += [
             Row(f"{wind:g} m/s, frequency of the peak", "rad s-1", None, peak),
