@@ -15,6 +15,7 @@ from right_kit import Right, builtin, kit
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
+from hcss_twin.laws.samples import PlainScene
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.radiance.as_printed import AsPrinted
 from hcss_twin.physics.paths import to_space
@@ -212,7 +213,7 @@ class InPixels:
         self.declares, self.variables = provider.declares, provider.variables
 
     def pixels(self, time_s, rows, columns, scene):
-        return scene.shown(self._provider, time_s, rows, columns)
+        return PlainScene.shown(scene, self._provider, time_s, rows, columns)  # of a scene that may be a wrong one
 
 
 def _elements():
