@@ -18,10 +18,9 @@ import tempfile
 from pathlib import Path
 
 from baseline_ratios import PARTS
+from hcss_bench.stages import private_cache
 from page import put
 from regression import Ratio, read_ratios, write_ratios
-
-from hcss_twin.core.cache import private_cache
 
 COMMITTED = Path(__file__).with_name("baseline.json")
 

@@ -25,9 +25,9 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
+from hcss_bench.stages import private_cache
 
 from hcss_twin import Scenario
-from hcss_twin.core.cache import private_cache
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import run
 from hcss_twin.models.radiance.physical import slab_operators

@@ -19,12 +19,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hcss_bench.stages import private_cache
 from page import put
 from pareto import RESULTS, processor_seconds
 from pareto_tables import COLOURS, MARKERS, PEERS
 
 from hcss_twin import Scenario
-from hcss_twin.core.cache import private_cache
 from hcss_twin.engine.simulate import run
 from hcss_twin.plan.make_plan import make_plan
 

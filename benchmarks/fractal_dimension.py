@@ -36,7 +36,7 @@ from hcss_evaluate.measures.histogram_metrics import histogram_metrics, to_grey_
 from hcss_evaluate.measures.morphology import morphology
 
 from hcss_twin.core.catalog import Catalog, catalog_root
-from hcss_twin.models.clouds.coverage import Coverage
+from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
@@ -160,7 +160,7 @@ def cloud(seed: int, coverage: float) -> tuple[np.ndarray, np.ndarray]:
     motion = Motion(0.0, (0.0, 0.0), math.inf, 1.0)
     made = FractalClouds(CloudInputs(layer, Grid(800, 800, 20.0), motion, seed, catalog, shape), FractalParameters())
     field = made.field(0.0, slice(0, 800), slice(0, 800))
-    return Coverage.cloud_fraction_value(field), Coverage.cloudy_pixels(field, coverage)
+    return cloud_fraction_value(field), cloudy_pixels(field, coverage)
 
 
 def print_clouds(seeds: int) -> None:

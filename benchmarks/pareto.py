@@ -23,12 +23,12 @@ from typing import Any
 import numpy as np
 from hcss_bench.benchmark import random_columns
 from hcss_bench.reference import MODELS, Reference, changed, reference_of, table_radiance, with_streams
+from hcss_bench.stages import private_cache
 from page import put
 from pareto_peers import fewer_wavenumbers, has_lowtran, pixel_classes
 from pareto_tables import draw, fronts
 
 from hcss_twin import Scenario
-from hcss_twin.core.cache import private_cache
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.simulate import run
 from hcss_twin.plan.make_plan import make_plan

@@ -15,7 +15,7 @@ from right_kit import Right, builtin, kit
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.laws.elements import in_pixels
+from hcss_twin.laws.samples import PlainScene
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.radiance.as_printed import AsPrinted
 from hcss_twin.physics.paths import to_space
@@ -208,13 +208,12 @@ class Flare:
 class InPixels:
     """Points that the provider itself draws in the pixels that they cover."""
 
-    def __init__(self, provider, inputs):
-        self._provider, self._inputs = provider, inputs
+    def __init__(self, provider):
+        self._provider = provider
         self.declares, self.variables = provider.declares, provider.variables
 
     def pixels(self, time_s, rows, columns, scene):
-        given = self._provider.pixels(time_s, rows, columns, scene)
-        return in_pixels(given, self._inputs, rows, columns, scene)
+        return PlainScene.shown(scene, self._provider, time_s, rows, columns)  # of a scene that may be a wrong one
 
 
 def _elements():
@@ -222,7 +221,7 @@ def _elements():
         return lambda inputs: builtin("elements", "point-sources", inputs, tracks=tracks, footprint=footprint)
 
     def sources(tracks, footprint=0.0):
-        return lambda inputs: InPixels(points(tracks, footprint)(inputs), inputs)
+        return lambda inputs: InPixels(points(tracks, footprint)(inputs))
 
     def of_tracks(self, inputs, time_s):
         return mean_of(SOURCES, inputs, time_s, [np.full(2, each["intensity"]) for each in SOURCES])

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from hcss_evaluate.database.cloud_import import ImportOptions, import_image
 
-from hcss_twin.models.clouds.coverage import Coverage
+from hcss_twin.models.clouds.coverage import cloud_fraction_value
 from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
@@ -43,7 +43,7 @@ def make(name: str) -> None:
     changes = {"clouds.type": kind, "seed": seed, "image": image, "output.variables": ["cloud_mask"]}
     generator: Any = make_plan(Scenario.load("stratus", changes)).assembly.generators[0]
     field = generator.field(0.0, slice(0, side), slice(0, side)).astype(np.float64)
-    values = Coverage.cloud_fraction_value(field)
+    values = cloud_fraction_value(field)
     # Clear pixels have one value: a threshold is found for any coverage up to this one, and the file is small.
     values = np.maximum(values, np.quantile(values, 1.0 - coverage, method="higher") - 1e-9)
     with tempfile.TemporaryDirectory() as folder:

@@ -44,8 +44,10 @@ class Topic(NamedTuple):
 
 TOPICS = (
     Topic("Scenes and cubes", False, ("hcss_twin", "hcss_twin.cube.frame_selection", "hcss_twin.engine.simulate",
-         "hcss_twin.engine.certificate.certificate", "hcss_twin.engine.cube_temperature")),
-    Topic("Providers", False, ("hcss_twin.providers", "hcss_twin.providers.registry.registry")),
+         "hcss_twin.engine.certificate.certificate")),
+    Topic("Providers", False, ("hcss_twin.providers", "hcss_twin.providers.registry.registry",
+         "hcss_twin.providers.registry.discovery")),
+    Topic("Laws of providers", False, ("hcss_twin.laws", "hcss_twin.laws.samples")),
     Topic("Commands", False, ("hcss_twin.cli.options",)),
     Topic(
         "Reports",
@@ -61,21 +63,20 @@ TOPICS = (
          "hcss_twin.core.json_numbers", "hcss_twin.core.kernels", "hcss_twin.core.reading",
          "hcss_twin.core.result_cache"),
     ),
-    Topic("Sections of scenarios", False, ("hcss_twin.scenario.section_types", "hcss_twin.scenario.units")),
+    Topic("Sections of scenarios", False, ("hcss_twin.scenario.units",)),
     Topic("Geometry", False, ("hcss_twin.physics.geodesy", "hcss_twin.physics.sun")),
     Topic(
         "Image geometries",
         False,
         ("hcss_twin.plan.rays", "hcss_twin.plan.assembly", "hcss_twin.plan.air_over_field",
-         "hcss_twin.plan.combinations", "hcss_twin.plan.filled_in", "hcss_twin.cube.header",
+         "hcss_twin.plan.combinations",
          "hcss_twin.cube.variables"),
     ),
     Topic("Light between columns", False, ("hcss_twin.providers.light", "hcss_twin.engine.stages.light")),
     Topic(
         "The plan of a scene",
         True,
-        ("hcss_twin.plan.plan", "hcss_twin.plan.few_columns",
-         "hcss_twin.plan.lines_of_sight", "hcss_twin.scenario.bands"),
+        ("hcss_twin.plan.plan", "hcss_twin.plan.few_columns", "hcss_twin.scenario.bands"),
     ),
     Topic(
         "Frames in parts",
@@ -95,8 +96,7 @@ TOPICS = (
         True,
         ("hcss_twin.models.clouds.fractal.parameters", "hcss_twin.models.clouds.fractal.octaves",
          "hcss_twin.models.clouds.fractal.field",
-         "hcss_twin.models.clouds.fractal.generator", "hcss_twin.models.clouds.fractal.expected_variogram",
-         "hcss_twin.models.clouds.coverage"),
+         "hcss_twin.models.clouds.fractal.generator", "hcss_twin.models.clouds.fractal.expected_variogram"),
     ),
     Topic(
         "Images of clouds",
@@ -110,8 +110,7 @@ TOPICS = (
         ("hcss_twin.models.atmosphere.climatology", "hcss_twin.models.atmosphere.profile_file",
          "hcss_twin.models.atmosphere.table_file",
          "hcss_twin.models.atmosphere.path_radiance", "hcss_twin.models.radiance.spectral_grid",
-         "hcss_twin.models.sea.pierson_moskowitz", "hcss_twin.models.radiance.brightness_temperature",
-         "hcss_twin.models.radiance.physical.sunlight_in_air"),
+         "hcss_twin.models.radiance.brightness_temperature"),
     ),
 )  # fmt: skip
 

@@ -11,7 +11,7 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -63,22 +63,6 @@ def cache_root() -> Path | None:
         return platformdirs.user_cache_path("hcss-twin", appauthor=False, opinion=False)
     except RuntimeError:  # a system user without a home folder
         return None
-
-
-@contextlib.contextmanager
-def private_cache(folder: Path) -> Iterator[None]:
-    """Use an empty cache in a folder while the block runs, so that no earlier result is used and none remains."""
-    settings = {"HCSS_CACHE_DIR": str(folder), "HCSS_CACHE_MB": "10000"}
-    before = {name: os.environ.get(name) for name in settings}
-    os.environ.update(settings)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
 
 
 def limit_bytes() -> int:
@@ -237,11 +221,6 @@ class Store:
                 total += file.size
                 if total > limit:
                     _remove(file.path)
-
-    def forget(self, key: str) -> None:
-        """Remove the file of a key, if there is one."""
-        if self.folder is not None:
-            _remove(self.folder / f"{key}{self._suffix}")
 
     def kept(self) -> list[CachedFile]:
         """Return all files, most recently used first; files of other names are somebody's own."""

@@ -14,7 +14,7 @@ from numba.core.caching import FunctionCache
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
 
-__all__ = ["inner", "kernel"]
+__all__ = ["kernel"]
 
 COMPILES = "compiles kernels"
 """Name of a process of :func:`compiling_meanwhile`."""
@@ -62,17 +62,20 @@ def _environment(module: str, constants: list[Any], name: str) -> Any:
     return known
 
 
-def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+def kernel(*, inner: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function at its first call on a machine; it releases the interpreter's lock while it runs.
 
     Parameters
     ----------
+    inner : bool
+        Whether only kernels call the function: the wrapper for the interpreter, which may take as long to compile as
+        the function, is left out, and a call by the interpreter would end the process.
     **options
         More options of :func:`numba.njit`.
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        dispatcher: Any = njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
+        dispatcher: Any = njit(nogil=True, no_cfunc_wrapper=True, no_cpython_wrapper=inner, **options)(function)
         private = hasattr(FunctionCache, "_load_overload") and hasattr(environment, "_rebuild_env")
         with suppress(RuntimeError):  # no folder may be written: each process compiles
             if private:
@@ -82,14 +85,6 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         return dispatcher
 
     return compiled
-
-
-def inner(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """As :func:`kernel`, for functions that only kernels call; a call by the interpreter would end the process.
-
-    The wrapper for the interpreter may take as long to compile as the function.
-    """
-    return kernel(no_cpython_wrapper=True, **options)
 
 
 @contextmanager

@@ -36,6 +36,18 @@ class Origin:
 
 
 @dataclass(frozen=True)
+class PluginObject:
+    """The object of an entry point."""
+
+    origin: Origin
+    entry_point: importlib.metadata.EntryPoint
+
+    def load(self) -> Any:
+        """Import the object."""
+        return self.entry_point.load()
+
+
+@dataclass(frozen=True)
 class BrokenPlugin:
     """A plugin, or part of one, that cannot be used.
 

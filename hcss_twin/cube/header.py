@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.variables import LAYER, VariableSpec
 
-__all__ = ["ImageLayout"]
-
 FORMAT_ATTRIBUTE = "hcss_cube_format"
 FORMAT_VERSION = 1
 SCENARIO_ATTRIBUTE = "hcss_scenario"

@@ -3,31 +3,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
 
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.reading import MAX_VALUES, Reading
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.variables import VARIABLES
 from hcss_twin.cube.writer import variable_attributes
 from hcss_twin.engine.cube_sensor import bands_of
-from hcss_twin.engine.provenance import Recorded
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
-from hcss_twin.scenario.bands import Bands, spectral_band
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["kelvin_of_band"]
 
 RESPONSE_STEP_CM1 = 1.0
 """Wavenumbers at which Planck's function is integrated over a response: changes a temperature by less than 1e-4 K."""
@@ -78,30 +70,3 @@ def brightness_temperature(cube: str | os.PathLike[str] | xr.Dataset, base: Path
         next(variable for variable in VARIABLES if variable.name == "brightness_temperature")
     )
     return result
-
-
-def kelvin_of_band(dataset: xr.Dataset, path: Path, band: str) -> Callable[[Array], Array]:
-    """Return the conversion of band radiance (rows, columns) to brightness temperature (K), NaN where none exists.
-
-    Raises
-    ------
-    CubeError
-        If the cube's scenario is missing or lacks this band.
-    CatalogError
-        If the file of the band's spectral response is missing.
-    """
-    recorded = Recorded.of(dict(dataset.attrs), str(path))
-    catalog = Catalog(base=recorded.base)
-    try:
-        entries = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
-    except (KeyError, ValidationError) as error:
-        raise CubeError(f"{path}: its scenario has no bands that can be read") from error
-    bands = [candidate for candidate in (spectral_band(entry, catalog) for entry in entries) if candidate.name == band]
-    if not bands:
-        raise CubeError(f"{path}: its scenario has no band '{band}'")
-    temperature = BrightnessTemperature(SpectralGrid.dense(bands, None), [band])
-
-    def kelvin(radiance: Array) -> Array:
-        return temperature.where_known(radiance.reshape(1, -1)).reshape(radiance.shape)
-
-    return kelvin

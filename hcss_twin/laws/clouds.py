@@ -105,13 +105,46 @@ def seed_matters(make: Make, inputs: CloudInputs) -> None:
     require(not np.array_equal(fields[1], fields[2]), f"seeds 2 and 3 give the same field; {given}")
 
 
+def undeclared_time_has_no_influence(make: Make, inputs: CloudInputs) -> None:
+    """If nothing moves or evolves, or time is not declared, all frames are equal.
+
+    A generator that declares time and ``evolves`` without any motion has a film of its own.
+    """
+    still = replace(inputs, motion=Motion(0.0, (0.0, 0.0), np.inf, inputs.motion.frame_interval_s))
+    asked = False
+    for candidate in (still, inputs):
+        declares = (provider := make(candidate)).declares
+        declared = declares.depends_on
+        if (candidate is inputs or declares.evolves) and (declared is None or "time" in declared):
+            continue
+        asked, later = True, possible(provider, candidate, (0.0, 4.0, 60.0))[-1]
+        same = np.array_equal(whole(provider, candidate), whole(provider, candidate, later))
+        why = "does not declare time" if candidate is inputs else "nothing moves or evolves"
+        require(same, f"{why}, and the frame at {later:g} s is another one")
+    if not asked:
+        raise Inapplicable("the generator has a film of its own")
+
+
+def field_does_not_depend_on_earlier_calls(make: Make, inputs: CloudInputs) -> None:
+    """The same times in another order, with another instance, give bit-identical results."""
+    forward, backward = make(inputs), make(inputs)
+    times = possible(forward, inputs, (0.0, 4.0, 2.0, 600.0))
+    one = {time_s: whole(forward, inputs, time_s) for time_s in times}
+    other = {time_s: whole(backward, inputs, time_s) for time_s in reversed(times)}
+    for time_s in times:
+        require(np.array_equal(one[time_s], other[time_s]), f"the frame at {time_s:g} s differs with those before it")
+
+
 LAWS: tuple[Law, ...] = (
     thickness_stays_within_the_layer,
     windows_equal_the_whole,
     declared_time_matters,
+    undeclared_time_has_no_influence,
     frozen_field_only_translates,
+    field_does_not_depend_on_earlier_calls,
+    seed_matters,
 )
-"""Laws of any generator; ``seed_matters`` is one of those that draw their fields."""
+"""Laws of any generator."""
 
 
 def within_layer(field: NDArray[np.float32], layer: CloudLayer) -> None:

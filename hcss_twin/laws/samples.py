@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.physics.paths import Path
 from hcss_twin.physics.profile import GASES, Profile, airmass_of_legs
+from hcss_twin.physics.squares import segments
 from hcss_twin.providers import (
     Array,
     AtmosphereDeclaration,
     CloudLayer,
     ColumnSetting,
     ElementInputs,
+    ElementPixels,
+    ElementProvider,
     Microphysics,
     OpticsDeclaration,
     ProviderError,
@@ -26,6 +31,8 @@ from hcss_twin.providers import (
     Sun,
     View,
 )
+
+__all__ = ["PlainGas", "PlainOptics", "PlainScene", "PlainSea", "StillScene", "sample_radiance_inputs"]
 
 
 class PlainSea:
@@ -97,6 +104,41 @@ class PlainScene:
         transmittance = np.full(len(self._inputs.bands), np.exp(-0.3 * np.exp(-altitude_m / 8e3)))
         emission = (1.0 - transmittance) * self._inputs.black_body(260.0)
         return SightPath(transmittance, emission, np.ones_like(transmittance))
+
+    def shown(self, provider: ElementProvider, time_s: float, rows: slice, columns: slice) -> list[ElementPixels]:
+        """Return what a provider gives for a window, with small elements in the pixels that hold them, as in cubes."""
+        grid, found = self._inputs.grid, []
+        area_m2 = grid.pixel_size_m**2 * math.cos(math.radians(self._inputs.view.zenith_deg))
+        for part in provider.pixels(time_s, rows, columns, self):
+            if isinstance(part, ElementPixels):
+                found.append(part)
+                continue
+            covers = 1.0 if part.area_m2 is None else part.area_m2 / area_m2
+            side = part.side_m / grid.pixel_size_m
+            if part.area_m2 is not None and covers > 1.0:
+                side = max(side, math.sqrt(covers))
+            position = self.project(*(np.array([value]) for value in (part.x_m, part.y_m, part.altitude_m)))
+            pieces = [
+                segments(float(at[0]), side, pixels) for at, pixels in zip(position, (rows, columns), strict=True)
+            ]
+            (y, up), (x, along) = (
+                _by_pixel(piece[0], (piece[3] - piece[2]) / side if side else np.ones(piece[0].size))
+                for piece in pieces
+            )
+            if not y.size or not x.size:
+                continue
+            at_y, at_x = (every.ravel() for every in np.meshgrid(y, x, indexing="ij"))
+            truth = {name: np.full(at_y.size, value) for name, value in part.truth.items()}
+            share, strength = covers * np.outer(up, along).ravel(), (part.radiance, part.intensity)
+            found.append(ElementPixels(at_y, at_x, share, part.altitude_m, *strength, part.temperature_K, truth))
+        return found
+
+
+def _by_pixel(pixel: NDArray[np.intp], share: Array) -> tuple[NDArray[np.intp], Array]:
+    """Return distinct pixels along one axis, and the sum of the shares in each."""
+    distinct, which = np.unique(pixel, return_inverse=True)
+    total: Array = np.bincount(which, share, distinct.size).astype(np.float64)
+    return distinct, total
 
 
 class StillScene:

@@ -41,6 +41,16 @@ def no_more_is_reflected_than_is_not_emitted(provider: SeaModel, wavenumber_cm1:
         at_most(f"albedo at mu = {view}", reflected, 1.02 * left + 1e-6)
 
 
+def what_is_not_emitted_is_reflected(provider: Any, wavenumber_cm1: Array) -> None:
+    """Nor does it fall short of 1 - emissivity by more than 0.1, where the engine has to integrate it."""
+    if hasattr(provider, "reflection_weights"):
+        raise Inapplicable("the model provides its own reflection weights")
+    for view in (1.0, 0.8, 0.5):
+        left = 1.0 - provider.emissivity(wavenumber_cm1, np.array([view]))[0]
+        reflected = hemispherical_integral(provider, wavenumber_cm1, view)[0]
+        at_least(f"albedo at mu = {view}", reflected, left - 0.1)
+
+
 def sea_emits_most_upward(provider: SeaModel, wavenumber_cm1: Array) -> None:
     """Emissivity at the zenith is not below that near the horizon, and differs if it depends on the view."""
     zenith, slant, horizon = provider.emissivity(wavenumber_cm1, np.array([1.0, 0.6, 0.25]))
@@ -117,6 +127,7 @@ LAWS: tuple[Law, ...] = (
     albedo_and_emissivity_sum_to_one,
     brdf_is_reciprocal,
     no_more_is_reflected_than_is_not_emitted,
+    what_is_not_emitted_is_reflected,
     sea_emits_most_upward,
     sunlight_is_reflected_to_the_side_of_the_glint,
     grazing_light_is_emitted_and_reflected,

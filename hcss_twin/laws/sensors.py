@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.laws.law import Inapplicable, Law, require
+from hcss_twin.laws.law import Inapplicable, Law, at_least, at_most, require
 from hcss_twin.laws.samples import StillScene, frozen
 from hcss_twin.providers import Measured, Sensor, SensorInputs
 
@@ -73,7 +73,27 @@ def a_window_is_measured_as_the_image(make: Make, inputs: SensorInputs, scene_W_
     require(np.mean(same) >= 0.99, f"{np.mean(~same):.0%} of the pixels differ with the corner {corner}")
 
 
-LAWS: tuple[Law, ...] = (same_seed_same_bits, seed_and_place_matter_to_noise, a_window_is_measured_as_the_image)
+def brighter_is_measured_as_brighter(make: Make, inputs: SensorInputs, scene_W_m2_sr: Ends = SCENE_W_M2_SR) -> None:
+    """In each band the brightest quarter is not measured darker than the darkest, nor ten times brighter than it is.
+
+    Beyond what noise explains, five standard errors; sensors may saturate.
+    """
+    scene = quarters(inputs, scene_W_m2_sr)
+    measured, truth = measure(make(inputs), inputs, scene).radiance, _means(scene)[0]
+    means, errors = _means(measured)
+    for band, values, noise, expected in zip(inputs.bands, means, errors, truth, strict=True):
+        dark, bright = int(np.argmin(expected)), int(np.argmax(expected))
+        allowed = 5.0 * (noise[dark] + noise[bright])
+        at_least(f"brightest quarter in '{band.name}', W m-2 sr-1,", values[bright], values[dark] - allowed)
+        at_most(f"brightest quarter in '{band.name}', W m-2 sr-1,", values[bright], 10.0 * expected[bright] + allowed)
+
+
+LAWS: tuple[Law, ...] = (
+    same_seed_same_bits,
+    seed_and_place_matter_to_noise,
+    a_window_is_measured_as_the_image,
+    brighter_is_measured_as_brighter,
+)
 
 
 def quarters(inputs: SensorInputs, scene_W_m2_sr: Ends) -> Array:
@@ -85,20 +105,21 @@ def quarters(inputs: SensorInputs, scene_W_m2_sr: Ends) -> Array:
     return frozen(low + (high - low) * shares[:, part])
 
 
+def _means(frame: Array) -> tuple[Array, Array]:
+    """Return the mean of each quarter of each band (B, y, x), and its standard error: (B, 4) each."""
+    rows, columns = frame.shape[1] // 2, frame.shape[2] // 2
+    parts = [frame[:, y, x] for y in (slice(rows), slice(rows, None)) for x in (slice(columns), slice(columns, None))]
+    flat = [part.reshape(frame.shape[0], -1) for part in parts]
+    means = np.stack([part.mean(axis=1) for part in flat], axis=1)
+    return means, np.stack([part.std(axis=1) / np.sqrt(part.shape[1]) for part in flat], axis=1)
+
+
 def measure(provider: Sensor, inputs: SensorInputs, radiance: Array, frame: int = 0) -> Measured:
     """Return the measurement of a frame; at other instants the scene is that of :class:`StillScene`."""
     time_s = frame * inputs.frame_interval_s
     if isinstance(inputs.scene_at, StillScene):
         inputs.scene_at.begin(radiance, time_s)
     return provider.measure(radiance, frame, time_s)
-
-
-def quarter_means(frame: Any) -> Array:
-    """Return the mean of each quarter of each band, (B, y, x) to (B, 4)."""
-    rows, columns = frame.shape[1] // 2, frame.shape[2] // 2
-    parts = [frame[:, y, x] for y in (slice(rows), slice(rows, None)) for x in (slice(columns), slice(columns, None))]
-    result: Array = np.stack([np.mean(part, axis=(1, 2)) for part in parts], axis=1)
-    return result
 
 
 def same_radiance(one: Measured, other: Measured) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +10,8 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.laws.law import Law, require
 from hcss_twin.providers import SurfaceInputs, SurfaceMap, SurfaceProvider
+
+Make = Callable[[SurfaceInputs], SurfaceProvider]
 
 TIMES_S = (0.0, 2.0, 7.5)
 """Times of the calls."""
@@ -36,7 +38,17 @@ def a_window_has_the_points_of_the_image(
         require(~differ, f"{np.count_nonzero(differ)} of {differ.size} points differ with the window at {time_s:g} s")
 
 
-LAWS: tuple[Law, ...] = (a_window_has_the_points_of_the_image,)
+def times_may_come_in_any_order(make: Make, inputs: SurfaceInputs, times_s: Sequence[float] = TIMES_S) -> None:
+    """Results depend on time alone, not on earlier calls."""
+    one, other = make(inputs), make(inputs)
+    forward = [values_of(one, whole(one, inputs, time_s)) for time_s in times_s]
+    backward = [values_of(other, whole(other, inputs, time_s)) for time_s in reversed(times_s)]
+    for first, second in zip(forward, reversed(backward), strict=True):
+        differ = np.any(first != second, axis=0)
+        require(~differ, f"{np.count_nonzero(differ)} of {differ.size} points differ with the order of the times")
+
+
+LAWS: tuple[Law, ...] = (a_window_has_the_points_of_the_image, times_may_come_in_any_order)
 
 
 def whole(provider: SurfaceProvider, inputs: SurfaceInputs, time_s: float) -> SurfaceMap:

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.kernels import inner
+from hcss_twin.core.kernels import kernel
 
 
 @cache
@@ -76,7 +76,7 @@ def lagrange(nodes: Array, places: Array) -> Array:
     return np.asarray(terms / np.sum(terms, axis=1, keepdims=True), dtype=np.float64)
 
 
-@inner()
+@kernel(inner=True)
 def weigh_row(found, row, columns, values):  # type: ignore[no-untyped-def]
     """Set R polynomials in the pixels of a row (x, R), from values at nodes (Y, X, R).
 

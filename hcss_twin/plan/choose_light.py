@@ -13,7 +13,9 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import HcssError, Problem, ProviderError, ScenarioError, choose_from
 from hcss_twin.core.own_packages import LIGHT, how_to_install
 from hcss_twin.core.plugins import FAILURES, describe, installed
+from hcss_twin.models.radiance.physical.sunlight_in_air import scattered_once
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
+from hcss_twin.physics.geometry import relative_azimuth_rad
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, goes_on_with, present
 from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
@@ -201,6 +203,13 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
         thickness = generator.thickness_around_m(time_s, rows, columns, summary)
         return thickness, None if shares is None else shares(time_s, rows, columns, thickness, edges_m)
 
+    def air_sun(sun: Sun, altitude_m: float) -> Array:
+        turned = relative_azimuth_rad(plan.view.azimuth_deg, sun.azimuth_deg)
+        of_air = assembly.transmittance, assembly.profile, plan.view.zenith_deg
+        share = scattered_once(*of_air, sun, turned, nodes.wavenumber_cm1)(altitude_m)
+        scattered: Array = share * assembly.solar_irradiance(nodes.wavenumber_cm1) / sun.distance_au**2
+        return scattered
+
     return LightInputs(
         layer=layer,
         shape=plan.scenario.radiance.light_profile,
@@ -219,6 +228,7 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
         solar_irradiance=assembly.solar_irradiance,
         clear=clear,
         sea_sun=lambda sun: clear(sun, sea_sun_terms(assembly.model)),
+        air_sun=air_sun,
         sea=assembly.sea,
         image=(plan.grid.rows * plan.samples_per_pixel, plan.grid.columns * plan.samples_per_pixel),
         clouds=clouds,

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from hcss_twin.providers import ModelError
 
-__all__ = ["FilledIn"]
-
 
 @dataclass(frozen=True)
 class FilledIn:

@@ -17,8 +17,6 @@ from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
-__all__ = ["SunTrack"]
-
 LARGEST_ZENITH_DEG = 88.0
 """Maximum view zenith of a pixel; the image centre has a separate limit."""
 

@@ -23,6 +23,7 @@ from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.clear_sky import EVEN_SKY, EvenSky
+from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
@@ -189,7 +190,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         computed=computed,
         accuracy=analysis.accuracy,
         omissions=analysis.omissions,
-        filled_in=(*assembly.filled_in, *rays.filled_in),
+        filled_in=(*assembly.filled_in, *(FilledIn(*each) for each in rays.filled_in)),
         notes=(
             *_notes(scenario, assembly, computed, waves.varies, analysis.sunlight.matters(zenith)),
             *analysis.notes,

@@ -19,7 +19,8 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError, ProviderDefect
-from hcss_twin.laws import atmosphere, clouds, conduct, elements, particles, radiance, sea, sensors, surfaces
+from hcss_twin.laws import clouds, conduct, questions_of, sensors
+from hcss_twin.laws import laws_of as laws_of_kind
 from hcss_twin.laws.law import Inapplicable, Law, LawBroken, law_name, meaning
 from hcss_twin.laws.samples import BoundedScene, sample_radiance_inputs
 from hcss_twin.physics.planck import planck
@@ -197,13 +198,14 @@ def laws_of(built: Built, sampled: Sampled, spectral: bool = True) -> Iterator[t
     clouds_of: tuple[Any, ...] = (None,)
     if kind is Kind.OPTICS:
         clouds_of = tuple(cloud for cloud in sampled.particles if cloud.material in provider.declares.materials)
-    if kind in LAWS and (spectral or kind in (Kind.CLOUDS, Kind.SURFACES)):
+    if kind is not Kind.VARIABLES and (spectral or kind in (Kind.CLOUDS, Kind.SURFACES)):
+        of_kind = list(laws_of_kind(kind, in_a_run=True).values())
+        of_kind += [cloudy_fraction_is_the_coverage] if kind is Kind.CLOUDS else []
         for cloud in clouds_of:
             given |= {"cloud": cloud, "questions": _questions(kind, given | {"cloud": cloud})}
-            for law in (*LAWS[kind], *conduct.IN_A_RUN):
-                if law.__name__ != "declared_range_is_usable_to_its_ends":  # the scene may not need the ends
-                    names = law.__code__.co_varnames[: law.__code__.co_argcount]
-                    yield law, partial(law, **{name: given[name] for name in names if name in given})
+            for law in of_kind:
+                names = law.__code__.co_varnames[: law.__code__.co_argcount]
+                yield law, partial(law, **{name: given[name] for name in names if name in given})
 
 
 def _smaller(built: Built) -> tuple[Any, Any]:
@@ -221,23 +223,12 @@ def _smaller(built: Built) -> tuple[Any, Any]:
 
 def _questions(kind: Kind, given: Mapping[str, Any]) -> tuple[conduct.Question, ...]:
     """Return calls of a provider with two sets of arguments each."""
-    provider, inputs, nu = given["provider"], given["inputs"], given["wavenumber_cm1"]
-    if kind is Kind.CLOUDS:
-        return conduct.of_clouds(provider, inputs)
-    if kind is Kind.SEA:
-        return conduct.of_sea(provider, nu)
-    if kind is Kind.OPTICS:
-        return conduct.of_optics(given["cloud"], nu)
-    if kind is Kind.ATMOSPHERE:
-        return conduct.of_air(provider, nu)
-    if kind is Kind.RADIANCE:
-        return conduct.of_radiance(provider, inputs.setting, nu)
-    if kind is Kind.ELEMENTS:
-        return conduct.of_elements(inputs)
-    if kind is Kind.SURFACES:
-        return conduct.of_surfaces(inputs)
-    scene = sensors.quarters(inputs, given["scene_W_m2_sr"])
-    return conduct.of_sensors(inputs, scene, scene[:, ::-1])
+    provider, inputs, two = given["provider"], given["inputs"], None
+    if kind is Kind.SENSORS:
+        scene = sensors.quarters(inputs, given["scene_W_m2_sr"])
+        two = scene, scene[:, ::-1]
+    spectral = {"wavenumber_cm1": given["wavenumber_cm1"], "cloud": given["cloud"]}
+    return questions_of(kind, provider, inputs, two=two, **spectral)
 
 
 def cloudy_fraction_is_the_coverage(make: Callable[[Any], Any], inputs: Any) -> None:
@@ -253,19 +244,6 @@ def cloudy_fraction_is_the_coverage(make: Callable[[Any], Any], inputs: Any) -> 
         raise Inapplicable("every window is all clear or all cloud: clouds are larger")
     spread = STANDARD_ERRORS * float(np.std(share, ddof=1)) / np.sqrt(SEEDS)
     clouds.cloudy_fraction_is(coverage, fields, COVERAGE_TOLERANCE + spread)
-
-
-LAWS: Mapping[Kind, tuple[Law, ...]] = {
-    Kind.CLOUDS: (*clouds.LAWS, clouds.seed_matters, cloudy_fraction_is_the_coverage),
-    Kind.ATMOSPHERE: atmosphere.LAWS,
-    Kind.SEA: sea.LAWS,
-    Kind.OPTICS: particles.LAWS,
-    Kind.RADIANCE: radiance.LAWS,
-    Kind.ELEMENTS: elements.LAWS,
-    Kind.SURFACES: surfaces.LAWS,
-    Kind.SENSORS: sensors.LAWS,
-}
-"""Laws by kind, in addition to those of all kinds; variables have none that a scene could ask."""
 
 
 def _digest(value: Any) -> Any:

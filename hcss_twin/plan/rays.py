@@ -27,7 +27,6 @@ from hcss_twin.plan.air_over_field import Climate
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.directions import Directions, Views
-from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 from hcss_twin.providers import Grid, View
 from hcss_twin.scenario.scenario import Scenario
@@ -53,8 +52,10 @@ class Rays(ABC):
         whether the view varies over a grid on the ground, and then ``views_of_pixels`` has to be given, too.
     climate : Climate or None
         Air and sea of places; None for those of the scenario.
-    notes, filled_in : tuple
+    notes : tuple of str
         For the plan.
+    filled_in : tuple of (str, str, str)
+        Keys that the scenario omits, with the values that are used instead, and why.
     integration_s : float
         Time during which a frame sees the scene.
     instants : int
@@ -73,7 +74,7 @@ class Rays(ABC):
     directions: Directions | None
     climate: Climate | None = None
     notes: tuple[str, ...] = ()
-    filled_in: tuple[FilledIn, ...] = ()
+    filled_in: tuple[tuple[str, str, str], ...] = ()
     integration_s: float = 0.0
     instants: int = 1
     may_miss_ground: bool = False
@@ -187,22 +188,30 @@ class Rays(ABC):
         Excluded.require_none("an image that is no grid on the ground", excluded_beside_rays(self, scenario, assembly))
 
     def layout(self, scenario: Scenario) -> ImageLayout | None:
-        """Return the coordinates of the cube, and the extent of what its first and last frame see at sea level."""
-        rows, columns = self.image.rows, self.image.columns
-        axes = tuple(
+        """Return the coordinates of the cube and its extent; None for a grid on the ground, whose plane has them."""
+        return ImageLayout(self.coordinates(), *self.extent_deg(scenario))
+
+    def coordinates(self) -> tuple[tuple[VariableSpec, NDArray[Any]], ...]:
+        """Return the coordinate variables of the cube with their values: rows and columns, and others of your own."""
+        return tuple(
             (
                 VariableSpec(name, "1", f"{name} of the image", "coordinate", "From 0.", (name,), "int32"),
                 np.arange(size, dtype=np.int32),
             )
-            for name, size in (("row", rows), ("column", columns))
+            for name, size in (("row", self.image.rows), ("column", self.image.columns))
         )
+
+    def extent_deg(self, scenario: Scenario) -> tuple[float, float, float, float]:
+        """Return south, north, west and east of what the first and the last frame see at sea level."""
+        rows, columns = self.image.rows, self.image.columns
         frames, place = scenario.frames, scenario.place
         ends_s = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
         seen = [self.points_m((slice(0, rows), slice(0, columns)), time_s, 0.0) for time_s in ends_s]
         x_m, y_m = (np.concatenate([np.ravel(coordinates) for coordinates in axis]) for axis in zip(*seen, strict=True))
         met = ~np.isnan(x_m)
         latitude, longitude = to_geographic(x_m[met], y_m[met], place.latitude, place.longitude)
-        return ImageLayout(axes, *(float(end(angles)) for angles in (latitude, longitude) for end in (np.min, np.max)))
+        south, north, west, east = (float(end(angles)) for angles in (latitude, longitude) for end in (np.min, np.max))
+        return south, north, west, east
 
     def complete(self, frame: dict[str, NDArray[Any]], time_s: float, extent: Window) -> None:
         """Set what pixels without ground show to missing in a part of a frame, and add the coordinates of pixels."""

@@ -50,6 +50,8 @@ class LightInputs:
     clear, sea_sun : callable
         Return the radiance (V,) of the cloud-free column under a sun, W m-2 sr-1 (cm-1)-1, and what of it is direct
         sunlight that the sea reflects.
+    air_sun : callable
+        Returns what of it (V,) is sunlight that the air above an altitude scatters once into the view.
     sea : SeaModel
         The sea below.
     image : (int, int)
@@ -80,6 +82,7 @@ class LightInputs:
     solar_irradiance: SolarIrradiance
     clear: Callable[[Sun | None], Array]
     sea_sun: Callable[[Sun], Array]
+    air_sun: Callable[[Sun, float], Array]
     sea: SeaModel
     image: tuple[int, int]
     clouds: Callable[[slice, slice, Array], tuple[NDArray[np.float32], NDArray[np.float32] | None]]

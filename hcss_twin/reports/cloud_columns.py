@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -87,7 +87,7 @@ _LARGEST_M, _HIGHEST_M = 1e9, 1e6
 
 
 @Reading.argument(CubeError)
-def read_columns(cube: str | Path, frame: int = 0) -> CloudColumns:
+def read_columns(cube: str | Path | xr.Dataset, frame: int = 0) -> CloudColumns:
     """Read base and top of the cloud in every pixel of a frame.
 
     Raises
@@ -96,7 +96,7 @@ def read_columns(cube: str | Path, frame: int = 0) -> CloudColumns:
         If the cube cannot be read, lacks thickness or top altitude, holds more than one of them per pixel, has no such
         frame, or has cloud below the sea.
     """
-    with open_cube(cube) as dataset:
+    with open_cube(cube) if isinstance(cube, str | Path) else nullcontext(cube) as dataset:
         points, layers = _scene(dataset)
         if layers > 1:
             raise CubeError(f"the scene has {layers} cloud layers; this needs a cube with one")

@@ -5,21 +5,22 @@ from __future__ import annotations
 import math
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import Writing
-from hcss_twin.reports.cloud_columns import CloudColumns, altitude_edges, occupancy
+from hcss_twin.reports.cloud_columns import CloudColumns, altitude_edges, occupancy, read_columns
 from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
-__all__ = ["CloudVolume"]
+__all__ = ["cloud_volume_figure"]
 
 NODES_SHOWN = 250
 """Maximum number of columns along the longer side of the 3-D view; larger frames are thinned, not averaged."""
@@ -38,59 +39,59 @@ def draw_volume(columns: CloudColumns, path: Path) -> Path:
     CubeError
         If the frame is clear, is a single row or column, or the picture cannot be written.
     """
-    figure = CloudVolume.figure(columns)
+    figure = drawn(columns)
     with Writing(path, CubeError, "picture") as draft:
         figure.savefig(draft, dpi=110, format=path.suffix.removeprefix(".") or "png")
     return path
 
 
-class CloudVolume:
-    """Drawing of a cloud in three dimensions.
+def cloud_volume_figure(cube: str | Path | xr.Dataset, frame: int = 0) -> Figure:
+    """Draw the cloud of one frame of a cube: a 3-D view, a section and the cloud fraction by altitude.
 
-    Attributes
-    ----------
-    Columns
-        Bases and tops of the cloud in one frame.
+    Raises
+    ------
+    CubeError
+        If the cube has no cloud of one layer with thickness and top altitude on a grid on the ground, or no such frame;
+        if the frame is clear, or is a single row or column.
     """
+    return drawn(read_columns(cube, frame))
 
-    Columns: TypeAlias = CloudColumns
 
-    @staticmethod
-    def figure(columns: CloudColumns) -> Figure:
-        """Draw the cloud of one frame: a 3-D view, a section and the cloud fraction by altitude.
+def drawn(columns: CloudColumns) -> Figure:
+    """Draw the cloud of one frame: a 3-D view, a section and the cloud fraction by altitude.
 
-        Raises
-        ------
-        CubeError
-            If the frame is clear, or is a single row or column.
+    Raises
+    ------
+    CubeError
+        If the frame is clear, or is a single row or column.
+    """
+    # This import registers the 3-D projection with matplotlib.
+    import mpl_toolkits.mplot3d  # noqa: F401
+    from matplotlib.figure import Figure
+
+    class Calm(Figure):
+        """Faces at the cloud edges have fewer corners.
+
+        Matplotlib projects the uninitialised ones, which may overflow, and masks them afterwards.
         """
-        # This import registers the 3-D projection with matplotlib.
-        import mpl_toolkits.mplot3d  # noqa: F401
-        from matplotlib.figure import Figure
 
-        class Calm(Figure):
-            """Faces at the cloud edges have fewer corners.
+        def draw(self, renderer: Any) -> None:
+            with np.errstate(over="ignore", invalid="ignore"):
+                super().draw(renderer)
 
-            Matplotlib projects the uninitialised ones, which may overflow, and masks them afterwards.
-            """
-
-            def draw(self, renderer: Any) -> None:
-                with np.errstate(over="ignore", invalid="ignore"):
-                    super().draw(renderer)
-
-        if columns.is_clear:
-            raise CubeError(f"frame {columns.frame} has no cloud: there is no volume to draw")
-        if min(columns.top_m.shape) < 2:
-            raise CubeError(f"a frame of {columns.top_m.shape} pixels has no surface; at least 2 x 2 is needed")
-        # Positioned manually, because automatic layouts give the 3-D view too much or too little space.
-        figure = Calm(figsize=(12.0, 10.0))
-        _space(figure, figure.add_axes((0.02, 0.29, 0.86, 0.64), projection="3d"), columns)
-        section = figure.add_axes((0.07, 0.065, 0.63, 0.185))
-        _section(section, columns)
-        _profile(figure.add_axes((0.78, 0.065, 0.19, 0.185), sharey=section), columns)
-        moment = str(columns.time.astype("datetime64[s]")).replace("T", " ")
-        figure.suptitle(textwrap.fill(f"{columns.title} — frame {columns.frame}, {moment} UTC", 120), fontsize=11)
-        return figure
+    if columns.is_clear:
+        raise CubeError(f"frame {columns.frame} has no cloud: there is no volume to draw")
+    if min(columns.top_m.shape) < 2:
+        raise CubeError(f"a frame of {columns.top_m.shape} pixels has no surface; at least 2 x 2 is needed")
+    # Positioned manually, because automatic layouts give the 3-D view too much or too little space.
+    figure = Calm(figsize=(12.0, 10.0))
+    _space(figure, figure.add_axes((0.02, 0.29, 0.86, 0.64), projection="3d"), columns)
+    section = figure.add_axes((0.07, 0.065, 0.63, 0.185))
+    _section(section, columns)
+    _profile(figure.add_axes((0.78, 0.065, 0.19, 0.185), sharey=section), columns)
+    moment = str(columns.time.astype("datetime64[s]")).replace("T", " ")
+    figure.suptitle(textwrap.fill(f"{columns.title} — frame {columns.frame}, {moment} UTC", 120), fontsize=11)
+    return figure
 
 
 def _lowest_drawn(columns: CloudColumns) -> float:

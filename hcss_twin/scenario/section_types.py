@@ -16,8 +16,6 @@ from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.physics.viewing import GEOSTATIONARY_M
 from hcss_twin.scenario.units import Angle, InstrumentLength, Length, QuantityParser, Speed, quantity_or_word
 
-__all__ = ["ScenarioSection"]
-
 
 class ScenarioSection(BaseModel):
     """Base of all sections: immutable; rejects unknown keys, NaN and infinity."""

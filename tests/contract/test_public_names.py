@@ -13,14 +13,15 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
+from unittest import SkipTest
 
 import click
 import numpy as np
 import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
-from hcss_author import sample_cloud_inputs
-from pydantic import BeforeValidator, Field, ValidationError
+from hcss_author import sample_cloud_inputs, sample_element_inputs
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from test_plugins_use_the_public_api import FROZEN, PAGE, private_imports
 
 from hcss_twin import Scenario, brightness_temperature, make_plan, open_cube, simulate
@@ -30,17 +31,15 @@ from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import CertificateWarning, OptionError
 from hcss_twin.core.files import Writing
 from hcss_twin.core.json_numbers import json_value
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 from hcss_twin.core.reading import Reading
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.cube.frame_selection import FrameSelection
-from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.cluster import Cluster
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.cube_temperature import kelvin_of_band
 from hcss_twin.engine.parts import Workers
 from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.simulate import run
@@ -49,11 +48,12 @@ from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.laws import laws_of, questions_of
+from hcss_twin.laws.samples import PlainGas, PlainOptics, PlainScene, PlainSea, StillScene, sample_radiance_inputs
 from hcss_twin.models.atmosphere.climatology import Climatology
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
 from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.atmosphere.table_file import AtmosphereTable
-from hcss_twin.models.clouds.coverage import Coverage
 from hcss_twin.models.clouds.database import CloudEntry
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.field import FractalField
@@ -64,9 +64,7 @@ from hcss_twin.models.clouds.imagery.image import SatelliteImage
 from hcss_twin.models.clouds.imagery.parameters import ImageReading
 from hcss_twin.models.clouds.imagery.reader import read_image
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
-from hcss_twin.models.radiance.physical.sunlight_in_air import scattered_once
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
-from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
 from hcss_twin.models.sensor.noise import Noise
 from hcss_twin.models.sensor.parameters import OfBands
 from hcss_twin.physics.geodesy import Ellipsoid
@@ -75,8 +73,6 @@ from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.few_columns import Omission
-from hcss_twin.plan.filled_in import FilledIn
-from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.sensor_stages import Stage
@@ -84,7 +80,10 @@ from hcss_twin.providers import (
     Array,
     AtmosphereInputs,
     CatalogError,
+    ElementPoint,
     Grid,
+    HcssError,
+    Kind,
     Leg,
     ProviderError,
     ScenarioError,
@@ -96,8 +95,9 @@ from hcss_twin.providers import (
 )
 from hcss_twin.providers import Path as LightPath
 from hcss_twin.providers.light import LightInputs
+from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
-from hcss_twin.reports.cloud_volume import CloudVolume
+from hcss_twin.reports.cloud_volume import cloud_volume_figure
 from hcss_twin.reports.cube_frames import Reader
 from hcss_twin.reports.figures import Figures
 from hcss_twin.reports.page import Markup, Page
@@ -105,7 +105,6 @@ from hcss_twin.reports.power_spectrum import Rings
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table
 from hcss_twin.scenario.bands import spectral_band
-from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import QuantityParser
 
 SOURCE = Path(__file__).read_text(encoding="utf-8")
@@ -216,7 +215,7 @@ def test_work_comes_back_in_order_and_a_cluster_that_does_not_answer_is_an_error
 
 
 def test_compiled_loops_give_what_python_gives():
-    @inner()
+    @kernel(inner=True)
     def square(x):
         return x * x
 
@@ -261,21 +260,21 @@ def test_the_power_of_white_noise_is_its_variance_in_all_rings():
     assert np.average(rings.power[known], weights=rings.waves[known]) == pytest.approx(9.0, rel=0.1)
 
 
-def test_a_cloud_is_drawn_from_its_base_to_its_top():
-    x, y = np.arange(6.0), np.arange(5.0)
-    top = np.full((5, 6), np.nan)
-    top[1:4, 2:5] = 1200.0
-    fraction = np.isfinite(top).astype(float)
-    columns = CloudVolume.Columns("ours", np.datetime64("2024-04-20"), 0, x, y, top - 200.0, top, fraction)
-    assert np.nanmax(columns.thickness_m) == 200.0
-    assert len(CloudVolume.figure(columns).axes) >= 3
+def test_a_cloud_is_drawn_from_its_base_to_its_top(scenario):
+    wanted = {"output.variables": ["radiance", "cloud_thickness", "cloud_top_altitude"], "frames.count": 1}
+    cube = simulate(Scenario.from_dict(json.loads(scenario.to_json()), wanted))
+    space, *others = cloud_volume_figure(cube).axes
+    assert space.get_zlim()[1] > float(cube["cloud_top_altitude"].max()) / 1e3
+    assert "altitude (km)" in [panel.get_ylabel() for panel in others]
 
 
 # --- sections of scenarios
 
 
 def test_a_section_takes_quantities_with_units_and_refuses_unknown_keys():
-    class Scope(ScenarioSection):
+    class Scope(BaseModel):
+        model_config = ConfigDict(extra="forbid", frozen=True)
+
         focal_length: Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))] = 0.1
         field: Annotated[float, BeforeValidator(QuantityParser("angle"))] = Field(1.0, gt=0)
         altitude: Annotated[float, BeforeValidator(QuantityParser("length"))] = 1.0
@@ -308,15 +307,12 @@ def test_the_plane_of_the_scene_is_where_the_earth_is():
     np.testing.assert_allclose(higher - position, 1e3 * up, atol=1e-6)
 
 
-def test_the_sun_stands_south_at_noon_and_a_track_follows_it():
+def test_the_sun_stands_south_at_noon():
     noon = datetime(2024, 3, 20, 12, 7, tzinfo=UTC)  # equinox, equation of time 7 min
     zenith, azimuth, distance = sun_position([noon], 50.0, 0.0)
     assert zenith[0] == pytest.approx(50.0, abs=0.3)
     assert azimuth[0] == pytest.approx(180.0, abs=1.0)
     assert distance[0] == pytest.approx(0.996, abs=2e-3)
-    track = SunTrack(noon, 50.0, 0.0)
-    assert track.at(0.0).zenith_deg == zenith[0]
-    assert track.at(6 * 3600.0).azimuth_deg == pytest.approx(270.0, abs=2.0)
 
 
 # --- image geometries
@@ -336,19 +332,22 @@ class Wide(Rays):
         x, _ = self.points_m(window, time_s, 0.0)
         return x / 100.0, np.zeros_like(x)
 
-    def layout(self, scenario):
+    def coordinates(self):
         column = VariableSpec("column", "1", "column", "coordinate", "From 0.", ("column",), "int32")
-        return ImageLayout(((column, np.arange(2, dtype=np.int32)),), 10.0, 10.1, 20.0, 20.1)
+        return ((column, np.arange(2, dtype=np.int32)),)
+
+    def extent_deg(self, scenario):
+        return 10.0, 10.1, 20.0, 20.1
 
 
 def test_rays_place_their_pixels_and_name_what_excludes_them():
     rays = Wide()
-    rays.filled_in = (FilledIn("wide.pixels", "2", "the default"),)
     assert rays.points_m((slice(0, 1), slice(1, 2)), 0.0, 0.0)[0] == [[50.0]]
-    (column, values), *_ = rays.layout(None).coordinates
+    layout = rays.layout(None)
+    (column, values), *_ = layout.coordinates
+    assert (layout.south, layout.east) == (10.0, 20.1)
     assert column.dims == ("column",)
     assert values.size == rays.image.columns
-    assert rays.filled_in[0].field == "wide.pixels"
     table = (Excluded("elements", False, "elements", "none"), Excluded("view.zenith", True, "another view", "0"))
     with pytest.raises(ScenarioError, match=r"view\.zenith: another view cannot be computed with wide; allowed: 0"):
         Excluded.require_none("wide", table)
@@ -439,8 +438,6 @@ def test_a_cube_is_read_plane_by_plane_and_its_certificate_told(scenario, tmp_pa
         assert (radiance.name, radiance.parts) == ("radiance", ("lwir",))
         np.testing.assert_array_equal(reader.plane(radiance, 0, 0), cube["radiance"].values[0, 0])
         assert reader.mean(radiance, 0, 0) == pytest.approx(float(cube["radiance"].mean()), rel=1e-6)
-        kelvin = kelvin_of_band(cube, tmp_path / "cube.nc", "lwir")(cube["radiance"].values[0, 0].astype(np.float64))
-        np.testing.assert_allclose(kelvin, brightness_temperature(cube)[0, 0], atol=0.01)
 
 
 def test_weights_of_a_grid_integrate_over_the_band(plan):
@@ -550,21 +547,6 @@ def test_a_window_of_the_field_is_a_part_of_the_whole(octaves, plan):
     assert np.max(thickness) <= layer.thickness_max_m
 
 
-def test_the_highest_values_of_a_field_are_cloudy():
-    field = np.random.default_rng(3).normal(size=(40, 50)).astype(np.float32)
-    cloudy = Coverage.cloudy_pixels(field, 0.3)
-    assert cloudy.mean() == 0.3
-    assert field[cloudy].min() == Coverage.highest_values(field, 0.3)[0] > field[~cloudy].max()
-    assert np.all(np.diff(Coverage.cloud_fraction_value(np.sort(field.ravel()))) >= 0.0)
-
-
-def test_waves_of_a_developed_sea_have_the_variance_of_their_spectrum():
-    omega = np.linspace(0.2, 40.0, 400_000)
-    variance = float(np.trapezoid(PiersonMoskowitz.spectrum_m2_s(omega, 10.0), omega))
-    assert variance == pytest.approx(PiersonMoskowitz.elevation_variance_m2(10.0), rel=1e-3)
-    assert PiersonMoskowitz.significant_wave_height_m(10.0) == pytest.approx(4.0 * math.sqrt(variance), rel=1e-3)
-
-
 def test_an_entry_of_the_cloud_database_comes_back_from_its_file(tmp_path):
     plain = {"str": "ours", "float": 2.0, "int": 1, "bool": False}
     facts = CloudEntry.Facts(**{each.name: plain[str(each.type)] for each in dataclasses.fields(CloudEntry.Facts)})
@@ -667,12 +649,74 @@ class Grey:
         return (math.exp(-low / 8e3) - math.exp(-high / 8e3)) / math.cos(math.radians(leg.zenith_deg))
 
 
-def test_isothermal_air_emits_what_it_absorbs_and_scatters_nothing_without_a_sun(plan):
+def test_isothermal_air_emits_what_it_absorbs(plan):
     profile = load_profile("tropical", plan.catalog)
     isothermal = replace(profile, temperature_K=np.full_like(profile.temperature_K, 280.0))
     wavenumber = np.array([900.0, 1000.0])
     (seen,) = path_radiance(Grey(), isothermal, wavenumber, [0.0], 0.0)
     through = math.exp(-1.0)
     np.testing.assert_allclose(seen, (1.0 - through) * planck(wavenumber, 280.0), rtol=1e-9)
-    above = scattered_once(Grey(), isothermal, 0.0, None, 0.0, wavenumber)
-    np.testing.assert_array_equal(above(0.0), 0.0)
+
+
+# --- laws of providers
+
+
+class Glossy(PlainSea):
+    """Reflects more than it does not emit."""
+
+    def brdf(self, *given: Array) -> Array:
+        return 2.0 * super().brdf(*given)
+
+
+def test_laws_of_a_kind_accept_a_sound_provider_and_refuse_a_wrong_one_with_its_numbers():
+    laws, wavenumber = laws_of(Kind.SEA), np.array([900.0, 2500.0])
+    assert laws.keys() > laws_of(Kind.SEA, in_a_run=True).keys() > {"brdf_is_reciprocal"}
+    laws["no_more_is_reflected_than_is_not_emitted"](PlainSea(0.9), wavenumber)
+    with pytest.raises(AssertionError, match=r"albedo at mu = 1\.0 is 0\.2"):
+        laws["no_more_is_reflected_than_is_not_emitted"](Glossy(0.9), wavenumber)
+    with pytest.raises(SkipTest, match="does not depend on the azimuth"):
+        laws["sunlight_is_reflected_to_the_side_of_the_glint"](PlainSea(0.9), wavenumber)
+    for member, one, other in questions_of(Kind.SEA, PlainSea(), None, wavenumber_cm1=wavenumber):
+        for given in (one(), other()):
+            assert getattr(PlainSea(), member)(*given).shape == (3, 2)
+
+
+def test_samples_are_what_models_take():
+    setting, wavenumber = sample_radiance_inputs().setting, np.array([900.0])
+    assert isinstance(setting.sea, PlainSea)
+    assert isinstance(setting.transmittance, PlainGas)
+    bulk = PlainOptics(1e-10, 0.5).single_scattering(setting.layers[0].microphysics, wavenumber)
+    np.testing.assert_allclose(bulk.extinction_m1, 1e-10 * setting.layers[0].microphysics.number_density_m3)
+    still = StillScene()
+    still.begin(np.ones((1, 4, 4)), 2.0)
+    with still.brightening(0.1):
+        np.testing.assert_allclose(still(4.0, slice(0, 2), slice(0, 2)), 1.2)
+
+
+class Lamp:
+    """An unresolved source at the centre, 1 km up."""
+
+    def pixels(self, time_s, rows, columns, scene):
+        return (ElementPoint(0.0, 0.0, 1e3, intensity=np.array([2.0])),)
+
+
+def test_a_plain_scene_shows_a_small_element_in_the_pixel_that_holds_it():
+    inputs = sample_element_inputs(1)
+    (part,) = PlainScene(inputs).shown(Lamp(), 0.0, slice(0, inputs.grid.rows), slice(0, inputs.grid.columns))
+    assert (part.rows.tolist(), part.columns.tolist()) == ([inputs.grid.rows // 2], [inputs.grid.columns // 2])
+    assert part.share.tolist() == [1.0]
+    assert PlainScene(inputs).shown(Lamp(), 0.0, slice(0, 2), slice(0, 2)) == []
+
+
+def test_the_registry_holds_a_provider_to_the_checks_of_a_run():
+    entry = Registry.discover().resolve("sea", "hcss-twin/cox-munk")
+    assert isinstance(entry, Entry)
+    sea = PlainSea(1.5)
+    Registry.check_declared(entry.kind, sea)
+    with pytest.raises(HcssError, match=r"emissivity\(\) broke its contract"):
+        Registry.guarded(entry.kind, sea, None).emissivity(np.array([900.0]), np.array([1.0]))
+    vars(sea)["anisotropic"] = "yes"
+    with pytest.raises(ValueError, match="anisotropic"):
+        Registry.check_declared(entry.kind, sea)
+    commands = Registry.extensions("hcss_twin.commands")
+    assert commands["check"].origin.distribution == "hcss-author"

@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 from scipy.special import ndtri
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.clouds.coverage import Coverage
+from hcss_twin.models.clouds.coverage import cloudy_pixels, highest_values
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.models.clouds.fractal.rows import cubic_weights, split
@@ -43,12 +43,12 @@ def cloud_layers(draw):
 @MANY
 @given(FIELDS, SHARE)
 def test_exactly_the_coverage_of_any_field_is_cloud_and_it_is_the_highest(field, coverage):
-    mask = Coverage.cloudy_pixels(field, coverage)
+    mask = cloudy_pixels(field, coverage)
     assert np.count_nonzero(mask) == round(coverage * field.size)
     if mask.any() and not mask.all():
         assert field[mask].min() >= field[~mask].max()
-    double, _ = Coverage.highest_values(field.astype(np.float64), coverage)
-    single, _ = Coverage.highest_values(field, coverage)
+    double, _ = highest_values(field.astype(np.float64), coverage)
+    single, _ = highest_values(field, coverage)
     assert single == double
 
 
@@ -65,9 +65,9 @@ def test_the_threshold_of_a_large_field_is_that_of_sorting_it(kind, coverage):
         field[:2] = 1e30 * field[:2]
     elif kind == "stripes":
         field[:, ::19] = np.float32(-9.0)
-    lowest, _ = Coverage.highest_values(field, coverage)
+    lowest, _ = highest_values(field, coverage)
     assert lowest == np.sort(field, axis=None)[field.size - round(coverage * field.size)]
-    assert np.count_nonzero(Coverage.cloudy_pixels(field, coverage)) == round(coverage * field.size)
+    assert np.count_nonzero(cloudy_pixels(field, coverage)) == round(coverage * field.size)
 
 
 @MANY

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy import stats
 
-from hcss_twin.models.clouds.coverage import Coverage
+from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
 from hcss_twin.models.clouds.thickness import frame_thickness
 
 COVERAGES = st.one_of(st.sampled_from([0.0, 1.0, 0.5, 1e-9, 1.0 - 1e-9]), st.floats(0.0, 1.0))
@@ -31,24 +31,24 @@ def test_the_mask_is_that_of_a_stable_descending_sort(field, coverage):
     order = np.argsort(-field.ravel(), kind="stable")[: round(coverage * field.size)]
     expected = np.zeros(field.size, dtype=bool)
     expected[order] = True
-    np.testing.assert_array_equal(Coverage.cloudy_pixels(field, coverage).ravel(), expected)
+    np.testing.assert_array_equal(cloudy_pixels(field, coverage).ravel(), expected)
 
 
 def test_values_where_p_saturates_are_still_told_apart():
     field = np.array([[9.0, 12.0, 10.0, 11.0]])
-    assert np.all(Coverage.cloud_fraction_value(field) == 1.0)
-    assert Coverage.cloudy_pixels(field, 0.5).tolist() == [[False, True, False, True]]
+    assert np.all(cloud_fraction_value(field) == 1.0)
+    assert cloudy_pixels(field, 0.5).tolist() == [[False, True, False, True]]
 
 
 @pytest.mark.parametrize(("coverage", "nearest"), [(-0.01, "0.0"), (1.01, "1.0"), (float("nan"), "")])
 def test_a_coverage_outside_its_range_is_refused_with_the_closest_choice(coverage, nearest):
     with pytest.raises(ValueError, match=f"coverage.*allowed 0 to 1; closest is {nearest}"):
-        Coverage.cloudy_pixels(np.zeros((2, 2)), coverage)
+        cloudy_pixels(np.zeros((2, 2)), coverage)
 
 
 def test_p_is_the_normal_distribution_function():
     v = np.linspace(-8, 8, 161)
-    np.testing.assert_allclose(Coverage.cloud_fraction_value(v), stats.norm.cdf(v), atol=2e-16)
+    np.testing.assert_allclose(cloud_fraction_value(v), stats.norm.cdf(v), atol=2e-16)
 
 
 def layer(coverage, low, high):

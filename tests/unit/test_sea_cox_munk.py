@@ -9,8 +9,8 @@ from pydantic import ValidationError
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.models.parameters import CoxMunkParameters
+from hcss_twin.models.sea import pierson_moskowitz
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
-from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.providers import SeaInputs
 
@@ -81,7 +81,7 @@ def test_wind_beyond_the_measurements_is_noted_and_within_them_is_not(tmp_path: 
 
 
 def test_wave_height_is_that_of_the_height_spectrum(tmp_path: Path) -> None:
-    assert build(tmp_path, 10.0).significant_wave_height_m == PiersonMoskowitz.significant_wave_height_m(10.0)
+    assert build(tmp_path, 10.0).significant_wave_height_m == pierson_moskowitz.significant_wave_height_m(10.0)
     assert build(tmp_path, 0.0).significant_wave_height_m == 0.0
 
 

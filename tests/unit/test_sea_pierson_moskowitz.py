@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz as pm
+from hcss_twin.models.sea import pierson_moskowitz as pm
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 
 

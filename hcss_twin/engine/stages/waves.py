@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.cached_method import cached_method
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 from hcss_twin.engine.scene_points import at_rays, nearest
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.point_axis import PointAxis
@@ -119,7 +119,7 @@ def _cubic(weights, first, position, last):  # type: ignore[no-untyped-def]
         weights[3, x] = t * a * b * six
 
 
-@inner()
+@kernel(inner=True)
 def _between(table, up, cross, j, k, n):  # type: ignore[no-untyped-def]
     """Return a table (N, M) at point j, between four nodes along either slope."""
     found = np.float32(0)

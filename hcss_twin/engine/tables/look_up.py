@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 from hcss_twin.engine.tables.radiance_tables import DenseTable, RadianceTables, TableReader
 
 __all__ = ["LookUp"]
@@ -193,7 +193,7 @@ def _points(radiance, row, column, table, layer):  # type: ignore[no-untyped-def
     return True
 
 
-@inner()
+@kernel(inner=True)
 def _place(interval, share, i, points, layer):  # type: ignore[no-untyped-def]
     """Set interval and position, 0 to 1, of points of row i; 0 and 0 without cloud. False if one is outside."""
     thickness, bits, nodes, guide, shift, first = layer
@@ -333,7 +333,7 @@ def _several(radiance, row, column, samples, clear, bands, weights, tables, laye
     return True
 
 
-@inner()
+@kernel(inner=True)
 def _none_negative(values, bands):  # type: ignore[no-untyped-def]
     """Set what vanishes and became negative between nodes to 0; the largest term takes it, so that their sum stays."""
     for c in range(values.size):
@@ -347,7 +347,7 @@ def _none_negative(values, bands):  # type: ignore[no-untyped-def]
             values[c] = 0.0
 
 
-@inner()
+@kernel(inner=True)
 def _write(radiance, row, column, sums, count, share):  # type: ignore[no-untyped-def]
     """Write means of neighbouring pixels plane by plane, several times as fast as pixel by pixel."""
     for c in range(sums.shape[1]):

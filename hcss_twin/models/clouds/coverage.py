@@ -20,9 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.kernels import inner, kernel
-
-__all__ = ["Coverage"]
+from hcss_twin.core.kernels import kernel
 
 _f4, _i4 = np.float32, np.int32
 
@@ -79,70 +77,66 @@ def exceedance(field: NDArray[np.float32], share: NDArray[np.float32]) -> None:
         share[i] = above if field[i] > _f4(0.0) else _f4(1.0) - above
 
 
-class Coverage:
-    """Which pixels of a whole frame of the fractal field are cloudy, for a cloud fraction (eq 5 of the HCSS paper)."""
+def cloud_fraction_value(field: Array) -> Array:
+    """Map a standard normal field V to p = (1 + erf(V / sqrt 2)) / 2, uniform on [0, 1] (eq 5); any shape.
 
-    @staticmethod
-    def cloud_fraction_value(field: Array) -> Array:
-        """Map a standard normal field V to p = (1 + erf(V / sqrt 2)) / 2, uniform on [0, 1] (eq 5); any shape.
+    p is exactly 1 above V = 8.3; order pixels by the field, not by p.
+    """
+    from scipy.special import erf  # takes 0.1 s to import
 
-        p is exactly 1 above V = 8.3; order pixels by the field, not by p.
-        """
-        from scipy.special import erf  # takes 0.1 s to import
+    p: Array = 0.5 * (1.0 + erf(field * np.sqrt(0.5)))
+    return p
 
-        p: Array = 0.5 * (1.0 + erf(field * np.sqrt(0.5)))
-        return p
 
-    @staticmethod
-    def cloudy_pixels(field: NDArray[np.floating[Any]], coverage: float) -> NDArray[np.bool_]:
-        """Return the mask of the pixels with the highest field values, exactly as many as the coverage requires (eq 5).
+def cloudy_pixels(field: NDArray[np.floating[Any]], coverage: float) -> NDArray[np.bool_]:
+    """Return the mask of the pixels with the highest field values, exactly as many as the coverage requires (eq 5).
 
-        Sorting the field is equivalent to sorting p, because eq 5 is monotonic, and the field does not saturate.
+    Sorting the field is equivalent to sorting p, because eq 5 is monotonic, and the field does not saturate.
 
-        Parameters
-        ----------
-        field : ndarray of floating point (rows, columns)
-            The field V.
-        coverage : float
-            Fraction of cloudy pixels, 0 to 1.
+    Parameters
+    ----------
+    field : ndarray of floating point (rows, columns)
+        The field V.
+    coverage : float
+        Fraction of cloudy pixels, 0 to 1.
 
-        Returns
-        -------
-        ndarray of bool (rows, columns)
-            True in ``round(coverage * field.size)`` pixels (halves round to even). Pixels with equal values are ordered
-            by flat index.
+    Returns
+    -------
+    ndarray of bool (rows, columns)
+        True in ``round(coverage * field.size)`` pixels (halves round to even). Pixels with equal values are ordered
+        by flat index.
 
-        Raises
-        ------
-        ValueError
-            If the coverage is outside [0, 1].
-        """
-        lowest, surplus = Coverage.highest_values(field, coverage)
-        if lowest is None:
-            return np.zeros(field.shape, dtype=np.bool_)
-        mask: NDArray[np.bool_] = np.greater_equal(field, lowest)
-        mask.ravel()[surplus] = False
-        return mask
+    Raises
+    ------
+    ValueError
+        If the coverage is outside [0, 1].
+    """
+    lowest, surplus = highest_values(field, coverage)
+    if lowest is None:
+        return np.zeros(field.shape, dtype=np.bool_)
+    mask: NDArray[np.bool_] = np.greater_equal(field, lowest)
+    mask.ravel()[surplus] = False
+    return mask
 
-    @staticmethod
-    def highest_values(
-        field: NDArray[np.floating[Any]], coverage: float
-    ) -> tuple[np.floating[Any] | None, NDArray[np.intp]]:
-        """Return the lowest cloudy value (None without cloud) and the flat indices of surplus pixels with this value.
 
-        Parameters and errors are as for :meth:`cloudy_pixels`.
-        """
-        if not 0.0 <= coverage <= 1.0:
-            raise ValueError(f"coverage: {coverage} given, allowed 0 to 1; closest is {1.0 if coverage > 1.0 else 0.0}")
-        count, flat, nothing = round(coverage * field.size), field.ravel(), np.empty(0, dtype=np.intp)
-        if count == 0:
-            return None, nothing
-        if count == field.size:
-            return flat.min(), nothing
-        rank = flat.size - count
-        lowest = _value_at(flat, rank)
-        surplus = int(np.count_nonzero(flat >= lowest)) - count
-        return lowest, np.flatnonzero(flat == lowest)[-surplus:] if surplus else nothing
+def highest_values(
+    field: NDArray[np.floating[Any]], coverage: float
+) -> tuple[np.floating[Any] | None, NDArray[np.intp]]:
+    """Return the lowest cloudy value (None without cloud) and the flat indices of surplus pixels with this value.
+
+    Parameters and errors are as for :func:`cloudy_pixels`.
+    """
+    if not 0.0 <= coverage <= 1.0:
+        raise ValueError(f"coverage: {coverage} given, allowed 0 to 1; closest is {1.0 if coverage > 1.0 else 0.0}")
+    count, flat, nothing = round(coverage * field.size), field.ravel(), np.empty(0, dtype=np.intp)
+    if count == 0:
+        return None, nothing
+    if count == field.size:
+        return flat.min(), nothing
+    rank = flat.size - count
+    lowest = _value_at(flat, rank)
+    surplus = int(np.count_nonzero(flat >= lowest)) - count
+    return lowest, np.flatnonzero(flat == lowest)[-surplus:] if surplus else nothing
 
 
 _SAMPLE = 4096
@@ -266,7 +260,7 @@ def _index_of(strips: Iterable[Field], value: np.float32, number: int) -> int:
     raise AssertionError("the field changed between two passes")
 
 
-@inner(inline="always")
+@kernel(inner=True, inline="always")
 def _order(word: Any) -> Any:
     """Map the bits of a single-precision number to an ordered 32-bit integer; both zeros map to the same one."""
     if word == -2147483648:

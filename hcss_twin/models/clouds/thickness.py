@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.kernels import kernel
-from hcss_twin.models.clouds.coverage import Coverage, Field, FrameSummary, exceedance
+from hcss_twin.models.clouds.coverage import Field, FrameSummary, exceedance, highest_values
 from hcss_twin.providers import CloudLayer
 
 _f4 = np.float32
@@ -40,7 +40,7 @@ def frame_thickness(field: Field, layer: CloudLayer, exponent: float = 1.0) -> F
         Metres; 0 is clear sky. If all cloudy pixels have the same value (a single pixel, for example), eq 7 is 0/0;
         they get the maximum thickness.
     """
-    lowest, surplus = Coverage.highest_values(field, layer.coverage)
+    lowest, surplus = highest_values(field, layer.coverage)
     if lowest is None:
         return np.zeros(field.shape, dtype=np.float32)
     highest = float(field.max())

@@ -10,8 +10,8 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import CoxMunkParameters
 from hcss_twin.models.refractive_index import load_refractive_index
+from hcss_twin.models.sea import pierson_moskowitz
 from hcss_twin.models.sea.facets import facet_weights, incidence_nodes
-from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
 from hcss_twin.models.sea.slope_statistics import (
     MEASURED_WIND_M_S,
     mean_square_slope,
@@ -126,7 +126,7 @@ class CoxMunkSea:
     @property
     def significant_wave_height_m(self) -> float:
         """Significant wave height of the Pierson-Moskowitz spectrum at this wind."""
-        return PiersonMoskowitz.significant_wave_height_m(self._wind_speed_m_s)
+        return pierson_moskowitz.significant_wave_height_m(self._wind_speed_m_s)
 
     def wave_slope_rms(self, pixel_size_m: float) -> tuple[float, float]:
         """Return the slope standard deviations (upwind, crosswind) of the waves resolved at a pixel size."""

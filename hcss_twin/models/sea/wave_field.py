@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
+from hcss_twin.models.sea import pierson_moskowitz
 from hcss_twin.models.sea.plane_waves import PlaneWaveSums
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
 from hcss_twin.providers import Grid, Motion
@@ -88,7 +88,7 @@ class WaveField:
         # follows the law for every seed, not only on average.
         share = (random.permutation(components) + random.random(components)) / max(components, 1)
         bearing = np.radians(wind_from_deg + 180.0) + _scatter(share)
-        wavenumber = self.frequency_rad_s**2 / PiersonMoskowitz.GRAVITY_M_S2
+        wavenumber = self.frequency_rad_s**2 / pierson_moskowitz.GRAVITY_M_S2
         self.k_x_rad_m = wavenumber * np.cos(bearing - np.radians(x_bearing_deg))
         self.k_y_rad_m = wavenumber * np.cos(bearing - np.radians(y_bearing_deg))
         self._slope = math.sqrt(2.0 * self.resolved_mean_square_slope / max(components, 1))
@@ -145,7 +145,7 @@ def cutoff_frequency_rad_s(pixel_size_m: float) -> float:
     """
     if not (math.isfinite(pixel_size_m) and pixel_size_m > 0.0):
         raise ValueError(f"pixel_size_m {pixel_size_m}: allowed finite, above 0")
-    return math.sqrt(math.pi * PiersonMoskowitz.GRAVITY_M_S2 / pixel_size_m)
+    return math.sqrt(math.pi * pierson_moskowitz.GRAVITY_M_S2 / pixel_size_m)
 
 
 EAST_DEG, NORTH_DEG = 90.0, 0.0

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
+from hcss_twin.models.sea import pierson_moskowitz
 
 GAMMA = 3.3
 _WIDTH_BELOW, _WIDTH_ABOVE = 0.07, 0.09
@@ -32,7 +32,7 @@ def peak_frequency_rad_s(wind_speed_m_s: float, fetch_m: float) -> float:
     wind, fetch = _checked(wind_speed_m_s, fetch_m)
     if wind == 0.0:
         raise ValueError("wind_speed_m_s 0: a calm sea has no peak; allowed above 0")
-    return 22.0 * float((PiersonMoskowitz.GRAVITY_M_S2**2 / (wind * fetch)) ** (1.0 / 3.0))
+    return 22.0 * float((pierson_moskowitz.GRAVITY_M_S2**2 / (wind * fetch)) ** (1.0 / 3.0))
 
 
 def spectrum_m2_s(omega_rad_s: NDArray[np.float64], wind_speed_m_s: float, fetch_m: float) -> NDArray[np.float64]:
@@ -70,8 +70,8 @@ def spectrum_m2_s(omega_rad_s: NDArray[np.float64], wind_speed_m_s: float, fetch
     above = omega[live]
     width = np.where(above <= peak, _WIDTH_BELOW, _WIDTH_ABOVE)
     raised = GAMMA ** np.exp(-0.5 * ((above / peak - 1.0) / width) ** 2)
-    alpha = 0.076 * (wind**2 / (PiersonMoskowitz.GRAVITY_M_S2 * fetch)) ** 0.22
-    result[live] = alpha * PiersonMoskowitz.GRAVITY_M_S2**2 / above**5 * np.exp(-1.25 * (peak / above) ** 4) * raised
+    alpha = 0.076 * (wind**2 / (pierson_moskowitz.GRAVITY_M_S2 * fetch)) ** 0.22
+    result[live] = alpha * pierson_moskowitz.GRAVITY_M_S2**2 / above**5 * np.exp(-1.25 * (peak / above) ** 4) * raised
     return result
 
 
@@ -109,14 +109,14 @@ class WaveSpectrum:
         """Return the spectrum of elevation, m^2 per rad/s, at angular frequencies of any shape."""
         if self.name == "jonswap":
             return spectrum_m2_s(omega_rad_s, self.wind_speed_m_s, self.fetch_m)
-        return PiersonMoskowitz.spectrum_m2_s(omega_rad_s, self.wind_speed_m_s)
+        return pierson_moskowitz.spectrum_m2_s(omega_rad_s, self.wind_speed_m_s)
 
     @property
     def peak_frequency_rad_s(self) -> float:
         """Frequency of the maximum; the wind speed must be above 0."""
         if self.name == "jonswap":
             return peak_frequency_rad_s(self.wind_speed_m_s, self.fetch_m)
-        return PiersonMoskowitz.peak_frequency_rad_s(self.wind_speed_m_s)
+        return pierson_moskowitz.peak_frequency_rad_s(self.wind_speed_m_s)
 
     @property
     def significant_wave_height_m(self) -> float:
@@ -124,7 +124,7 @@ class WaveSpectrum:
         if self.wind_speed_m_s == 0.0:
             return 0.0
         if self.name == "pierson-moskowitz":
-            return PiersonMoskowitz.significant_wave_height_m(self.wind_speed_m_s)
+            return pierson_moskowitz.significant_wave_height_m(self.wind_speed_m_s)
         omega, step = self._frequencies(50.0 * self.peak_frequency_rad_s)
         return 4.0 * math.sqrt(float(self.density_m2_s(omega) @ step))
 
@@ -133,7 +133,7 @@ class WaveSpectrum:
         if self.wind_speed_m_s == 0.0:
             return 0.0
         omega, step = self._frequencies(cutoff_rad_s)
-        return float((omega**4 * self.density_m2_s(omega)) @ step) / PiersonMoskowitz.GRAVITY_M_S2**2
+        return float((omega**4 * self.density_m2_s(omega)) @ step) / pierson_moskowitz.GRAVITY_M_S2**2
 
     def slope_frequencies_rad_s(self, count: int, cutoff_rad_s: float) -> NDArray[np.float64]:
         """Return ascending frequencies (count,), medians of equal shares of the resolved mean-square slope."""

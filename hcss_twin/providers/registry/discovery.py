@@ -17,6 +17,8 @@ from hcss_twin.version import __version__
 if TYPE_CHECKING:
     from hcss_twin.core.result_cache import ResultCache  # imports numpy
 
+__all__ = ["Entry"]
+
 
 @dataclass(frozen=True)
 class Entry:

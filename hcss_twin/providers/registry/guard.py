@@ -22,18 +22,19 @@ def was_called(guarded: Any, name: str) -> bool:
     return name in guarded._called
 
 
-def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
-    """Wrap a provider made by ``Registry.create`` from ``entry`` and ``inputs`` in the wrapper of its kind."""
-    # notes of this package's providers already begin with their names
-    speaker = "" if entry.distribution == OWN_DISTRIBUTION else f"{entry.kind.human} {entry.name}"
-    if entry.kind is Kind.CLOUDS:
-        return GuardedClouds(provider, entry.label, speaker, inputs.layer, inputs.grid)
-    if entry.kind is Kind.SENSORS:
-        return GuardedSensor(provider, entry.label, speaker, inputs)
-    if entry.kind is Kind.ELEMENTS:
-        return GuardedElements(provider, entry.label, speaker, inputs)
-    if entry.kind is Kind.VARIABLES:
-        return GuardedVariables(provider, entry.label, speaker, inputs)
+def guarded(kind: Kind, provider: Any, inputs: Any, label: str, speaker: str = "") -> Any:
+    """Wrap a provider made from ``inputs`` in the wrapper of its kind.
+
+    Errors begin with ``label``, and notes of the declaration with ``speaker``, unless that is empty.
+    """
+    if kind is Kind.CLOUDS:
+        return GuardedClouds(provider, label, speaker, inputs.layer, inputs.grid)
+    if kind is Kind.SENSORS:
+        return GuardedSensor(provider, label, speaker, inputs)
+    if kind is Kind.ELEMENTS:
+        return GuardedElements(provider, label, speaker, inputs)
+    if kind is Kind.VARIABLES:
+        return GuardedVariables(provider, label, speaker, inputs)
     others = {
         Kind.SEA: GuardedSea,
         Kind.OPTICS: GuardedOptics,
@@ -41,4 +42,11 @@ def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
         Kind.RADIANCE: GuardedRadiance,
         Kind.SURFACES: GuardedSurfaces,
     }
-    return others[entry.kind](provider, entry.label, speaker)
+    return others[kind](provider, label, speaker)
+
+
+def guard(entry: Entry, provider: Any, inputs: Any) -> Any:
+    """Wrap a provider made by ``Registry.create`` from ``entry`` and ``inputs``; its messages name it."""
+    # notes of this package's providers already begin with their names
+    speaker = "" if entry.distribution == OWN_DISTRIBUTION else f"{entry.kind.human} {entry.name}"
+    return guarded(entry.kind, provider, inputs, entry.label, speaker)

@@ -315,6 +315,78 @@ class Registry:
             raise ProviderError(f"{entry.label} cannot be constructed: {describe(error, entry.spec.target)}") from error
         return _checked(entry, provider)
 
+    @staticmethod
+    def check_declared(kind: Kind, provider: Any) -> None:
+        """Check what a provider declares, as :meth:`create` does: names, ranges, types and variables.
+
+        Raises
+        ------
+        ValueError
+            If a value is not allowed; names it, and what is.
+        """
+        from hcss_twin.providers import common, declaration_checks, variables
+
+        declaration_checks.check_declaration(provider.declares)
+        common.check_options(provider)
+        match kind:
+            case Kind.SENSORS:
+                common.check_measured(provider.variables)
+            case Kind.ELEMENTS:
+                common.check_element_variables(provider.variables)
+            case Kind.SURFACES:
+                common.check_surface_classes(provider.classes)
+            case Kind.VARIABLES:
+                variables.check_output_variables(provider.variables, provider.needs)
+
+    @staticmethod
+    def guarded(kind: Kind, provider: Any, inputs: Any, label: str = "the provider") -> Any:
+        """Return a provider whose results are checked as in a run: shapes, types, finite values, ranges.
+
+        Its methods raise :class:`ProviderDefect` with ``label`` where a result breaks the contract.
+
+        Parameters
+        ----------
+        inputs
+            Of which the provider was made.
+        """
+        from hcss_twin.providers.registry.guard import guarded
+
+        return guarded(kind, provider, inputs, label)
+
+    @staticmethod
+    def keep_check(entry: Entry, parameters: Any, count: dict[str, int]) -> None:
+        """Keep the number of laws of each outcome for the cubes made with this version and parameters of a provider."""
+        from hcss_twin.providers.registry.checks import keep_check
+
+        keep_check(entry, parameters, count)
+
+    @staticmethod
+    def extensions(group: str) -> dict[str, Any]:
+        """Return what packages add besides providers, by name; nothing of a command is imported.
+
+        Parameters
+        ----------
+        group : str
+            Entry point group: ``hcss_twin.sections``, ``hcss_twin.commands`` or ``hcss_twin.light``.
+
+        Returns
+        -------
+        dict of str to object
+            Each has ``origin``, whose ``distribution`` is that of the package, and ``load``; sections and commands have
+            their ``spec``.
+        """
+        from hcss_twin.core.commands import collect
+        from hcss_twin.core.plugins import PluginObject
+        from hcss_twin.core.sections import plugin_sections
+
+        if group == "hcss_twin.sections":
+            return dict(plugin_sections())
+        found = installed(group)
+        if group == "hcss_twin.commands":
+            return dict(collect(found, (), ("atmosphere",))[0])
+        entries = [(origin, entry) for origin, entry in found if not isinstance(entry, BaseException)]
+        return {entry.name: PluginObject(origin, entry) for origin, entry in entries}
+
 
 def _scene_for(entry: Entry, factory: Any, scene: SceneInfo | None) -> dict[str, Any]:
     """Return the scene as a keyword argument, if the class of a provider takes it."""
@@ -350,8 +422,6 @@ def _loader(source: importlib.metadata.EntryPoint | BaseException) -> Callable[[
 def _checked(entry: Entry, provider: Any) -> Any:
     """Return a provider after checking that it has the members of its kind."""
     import hcss_twin.providers as providers
-    from hcss_twin.providers.common import check_element_variables, check_measured, check_options, check_surface_classes
-    from hcss_twin.providers.declaration_checks import check_declaration
 
     protocol = getattr(providers, entry.kind.protocol)
     expected = getattr(providers, protocol.__annotations__["declares"])
@@ -375,18 +445,7 @@ def _checked(entry: Entry, provider: Any) -> Any:
             f"{entry.label}: declares is {type(declares).__name__}; expected hcss_twin.providers.{expected.__name__}"
         )
     try:
-        check_declaration(declares)
-        check_options(provider)
-        if entry.kind is Kind.SENSORS:
-            check_measured(provider.variables)
-        if entry.kind is Kind.ELEMENTS:
-            check_element_variables(provider.variables)
-        if entry.kind is Kind.VARIABLES:
-            from hcss_twin.providers.variables import check_output_variables
-
-            check_output_variables(provider.variables, provider.needs)
-        if entry.kind is Kind.SURFACES:
-            check_surface_classes(provider.classes)
+        Registry.check_declared(entry.kind, provider)
     except FAILURES as error:
         raise ProviderError(f"{entry.label}: {error}") from error
     return provider

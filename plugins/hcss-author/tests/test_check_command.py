@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from hcss_author.check import check_provider, find
 
 from hcss_twin.cli.main import cli
-from hcss_twin.core.errors import OptionError, ProviderError, ProviderNameError
+from hcss_twin.core.errors import OptionError, ProviderError
 from hcss_twin.providers.registry import Registry
 
 SEA = """
@@ -133,9 +133,9 @@ def test_expected_failures_are_named_with_their_reason_and_a_wrong_name_is_refus
 @pytest.mark.parametrize(
     ("name", "kind", "error", "message"),
     [
-        ("cox-monk", None, ProviderNameError, "closest is 'cox-munk'"),
+        ("cox-monk", None, OptionError, "closest is 'cox-munk'"),
         ("cox-munk", "see", OptionError, "--kind is 'see'.*closest is 'sea'"),
-        ("cox-munk", "optics", ProviderNameError, "no optics is called 'cox-munk'; allowed: bulk, mie"),
+        ("cox-munk", "optics", OptionError, "no optics is called 'cox-munk'; allowed: bulk, mie"),
     ],
 )
 def test_an_unknown_provider_is_refused_with_the_closest(name, kind, error, message):

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from hcss_author import VariableContract, sample_fields, sample_variable_inputs
 
-from hcss_twin.providers import Declaration, OutputVariable
+from hcss_twin.providers import Declaration, HcssError, OutputVariable
+
+REFUSED = (AssertionError, HcssError)
+"""What laws raise, and the checks that a run makes of each result."""
 
 
 class Path:
@@ -80,20 +83,20 @@ def same(fields, path):
     ],
 )
 def test_what_breaks_a_law_is_refused(law, provider):
-    with np.errstate(all="ignore"), pytest.raises(AssertionError):
+    with np.errstate(all="ignore"), pytest.raises(REFUSED):
         held_to(law, provider)
 
 
 @pytest.mark.parametrize(
-    ("provider", "error"),
+    ("provider", "said"),
     [
-        (Writing, ValueError),
-        (changed(same, needs=("cloud_thickness",)), KeyError),
-        (changed(same, needs=("cloud_thickness", "zenith")), pytest.fail.Exception),
+        (Writing, "read-only"),
+        (changed(same, needs=("cloud_thickness",)), "KeyError"),
+        (changed(same, needs=("cloud_thickness", "zenith")), "no variable of the engine"),
     ],
 )
-def test_undeclared_inputs_and_writing_fail_at_once(provider, error):
-    with pytest.raises(error):
+def test_undeclared_inputs_and_writing_fail_at_once(provider, said):
+    with pytest.raises((HcssError, pytest.fail.Exception), match=said):
         held_to("shapes_types_and_limits_are_those_declared", provider)
 
 

@@ -33,6 +33,7 @@ KIT = (
     ("VariableInPlace", "arguments_are_left_as_they_were"),
     ("SensorNoiseWithoutASeed", "same_seed_same_bits"),
     ("SensorNoiseIgnoresThePlaceIn", "seed_and_place_matter_to_noise"),
+    ("SensorRadianceHasTheWrongSign", "brighter_is_measured_as_brighter"),
     ("SensorReturns", "no_later_call_changes_a_result"),
     ("SensorContrastOfTheFrame", "a_window_is_measured_as_the_image"),
 )
@@ -46,6 +47,8 @@ RUN = (
     ("ElementOfWindow", "breaks the law 'a window has the pixels of the image'"),
     ("SurfaceGrows", "breaks the law"),
     ("SensorNoiseOfOneSeed", "breaks the law 'seed and place matter to noise'"),
+    ("SensorRadianceInMw", "breaks the law 'brighter is measured as brighter'"),
+    ("ElementTemperatureInDegreesCelsius", "breaks the law 'a body shines by its temperature'"),
     ("SensorBuffer", "breaks the law 'no later call changes a result'"),
     ("SensorSecond", "measure() raised IndexError: list index out of range, at "),
     ("OpticsMisspelt", "AttributeError"),

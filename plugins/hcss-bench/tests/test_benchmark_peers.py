@@ -1,18 +1,16 @@
-"""Parts of the benchmark that can be wrong: rounds, the timed clouds, peers, and bytes written raw."""
+"""Parts of the benchmark that can be wrong: rounds, the timed stages, peers, and bytes written raw."""
 
 import os
+import time
 
 import numpy as np
 import pytest
 from cheap_scene import CHEAP
 from hcss_bench.benchmark import even_wavelengths, every_nth, points_of_scene, random_columns
 from hcss_bench.reference import column_radiance
-from hcss_bench.stages import Clock, Rounds, with_timed_clouds, write_raw
+from hcss_bench.stages import Rounds, Watch, private_cache, time_certificate, time_stages, write_raw
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.core.cache import private_cache
-from hcss_twin.engine.compile import compile_tables
-from hcss_twin.engine.stream import stream
 
 SMALL = CHEAP | {"image.rows": 30, "image.columns": 40, "frames.count": 3, "output.certificate": 0}
 
@@ -41,13 +39,41 @@ def test_what_was_timed_in_the_first_round_only_is_compared_within_it():
     assert times.ratio("once", "often") == 3.0
 
 
-def test_a_plan_with_timed_clouds_makes_the_same_frames_and_counts(plan):
-    tables, clock = compile_tables(plan), Clock()
-    timed = list(stream(with_timed_clouds(plan, clock), tables))
-    for one, other in zip(timed, stream(plan, tables), strict=True):
-        for name, values in other.items():
-            np.testing.assert_array_equal(one[name], values)
-    assert clock.seconds > 0.0
+def test_stages_are_parts_of_the_whole_run_and_tables_are_new_only_where_that_is_asked_for(tmp_path):
+    scenario, times = Scenario.load("stratus", SMALL), Rounds()
+    with private_cache(tmp_path / "cache"):
+        time_stages(times, "new, ", scenario, tmp_path, True)
+        time_stages(times, "kept, ", scenario, tmp_path, False)
+    for prefix in ("new, ", "kept, "):
+        for stage in ("clouds", "look-up", "write", "plan"):
+            assert times.seconds(prefix + stage) > 0.0
+        assert times.seconds(prefix + "write") < times.seconds(prefix + "whole run, kept tables")
+    assert times.seconds("new, compile tables") > times.seconds("new, tables kept earlier")
+    with pytest.raises(KeyError):
+        times.seconds("kept, compile tables")
+
+
+def test_the_time_of_a_certificate_is_that_after_the_last_frame(tmp_path):
+    times = Rounds()
+    scenario = Scenario.load("stratus", SMALL | {"output.certificate": 4})
+    certificate = time_certificate(times, "", scenario, tmp_path)
+    assert certificate.checked == 4
+    assert times.seconds("certificate") > 0.0
+
+
+def test_a_watch_counts_the_time_until_each_part_as_computation():
+    def parts():
+        for number in range(3):
+            time.sleep(0.02)
+            yield number
+
+    watch, seen = Watch(), []
+    for part in watch(parts(), 3):
+        time.sleep(0.01)
+        seen.append(part)
+    assert seen == [0, 1, 2]
+    assert watch.computing >= 0.06
+    assert 0.03 <= watch.other() < 0.03 + watch.computing
 
 
 def test_random_columns_are_clear_as_often_as_the_scene(plan):

@@ -8,8 +8,8 @@ from hcss_bench.benchmark import random_columns
 from hcss_bench.reference import MODELS, PHYSICAL, changed, column_radiance, reference_of, table_radiance, with_streams
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.engine.compile import compile_tables
-from hcss_twin.engine.stream import stream
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.stream import PartMaker
 
 SMALL = CHEAP | {
     "image.rows": 20,
@@ -33,8 +33,8 @@ def reference(scene):
 
 def test_what_tables_hold_for_columns_is_what_a_run_writes_for_pixels(scene):
     plan = make_plan(scene)
-    tables = compile_tables(plan)
-    (frame,) = stream(plan, tables)
+    tables = tables_of(plan)
+    frame, _ = PartMaker(plan, tables).part(0, plan.extent)
     thickness = plan.assembly.generators[0].thickness_m(0.0, slice(0, 20), slice(0, 30))
     found = table_radiance(plan, tables, thickness.reshape(-1, 1).astype(np.float64))
     np.testing.assert_array_equal(found.T.reshape(2, 20, 30).astype(np.float32), frame["radiance"])

@@ -13,7 +13,7 @@ from hcss_evaluate.measures.morphology import morphology
 from printed_tables import PAPER
 
 from hcss_twin.core.catalog import Catalog, catalog_root
-from hcss_twin.models.clouds.coverage import Coverage
+from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import CloudInputs, CloudLayer, Grid, Microphysics, Motion
@@ -30,7 +30,7 @@ def measured(cloud_type, coverage, seed):
     layer = CloudLayer(cloud_type, 333.0, 6000.0, "base", 10.0, coverage, None, particles)
     inputs = CloudInputs(layer, Grid(800, 800, 20.0), Motion(0.0, (0.0, 0.0), math.inf, 1.0), seed, catalog, shape)
     field = FractalClouds(inputs, FractalParameters()).field(0.0, slice(0, 800), slice(0, 800))
-    return morphology(Coverage.cloud_fraction_value(field), Coverage.cloudy_pixels(field, coverage))
+    return morphology(cloud_fraction_value(field), cloudy_pixels(field, coverage))
 
 
 def mean(name, coverage):

@@ -27,11 +27,11 @@ from hcss_paper.cloud_optics import efficiencies, optics_providers, particles
 from hcss_paper.index import FIGURES
 from hcss_paper.reproduction import Check, Row, in_words, judged
 from hcss_paper.run import COLOURS, small_png
+from hcss_paper.sea_surface import spectrum_m2_s
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
 from hcss_twin.core.catalog import Catalog
-from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
 from hcss_twin.physics.paths import to_space
 from hcss_twin.reports.figures import Figures
 
@@ -139,14 +139,12 @@ def test_the_corrected_physics_stands_beside_and_differs(monkeypatch):
 
 class TestASpectrumThatIsNotEq1:
     def test_of_another_shape_is_noticed(self):
-        found = figure_03_sea_spectrum.figure_3(
-            1, lambda omega, wind: 1.1 * PiersonMoskowitz.spectrum_m2_s(omega, wind)
-        )
+        found = figure_03_sea_spectrum.figure_3(1, lambda omega, wind: 1.1 * spectrum_m2_s(omega, wind))
         assert found.verdict == "not reproducible"
         assert any("wave height" in statement for statement in failed(found.checks))
 
     def test_that_does_not_know_the_wind_is_noticed(self):
-        found = figure_03_sea_spectrum.figure_3(1, lambda omega, wind: PiersonMoskowitz.spectrum_m2_s(omega, 10.0))
+        found = figure_03_sea_spectrum.figure_3(1, lambda omega, wind: spectrum_m2_s(omega, 10.0))
         assert "with more wind the peak is higher" in failed(found.checks)
 
 

@@ -5,10 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hcss_paper import sea_surface as pm
 from hcss_paper.sea_surface import component_frequencies_rad_s, surface_elevation
 from scipy.integrate import quad
-
-from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz as pm
 
 
 def spectrum(omega: float, wind: float) -> float:

@@ -25,7 +25,7 @@ from hcss_paper.run import outcomes
 from hcss_paper.scene import BANDS, black_surface
 from hcss_paper.tables_8_and_9 import eq_24_limits, eq_24_percent
 
-from hcss_twin.models.clouds.coverage import Coverage
+from hcss_twin.models.clouds.coverage import cloud_fraction_value, cloudy_pixels
 from hcss_twin.scenario.scenario import Scenario
 
 FITTED = "reproduced with fitted inputs"
@@ -215,8 +215,8 @@ def test_limits_of_eq_24_hold_whatever_the_digits_behind_the_rounding():
 def test_readings_of_ev_are_those_of_a_checkerboard_and_of_the_measure_of_eq_21():
     field = np.random.default_rng(1).standard_normal((64, 64))
     entropy, density = readings(field, 0.4)
-    cloudy = Coverage.cloudy_pixels(field, 0.4)
-    measured = morphology(Coverage.cloud_fraction_value(field), cloudy)
+    cloudy = cloudy_pixels(field, 0.4)
+    measured = morphology(cloud_fraction_value(field), cloudy)
     printed = Reading("p of eq 5", "clouds", 256, "pairs", "bit")
     assert entropy[printed] == pytest.approx(measured.entropy, rel=1e-3)
     assert density[printed] == pytest.approx(10 * measured.density, rel=1e-3)

@@ -20,14 +20,13 @@ from hcss_twin.engine.certificate.many_points import solve_many
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.plan import views
-from hcss_twin.plan.lines_of_sight import SunTrack
 
 NOON = datetime(2024, 4, 20, 2, 30, tzinfo=UTC)
 CAMERA_M = Geostationary(140.7).at(0.0)
 
 
 def disk(edge=1.7):
-    return Disk(edge, (0.0, 140.7), tuple(CAMERA_M.tolist()), SunTrack(NOON, 0.0, 140.7), (0.0,))
+    return Disk(edge, (0.0, 140.7), tuple(CAMERA_M.tolist()), NOON, (0.0,))
 
 
 def test_a_direction_to_the_camera_tells_the_place():

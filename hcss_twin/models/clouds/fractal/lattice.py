@@ -20,7 +20,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 
 _f4, _u4, _u8, _i4 = np.float32, np.uint32, np.uint64, np.int32
 
@@ -34,7 +34,7 @@ _MULTIPLIER_2 = 0x94D049BB133111EB
 _OFFSET_KEY = 0x6A09E667F3BCC909  # the fraction of sqrt(2): gives different random numbers than for planes
 
 
-@inner(inline="always", error_model="numpy")
+@kernel(inner=True, inline="always", error_model="numpy")
 def _normal(bits: np.uint32) -> np.float32:
     """Convert 32 bits to a normal number: the top bit is the sign, the others the tail. No branches, no memory."""
     tail = (_f4(_i4(bits & _u4(0x7FFFFFFF))) + _f4(0.5)) * _f4(2.0**-31)
@@ -115,7 +115,7 @@ def unit_offset(seed: int, octave: int, axis: int) -> float:
     return (fold(_OFFSET_KEY, seed, octave, axis) >> 11) * 2.0**-53
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
     """Return the key of the columns of one row that share the upper 32 bits of their index."""
     word = plane
@@ -127,7 +127,7 @@ def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
     return word
 
 
-@inner(inline="always")
+@kernel(inner=True, inline="always")
 def _scatter(x: np.uint32, first: np.uint32, second: np.uint32) -> np.uint32:
     """Mix a column index between two keys, by multiply and xor-shift rounds.
 
@@ -159,7 +159,7 @@ def fill_row(
     normals_from_bits(bits, values)
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def blend_scattered(
     planes: NDArray[np.uint64],
     weights: NDArray[np.float32],

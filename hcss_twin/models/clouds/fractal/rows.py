@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.fractal.blocks import BLOCK_COLUMNS, BLOCK_ROWS
 from hcss_twin.models.clouds.fractal.lattice import blend_scattered
 
@@ -76,7 +76,7 @@ def split(coordinate: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[n
     return cell, fraction
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _blend_stored(pool: Any, slots: Any, weights: Any, row: Any, first: Any, line: Any) -> None:
     """Blend the stored time planes of one row of nodes into ``line`` (N,).
 
@@ -105,7 +105,7 @@ def _blend_stored(pool: Any, slots: Any, weights: Any, row: Any, first: Any, lin
         x += count
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _gather(line: Any, index: Any, weights: Any, gathered: Any) -> None:
     """Interpolate a line of nodes at the columns: nodes ``index`` (N,) to ``index + 3``, weights (4, N)."""
     w0, w1, w2, w3 = weights[0], weights[1], weights[2], weights[3]
@@ -119,7 +119,7 @@ def _gather(line: Any, index: Any, weights: Any, gathered: Any) -> None:
         )
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _runs(index: Any) -> Any:
     """Return the starts of runs in which ``index`` (N,) increases by 1 per column, followed by N.
 
@@ -135,7 +135,7 @@ def _runs(index: Any) -> Any:
     return starts[: count + 1]
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _gather_runs(line: Any, index: Any, starts: Any, weights: Any, gathered: Any) -> None:
     """Same as :func:`_gather` with contiguous loads, which are several times faster for long runs."""
     for run in range(starts.size - 1):
@@ -154,13 +154,13 @@ def _gather_runs(line: Any, index: Any, starts: Any, weights: Any, gathered: Any
             result[c] = w0[c] * n0[c] + w1[c] * n1[c] + w2[c] * n2[c] + w3[c] * n3[c]
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _combine(row0: Any, row1: Any, row2: Any, row3: Any, w0: Any, w1: Any, w2: Any, w3: Any, result: Any) -> None:
     for c in range(result.size):
         result[c] = w0 * row0[c] + w1 * row1[c] + w2 * row2[c] + w3 * row3[c]
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _add(row0: Any, row1: Any, row2: Any, row3: Any, w0: Any, w1: Any, w2: Any, w3: Any, total: Any) -> None:
     for c in range(total.size):
         total[c] += w0 * row0[c] + w1 * row1[c] + w2 * row2[c] + w3 * row3[c]

@@ -16,8 +16,6 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
 from hcss_twin.providers import ColumnSetting, SolarIrradiance, Sun, TransmittanceProvider
 
-__all__ = ["scattered_once"]
-
 MAX_SUN_ZENITH_DEG = 88.0
 """Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
 

@@ -21,9 +21,9 @@ from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 from hcss_author.extension_entries import Extension, ExtensionEntry, find_extension
-from hcss_twin.core.errors import OptionError, ProviderNameError
+from hcss_twin.core.errors import OptionError
 from hcss_twin.providers import Kind, ProviderError, choose_from
-from hcss_twin.providers.registry import Entry
+from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
 
 Outcome = Literal["passed", "failed", "expected failure", "not applicable", "not run"]
@@ -115,9 +115,9 @@ def find(registry: Registry, name: str, kind: str | None = None) -> Entry | Exte
     Raises
     ------
     OptionError
-        If the kind is unknown, or providers of several kinds have the name.
+        If the kind is unknown, nothing has the name, or providers of several kinds have it.
     ProviderError
-        If there is none, or several of one kind.
+        If several of one kind have it.
     """
     if kind is not None and kind not in (*Kind, *Extension):
         raise OptionError(f"--kind is '{kind}'; {choose_from(kind, (*Kind, *Extension))}")
@@ -128,7 +128,7 @@ def find(registry: Registry, name: str, kind: str | None = None) -> Entry | Exte
     if not kinds:
         of_kinds = sorted({entry.name for entry in of_kind})
         broken = "".join(f"; broken: {plugin}" for plugin in registry.broken)
-        raise ProviderNameError(f"no {kind or 'provider'} is called '{name}'; {choose_from(name, of_kinds)}{broken}")
+        raise OptionError(f"no {kind or 'provider'} is called '{name}'; {choose_from(name, of_kinds)}{broken}")
     if len(kinds) > 1:
         raise OptionError(f"'{name}' is the name of providers of several kinds; allowed: --kind {' or '.join(kinds)}")
     return registry.resolve(kinds[0], name)

@@ -71,8 +71,7 @@ def check(name: str, kind: str | None, assignments: tuple[str, ...], limit: floa
     if find_spec("pytest") is None:
         raise click.ClickException("the conformance kit needs pytest: pip install pytest")
     from hcss_author.check import check_provider, find
-    from hcss_twin.providers.registry import Entry
-    from hcss_twin.providers.registry.checks import keep_check
+    from hcss_twin.providers.registry.discovery import Entry
     from hcss_twin.providers.registry.registry import Registry
 
     registry, parameters = Registry.discover(), Shared.assigned(assignments)
@@ -80,7 +79,7 @@ def check(name: str, kind: str | None, assignments: tuple[str, ...], limit: floa
     result = check_provider(entry, parameters, limit)
     if isinstance(entry, Entry):  # cubes quote the checks of providers
         model = registry.parameters_model(entry)
-        keep_check(entry, None if model is None else model(**parameters), result.count)
+        registry.keep_check(entry, None if model is None else model(**parameters), result.count)
     if as_json:
         Shared.write_json(result.as_dict(), indent=1)
     else:

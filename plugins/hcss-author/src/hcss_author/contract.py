@@ -6,17 +6,15 @@ import inspect
 import types
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, TypeVar
+from unittest import SkipTest
 
 import pytest
 
 from hcss_author.samples import sample_wavenumbers
 from hcss_twin import providers
-from hcss_twin.laws import conduct
-from hcss_twin.laws.law import Inapplicable, Law
+from hcss_twin.laws import laws_of
 from hcss_twin.providers import Array, Catalog, Kind, choose_from
-from hcss_twin.providers.common import check_options
-from hcss_twin.providers.declaration_checks import check_declaration
-from hcss_twin.providers.registry import Entry
+from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
 
 _Class = TypeVar("_Class", bound=type)
@@ -26,22 +24,23 @@ class NoMaker(NotImplementedError):
     """A test class has no ``make_provider``: it may have a fixture ``provider`` instead, for laws of one instance."""
 
 
-def holds(*laws: Law) -> Callable[[_Class], _Class]:
-    """Add a test for each law to a contract class.
+def holds(kind: Kind) -> Callable[[_Class], _Class]:
+    """Add a test for each law of a kind to its contract class, but for those that the class states itself.
 
     Parameters of a law are fixtures; ``make`` is the method ``make_provider``, and a parameter with a default the
     attribute of the class of that name.
     """
 
     def add(contract: _Class) -> _Class:
-        for law in laws:
-            setattr(contract, f"test_{law.__name__}", law_test(law))
+        for name, law in laws_of(kind).items():
+            if f"test_{name}" not in vars(contract):
+                setattr(contract, f"test_{name}", law_test(law))
         return contract
 
     return add
 
 
-def law_test(law: Law) -> Callable[..., None]:
+def law_test(law: Callable[..., None]) -> Callable[..., None]:
     """Return a law as a test method, which skips a provider to which it does not apply."""
     parameters = inspect.signature(law).parameters.values()
     fixtures = [
@@ -57,7 +56,7 @@ def law_test(law: Law) -> Callable[..., None]:
                 values[parameter.name] = getattr(self, parameter.name, parameter.default)
         try:
             law(**values)
-        except (Inapplicable, NoMaker) as why:
+        except (SkipTest, NoMaker) as why:
             pytest.skip(str(why))
 
     test.__name__ = test.__qualname__ = f"test_{law.__name__}"
@@ -95,7 +94,6 @@ def expect_failures(contract: type, expected: Mapping[str, str]) -> None:
         setattr(contract, f"test_{name}", pytest.mark.xfail(reason=reason, strict=True)(copy))
 
 
-@holds(*conduct.LAWS)
 class ProviderContract:
     """Base of the test classes of all kinds.
 
@@ -105,6 +103,7 @@ class ProviderContract:
         Laws that the provider is known to break, with the reason: usually that of the provider's own attribute.
     """
 
+    _kind: ClassVar[Kind]
     expected_failures: ClassVar[Mapping[str, str]] = {}
 
     def __init_subclass__(cls) -> None:
@@ -120,17 +119,19 @@ class ProviderContract:
         return self.make_provider(inputs)
 
     @pytest.fixture
-    def questions(self) -> tuple[conduct.Question, ...]:
+    def questions(self) -> tuple[Any, ...]:
         """Calls with two sets of arguments each, for laws of all kinds; those of each kind are its own."""
         return ()
 
     def test_declaration_is_sound(self, provider: Any) -> None:
         """Names, ranges and optional attributes are known to the engine."""
-        check_declaration(provider.declares)
-        check_options(provider)
+        Registry.check_declared(self._kind, provider)
+
+    def _guarded(self, provider: Any, inputs: Any = None) -> Any:
+        """Return a provider that checks its results as a run does."""
+        return Registry.guarded(self._kind, provider, inputs)
 
 
-@holds(conduct.results_are_in_double_precision)
 class SpectralContract(ProviderContract):
     """Base of the test classes of providers with spectral results."""
 

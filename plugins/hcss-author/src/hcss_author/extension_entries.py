@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from hcss_twin.core.commands import collect
-from hcss_twin.core.plugins import Origin, installed
-from hcss_twin.core.sections import plugin_sections
+from hcss_twin.providers.registry.registry import Registry
 
 
 class Extension(StrEnum):
@@ -50,13 +48,17 @@ class ExtensionEntry:
     Attributes
     ----------
     what
-        The section (``PluginSection``), the command (``PluginCommand``), or the entry point of a light.
+        Of ``Registry.extensions``: the section, the command or the light.
     """
 
     kind: Extension
     name: str
-    origin: Origin
     what: Any
+
+    @property
+    def origin(self) -> Any:
+        """Package that contains it: its distribution and version."""
+        return self.what.origin
 
     @property
     def qualified_name(self) -> str:
@@ -66,7 +68,7 @@ class ExtensionEntry:
     @property
     def distribution(self) -> str:
         """Distribution that contains it."""
-        return self.origin.distribution
+        return str(self.origin.distribution)
 
     @property
     def label(self) -> str:
@@ -76,17 +78,14 @@ class ExtensionEntry:
 
 def extensions() -> Iterator[ExtensionEntry]:
     """Yield all installed extensions."""
-    for name, section in plugin_sections().items():
+    for name, section in Registry.extensions(Extension.SECTION.group).items():
         kind = Extension.SECTION
         if section.spec.rays is not None or section.spec.effect is not None:
             kind = Extension.EFFECT if section.spec.rays is None else Extension.RAYS
-        yield ExtensionEntry(kind, name, section.origin, section)
-    for origin, entry_point in installed(Extension.LIGHT.group):
-        if not isinstance(entry_point, BaseException):
-            yield ExtensionEntry(Extension.LIGHT, entry_point.name, origin, entry_point)
-    commands, _, _ = collect(installed(Extension.COMMAND.group), (), ("atmosphere",))
-    for name, command in commands.items():
-        yield ExtensionEntry(Extension.COMMAND, name, command.origin, command)
+        yield ExtensionEntry(kind, name, section)
+    for kind in (Extension.LIGHT, Extension.COMMAND):
+        for name, what in Registry.extensions(kind.group).items():
+            yield ExtensionEntry(kind, name, what)
 
 
 def find_extension(name: str, kind: str | None = None) -> ExtensionEntry | None:

@@ -21,7 +21,7 @@ from hcss_author.contract import expect_failures
 from hcss_author.extension_entries import Extension
 from hcss_author.new_plugin.write import contract_name
 from hcss_twin.providers import Catalog, HcssError, Kind
-from hcss_twin.providers.registry import Entry
+from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
 
 USUAL_CLOUD_TYPE = "stratus"

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from hcss_author.contract import NoMaker, SpectralContract, holds
-from hcss_author.samples import sample_atmosphere_inputs, sample_optics_inputs
-from hcss_twin.laws import atmosphere, conduct, particles
-from hcss_twin.laws.samples import sample_microphysics
+from hcss_author.samples import sample_atmosphere_inputs, sample_microphysics, sample_optics_inputs
+from hcss_twin.laws import questions_of
 from hcss_twin.providers import (
     Array,
     AtmosphereInputs,
+    Kind,
     Leg,
     Microphysics,
     Optics,
@@ -27,12 +27,13 @@ from hcss_twin.providers import (
     planck,
     to_space,
 )
-from hcss_twin.providers.common import FRACTION_TOLERANCE
 
 
-@holds(*particles.LAWS)
+@holds(Kind.OPTICS)
 class OpticsContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``."""
+
+    _kind = Kind.OPTICS
 
     def make_provider(self, inputs: OpticsInputs) -> Optics:
         """Return the provider under test."""
@@ -49,9 +50,9 @@ class OpticsContract(SpectralContract):
         return sample_microphysics(min(materials(provider), key=lambda name: (name != "water", name)))
 
     @pytest.fixture
-    def questions(self, cloud: Microphysics, wavenumber_cm1: Array) -> tuple[conduct.Question, ...]:
+    def questions(self, cloud: Microphysics, wavenumber_cm1: Array) -> tuple[Any, ...]:
         """Particles, and smaller ones."""
-        return conduct.of_optics(cloud, wavenumber_cm1)
+        return questions_of(Kind.OPTICS, None, None, wavenumber_cm1=wavenumber_cm1, cloud=cloud)
 
     def test_every_declared_material_has_properties(self, provider: Optics, wavenumber_cm1: Array) -> None:
         """Sample particles of each declared material give properties at one wavenumber."""
@@ -61,22 +62,12 @@ class OpticsContract(SpectralContract):
 
     def test_shapes(self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array) -> None:
         """(V,), (V,) and (K, V) with K of at least 2, all real."""
-        bulk = provider.single_scattering(cloud, wavenumber_cm1)
-        size = wavenumber_cm1.size
-        assert bulk.extinction_m1.shape == bulk.albedo.shape == (size,)
-        assert bulk.moments.ndim == 2
-        assert bulk.moments.shape[0] >= 2
-        assert bulk.moments.shape[1] == size
-        assert {bulk.extinction_m1.dtype.kind, bulk.albedo.dtype.kind, bulk.moments.dtype.kind} == {"f"}
+        self._guarded(provider).single_scattering(cloud, wavenumber_cm1)
 
     def test_ranges(self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array) -> None:
         """Extinction > 0, 0 <= albedo <= 1, moment 0 is 1, the others are above -1 and below 1."""
-        bulk = provider.single_scattering(cloud, wavenumber_cm1)
-        assert np.all(np.isfinite(bulk.extinction_m1))
+        bulk = self._guarded(provider).single_scattering(cloud, wavenumber_cm1)
         assert np.all(bulk.extinction_m1 > 0.0)
-        assert np.all(np.abs(bulk.albedo - 0.5) <= 0.5 + FRACTION_TOLERANCE)
-        np.testing.assert_allclose(bulk.moments[0], 1.0, rtol=0, atol=FRACTION_TOLERANCE)
-        assert np.all(np.abs(bulk.moments[1:]) < 1.0)
 
     def test_result_does_not_depend_on_batching(
         self, provider: Optics, cloud: Microphysics, wavenumber_cm1: Array
@@ -110,7 +101,7 @@ def materials(provider: Optics) -> Set[str]:
     return found
 
 
-@holds(*atmosphere.LAWS)
+@holds(Kind.ATMOSPHERE)
 class TransmittanceContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
@@ -122,7 +113,8 @@ class TransmittanceContract(SpectralContract):
         Allowed relative decrease of scattered sunlight with leg length, for providers that sum over layers.
     """
 
-    tolerance: float = FRACTION_TOLERANCE
+    _kind = Kind.ATMOSPHERE
+    tolerance: float = 1e-9
     sunlight_tolerance: float = 0.005
 
     def make_provider(self, inputs: AtmosphereInputs) -> TransmittanceProvider:
@@ -141,16 +133,13 @@ class TransmittanceContract(SpectralContract):
         return [*single, single[1] + single[2], single[5] + single[3]]
 
     @pytest.fixture
-    def questions(self, provider: Any, wavenumber_cm1: Array) -> tuple[conduct.Question, ...]:
+    def questions(self, provider: Any, wavenumber_cm1: Array) -> tuple[Any, ...]:
         """Paths, and others."""
-        return conduct.of_air(provider, wavenumber_cm1)
+        return questions_of(Kind.ATMOSPHERE, provider, None, wavenumber_cm1=wavenumber_cm1)
 
     def test_shape_type_and_range(self, provider: Any, wavenumber_cm1: Array, paths: list[Path]) -> None:
         """(P, V) of real numbers in [0, 1]."""
-        result = provider.transmittance(wavenumber_cm1, paths)
-        assert result.shape == (len(paths), wavenumber_cm1.size)
-        assert result.dtype.kind == "f"
-        assert np.all(np.abs(result - 0.5) <= 0.5 + FRACTION_TOLERANCE)
+        self._guarded(provider).transmittance(wavenumber_cm1, paths)
 
     def test_another_leg_never_transmits_more(self, provider: Any, wavenumber_cm1: Array) -> None:
         """T(a + b) <= min(T(a), T(b))."""

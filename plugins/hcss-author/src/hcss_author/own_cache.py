@@ -8,14 +8,12 @@ A ``conftest.py`` imports them, which puts them to use in its folder::
 import functools
 import inspect
 import os
-import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from hcss_twin.core.cache import recall_or_compute
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.providers import Catalog
 
@@ -40,25 +38,20 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True)
-def fresh_results(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Keep files, scene analyses and references of a test that replaces code apart: their keys do not contain it."""
+def fresh_results(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep all results of a test apart from its first replacement of code on: keys of results need not contain it."""
     if "monkeypatch" not in request.fixturenames:
         yield
         return
-    test, name = request.getfixturevalue("monkeypatch"), f"references-{uuid.uuid4()}"
+    test, once = request.getfixturevalue("monkeypatch"), ResultCache.parsed
+    replace, shared = test.setattr, os.environ.get("HCSS_CACHE_DIR")
 
-    def analysis(*arguments: Any) -> Any:
-        compute: Callable[[], Any] = arguments[3]
-        return compute() if test._setattr else recall_or_compute(*arguments)
+    def replace_apart(*arguments: Any, **keywords: Any) -> None:
+        if ResultCache.parsed is once:
+            replace(ResultCache, "parsed", inspect.unwrap(once))
+            if os.environ.get("HCSS_CACHE_DIR") == shared:  # not a folder of the test's own
+                test.setenv("HCSS_CACHE_DIR", str(tmp_path_factory.mktemp("results")))
+        replace(*arguments, **keywords)
 
-    def references(kind: tuple[str, str], *others: Any) -> Any:
-        return recall_or_compute((name, kind[1]) if test._setattr else kind, *others)
-
-    once = ResultCache.parsed
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            ResultCache, "parsed", lambda *arguments: (inspect.unwrap(once) if test._setattr else once)(*arguments)
-        )
-        patch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", analysis)
-        patch.setattr("hcss_twin.engine.certificate.reference_columns.recall_or_compute", references)
-        yield
+    vars(test)["setattr"] = replace_apart
+    yield

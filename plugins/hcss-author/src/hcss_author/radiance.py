@@ -4,28 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from hcss_author.contract import NoMaker, SpectralContract, holds
-from hcss_twin.laws import conduct, radiance
-from hcss_twin.laws.samples import (
-    PlainGas,
-    PlainSea,
-    frozen,
-    sample_high_layer,
-    sample_layer,
-    sample_profile,
-    sample_radiance_inputs,
-)
+from hcss_author.samples import frozen, sample_high_layer, sample_layer, sample_profile
+from hcss_twin.laws import questions_of
+from hcss_twin.laws.samples import PlainGas, PlainSea, sample_radiance_inputs
 from hcss_twin.providers import (
     Array,
     CloudLayer,
     ColumnSetting,
     ColumnStates,
+    Kind,
     ProviderError,
     RadianceInputs,
     RadianceModel,
@@ -137,7 +131,7 @@ _LAYERS = sample_layer(), sample_high_layer()
 _TWO_LAYERS_M = frozen([[50.0, 0.0], [800.0, 0.0], [0.0, 100.0], [0.0, 2000.0], [50.0, 2000.0], [400.0, 150.0]])
 
 
-@holds(*radiance.LAWS)
+@holds(Kind.RADIANCE)
 class RadianceModelContract(SpectralContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
@@ -152,6 +146,7 @@ class RadianceModelContract(SpectralContract):
         Change of any term over some 1e-8 of the thickness, as a share of the radiance.
     """
 
+    _kind = Kind.RADIANCE
     spectral_tolerance: float = 1e-10
     batch_tolerance: float = 1e-10
     jump_tolerance: float = 1e-6
@@ -171,11 +166,9 @@ class RadianceModelContract(SpectralContract):
         return inputs.setting.under(request.param)
 
     @pytest.fixture
-    def questions(
-        self, provider: RadianceModel, inputs: RadianceInputs, wavenumber_cm1: Array
-    ) -> tuple[conduct.Question, ...]:
+    def questions(self, provider: RadianceModel, inputs: RadianceInputs, wavenumber_cm1: Array) -> tuple[Any, ...]:
         """Columns, and others."""
-        return conduct.of_radiance(provider, inputs.setting, wavenumber_cm1)
+        return questions_of(Kind.RADIANCE, provider, inputs, wavenumber_cm1=wavenumber_cm1)
 
     def test_declaration_is_sound(self, provider: RadianceModel) -> None:
         """Names and ranges that the engine understands; solar terms are terms."""

@@ -1,25 +1,27 @@
-"""Sample inputs of providers of all kinds; those that laws of ``hcss run`` share are in ``hcss_twin.laws.samples``."""
+"""Sample inputs of providers of all kinds; those of the laws that ``hcss run`` asks are of ``hcss_twin``."""
 
 from __future__ import annotations
 
 import dataclasses
 import logging
-import math
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 
-from hcss_twin.laws.samples import StillScene, frozen, sample_layer, sample_profile
+from hcss_twin import providers
+from hcss_twin.laws.samples import StillScene, sample_radiance_inputs
 from hcss_twin.providers import (
     Array,
     AtmosphereInputs,
     Catalog,
     CloudInputs,
+    CloudLayer,
     Declaration,
     ElementInputs,
     Grid,
+    Microphysics,
     Motion,
     OpticsInputs,
     Profile,
@@ -32,9 +34,82 @@ from hcss_twin.providers import (
     View,
     planck,
 )
-from hcss_twin.providers.scene import LOGGER
+
+__all__ = [
+    "frozen",
+    "sample_atmosphere_inputs",
+    "sample_cloud_inputs",
+    "sample_element_inputs",
+    "sample_grid",
+    "sample_high_layer",
+    "sample_layer",
+    "sample_microphysics",
+    "sample_motion",
+    "sample_optics_inputs",
+    "sample_profile",
+    "sample_radiance_inputs",
+    "sample_scene",
+    "sample_sea_inputs",
+    "sample_sensor_inputs",
+    "sample_surface_inputs",
+    "sample_wavenumbers",
+]
 
 _USUAL_RANGE_CM1 = (500.0, 4000.0)
+
+
+def frozen(values: Any) -> Array:
+    """Return values as a float64 array that cannot be written to, as providers must not."""
+    array: Array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def sample_profile(temperature_K: float | None = None) -> Profile:
+    """Return an atmosphere of scale height 8 km up to 80 km with all gases of ``GASES``.
+
+    Water vapour falls off over 2 km from 1 % at the surface, ozone has its most at 34 km, the others are well mixed.
+
+    Parameters
+    ----------
+    temperature_K : float, optional
+        Of an isothermal atmosphere; by default 288 K at the surface, falling by 6.5 K per km to 216.5 K.
+    """
+    profile = sample_radiance_inputs().setting.profile
+    if temperature_K is None:
+        return profile
+    kelvin = frozen(np.full_like(profile.altitude_m, temperature_K))
+    return dataclasses.replace(profile, name=f"isothermal {temperature_K:g} K", temperature_K=kelvin)
+
+
+def sample_microphysics(material: str = "water") -> Microphysics:
+    """Return particles: water droplets or other particles with a mode radius of 4 um, or ice particles of 20 um.
+
+    n(r) = a r^6 exp(-6 r / r_mode): the modified gamma distribution with its mode at r_mode.
+    """
+    water = sample_layer().microphysics
+    if material == "ice":
+        radii, density_m3 = (20.0 / 50.0, 20.0 * 10.0), 1e5
+        return dataclasses.replace(water, material="ice", b=0.3, number_density_m3=density_m3, radius_range_um=radii)
+    density = None if material == "water" else 2500.0
+    return dataclasses.replace(water, material=material, density_kg_m3=density)
+
+
+def sample_layer(coverage: float = 0.5) -> CloudLayer:
+    """Return a low water cloud between 1000 m and 1800 m with a minimum thickness of 50 m."""
+    return dataclasses.replace(sample_radiance_inputs().setting.layers[0], coverage=coverage)
+
+
+def sample_high_layer(coverage: float = 0.5) -> CloudLayer:
+    """Return a high ice cloud between 8000 m and 10 000 m, above that of :func:`sample_layer`."""
+    return dataclasses.replace(
+        sample_layer(coverage),
+        name="sample high",
+        base_m=8000.0,
+        top_m=10_000.0,
+        thickness_min_m=100.0,
+        microphysics=sample_microphysics("ice"),
+    )
 
 
 def sample_grid() -> Grid:
@@ -57,15 +132,10 @@ def sample_cloud_inputs(coverage: float = 0.5, seed: int = 1, **changes: Any) ->
     return dataclasses.replace(inputs, **changes)
 
 
-def still(inputs: CloudInputs) -> CloudInputs:
-    """Return the same inputs without motion and evolution."""
-    return dataclasses.replace(inputs, motion=Motion(0.0, (0.0, 0.0), math.inf, 2.0))
-
-
 def sample_scene() -> SceneInfo:
     """Return noon of an April day at 35 N 150 E, for providers that take the scene."""
     noon = datetime(2024, 4, 20, 2, tzinfo=UTC)
-    return SceneInfo(noon, 35.0, 150.0, lambda time_s: Sun(24.0, 180.0, 1.005), logging.getLogger(LOGGER))
+    return SceneInfo(noon, 35.0, 150.0, lambda time_s: Sun(24.0, 180.0, 1.005), logging.getLogger(providers.__name__))
 
 
 def sample_sea_inputs(wind_speed_m_s: float = 8.0) -> SeaInputs:

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from hcss_author.contract import NoMaker, ProviderContract
+from hcss_author.contract import NoMaker, ProviderContract, holds
 from hcss_author.samples import sample_element_inputs
-from hcss_twin.laws.conduct import Question, of_variables
-from hcss_twin.providers import VariableInputs, VariableProvider
-from hcss_twin.providers.variables import GEOMETRY, check_output_variables
+from hcss_twin.laws import questions_of
+from hcss_twin.providers import Kind, VariableInputs, VariableProvider
 
 _COLDEST_K, _WARMEST_K = 220.0, 305.0
 
@@ -140,6 +139,7 @@ def _is_known(name: str) -> bool:
 Values = Mapping[str, NDArray[Any]]
 
 
+@holds(Kind.VARIABLES)
 class VariableContract(ProviderContract):
     """Inherit in a class named ``Test...`` and define ``make_provider``.
 
@@ -151,6 +151,7 @@ class VariableContract(ProviderContract):
         Allowed difference from ``known``, relative to its largest value.
     """
 
+    _kind = Kind.VARIABLES
     times_s: tuple[float, ...] = (0.0, 7.5)
     known_tolerance: float = 1e-5
 
@@ -173,16 +174,11 @@ class VariableContract(ProviderContract):
         return sample_fields(inputs)
 
     @pytest.fixture
-    def questions(self, provider: VariableProvider, inputs: VariableInputs, fields: Values) -> tuple[Question, ...]:
+    def questions(self, provider: VariableProvider, inputs: VariableInputs, fields: Values) -> tuple[Any, ...]:
         """Fields, and others."""
         others = sample_fields(inputs, seed=2)
         one, other = ({name: given[name] for name in provider.needs} for given in (fields, others))
-        return of_variables(one, other)
-
-    def test_declaration_is_sound(self, provider: VariableProvider) -> None:
-        """Variables and inputs that the engine understands."""
-        super().test_declaration_is_sound(provider)
-        check_output_variables(provider.variables, provider.needs)
+        return questions_of(Kind.VARIABLES, None, None, two=(one, other))
 
     def test_units_are_those_of_udunits(self, provider: VariableProvider) -> None:
         """Units are products of powers of units of the UDUNITS database, as CF requires."""
@@ -194,16 +190,7 @@ class VariableContract(ProviderContract):
     ) -> None:
         """Each declared variable: its shape, a type that its own can hold, its limits, NaN only if declared."""
         for time in self.times_s:
-            values = _of(provider, fields, time)
-            assert set(values) == set(provider.variables)
-            for name, about in provider.variables.items():
-                array = values[name]
-                bands = (len(inputs.bands),) if about.per_band else ()
-                assert array.shape == (*bands, inputs.grid.rows, inputs.grid.columns), name
-                assert array.dtype.kind in ("fiu" if about.dtype.startswith("float") else "iub"), name
-                assert about.may_be_missing or np.all(np.isfinite(array)), f"{name}: not finite where inputs are"
-                there = array[~np.isnan(array)] if array.dtype.kind == "f" else array
-                assert np.all((there >= about.limits[0]) & (there <= about.limits[1])), name
+            _of(self._guarded(provider, inputs), fields, time)
 
     def test_something_is_there_where_inputs_are(self, provider: VariableProvider, fields: Values) -> None:
         """Values are not missing in every pixel, and not the same in every pixel."""
@@ -263,7 +250,7 @@ def _of(provider: VariableProvider, fields: Values, time_s: float) -> Values:
     """Return the values for the declared inputs alone, which cannot be written to."""
     lacking = [name for name in provider.needs if name not in fields]
     if lacking:
-        pytest.fail(f"needs {lacking}: no variable of the engine; geometry: {', '.join(GEOMETRY)}")
+        pytest.fail(f"needs {lacking}: no variable of the engine or its geometry; known: {', '.join(sorted(fields))}")
     needed = {name: fields[name].view() for name in provider.needs}
     for values in needed.values():
         values.flags.writeable = False

@@ -24,9 +24,8 @@ from hcss_bench.reference import (
     reference_of,
     table_radiance,
 )
-from hcss_bench.stages import CERTIFICATE, RAW, RUNS, STAGES, Rounds, time_certificate, time_stages
+from hcss_bench.stages import CERTIFICATE, RAW, RUNS, STAGES, Rounds, private_cache, time_certificate, time_stages
 from hcss_twin import Scenario, make_plan
-from hcss_twin.core.cache import private_cache
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
@@ -324,7 +323,8 @@ def measured(
     pixels = columns.shape[0]
     say("first run, which is not timed")
     plan = make_plan(_at(scenario, accuracies[0], 0))
-    time_stages(Rounds(), "", plan.scenario, folder, True)
+    with private_cache(folder / "first"):  # the tables of the first round are new
+        time_stages(Rounds(), "", plan.scenario, folder, True)
     say("integrating some pixels, at all wavenumbers and at fewer")
     grids = {step: every_nth(plan, step) for step, _ in BRUTE_FORCE}
     known = {step: reference.errors(column_radiance(plan, grid, columns)) for step, grid in grids.items()}
@@ -344,7 +344,7 @@ def measured(
                 by_band[accuracy] = {} if looked_up is None else reference.errors(looked_up)
                 say(f"round 1 of {rounds}, accuracy {_text(accuracy)}: certificate")
                 checked = _at(scenario, accuracy, pixels)
-                checks[accuracy] = time_certificate(times, _name(accuracy), checked)
+                checks[accuracy] = time_certificate(times, _name(accuracy), checked, folder)
         # The number of bytes is the same at all accuracies, and disk speed varies.
         times.add(RAW, statistics.median(raw))
         say(f"round {number + 1} of {rounds}, brute force")

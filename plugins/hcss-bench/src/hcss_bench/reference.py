@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.engine.certificate.reference_columns import level_change
 from hcss_twin.engine.tables.look_up import LookUp
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
@@ -123,13 +122,16 @@ def reference_of(
     known = SpectralGrid.reference_spectra(
         assembly.at_level(coarse).model, setting, grid.wavenumber_cm1, columns, len(columns)
     )
-    suns = [sun] * len(columns)
     radiance = np.sum(known, axis=1) @ grid.weights_cm1.T
     nodes = grid.choose_nodes(known, NODES_TOLERANCE)
     changes = []
     for numerical_level in (level, max(level - 1, 0)):
         say(f"numerical level {numerical_level}")
-        changes.append(np.sum(level_change(assembly, numerical_level, grid, nodes, known, columns, suns)[1], axis=1))
+        finer = SpectralGrid.reference_spectra(
+            assembly.at_level(numerical_level).model, setting, nodes.wavenumber_cm1, columns, len(columns)
+        )
+        change = finer - known[..., np.searchsorted(grid.wavenumber_cm1, nodes.wavenumber_cm1)]
+        changes.append(np.sum(change, axis=1) @ nodes.weights_cm1.T)
     radiance += changes[0]
     text = (
         f"physical at numerical level {level} of {last} ({nodes.wavenumber_cm1.size} of {grid.wavenumber_cm1.size} "

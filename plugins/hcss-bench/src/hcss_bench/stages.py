@@ -6,12 +6,11 @@ ratios within one round are stable.
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import statistics
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,51 +18,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.core.cache import TABLES, Store
 from hcss_twin.core.files import Writing
-from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.engine.certificate.certificate import Certificate
-from hcss_twin.engine.certificate.certificate_pixels import PixelSample
-from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.compile import tables_of
-from hcss_twin.engine.simulate import cube_header, run
-from hcss_twin.engine.stream import stream
-from hcss_twin.engine.tables.over_views import plans_over_views
+from hcss_twin.engine.simulate import run
+from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import CloudGenerator
 
 
-@dataclass
-class Clock:
-    """Seconds spent so far."""
-
-    seconds: float = 0.0
-
-
-class _Timed:
-    """A generator wrapper that measures its run time."""
-
-    def __init__(self, generator: CloudGenerator, clock: Clock) -> None:
-        self._generator, self._clock = generator, clock
-        self.declares = generator.declares
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._generator, name)
-
-    def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
-        """Return the thickness of a window."""
-        start = time.perf_counter()
-        try:
-            return self._generator.thickness_m(time_s, rows, columns)
-        finally:
-            self._clock.seconds += time.perf_counter() - start
+@contextmanager
+def private_cache(folder: Path) -> Iterator[None]:
+    """Use an empty cache in a folder while the block runs, so that no earlier result is used and none remains."""
+    settings = {"HCSS_CACHE_DIR": str(folder), "HCSS_CACHE_MB": "10000"}
+    before = {name: os.environ.get(name) for name in settings}
+    os.environ.update(settings)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
 
 
-def with_timed_clouds(plan: Plan, clock: Clock) -> Plan:
-    """Return a plan that produces the same frames and times its cloud generators."""
-    generators = tuple(_Timed(generator, clock) for generator in plan.assembly.generators)
-    return dataclasses.replace(plan, assembly=dataclasses.replace(plan.assembly, generators=generators))
+class Watch:
+    """Progress of a run that measures what is not the computation of frames.
+
+    Attributes
+    ----------
+    computing : float
+        Seconds in which the run computed frames, or waited for those who do.
+    ended : float
+        When the last frame was there.
+    """
+
+    def __init__(self) -> None:
+        self.computing, self.ended = 0.0, 0.0
+        self._began = 0.0
+
+    def __call__(self, parts: Iterable[Any], count: int) -> Iterator[Any]:
+        """Yield the parts of a run."""
+        self._began = before = time.perf_counter()
+        for part in parts:
+            self.computing += time.perf_counter() - before
+            yield part
+            before = time.perf_counter()
+        self.ended = time.perf_counter()
+
+    def other(self) -> float:
+        """Return the seconds from the first frame until now that were not spent on the computation of frames."""
+        return time.perf_counter() - self._began - self.computing
 
 
 def write_raw(path: Path, plane: NDArray[Any], times: int) -> None:
@@ -158,7 +164,8 @@ def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, c
     """Time all stages of a scenario, its whole run, and a raw write of the same bytes, as one round.
 
     The whole run uses cached tables and makes no certificate; a run with new tables takes longer by the difference
-    between compiling and loading them.
+    between compiling and loading them. Writing is what the whole run takes beside the computation of frames, from the
+    first one until the file is complete; a part of it may happen during the computation, which costs nothing.
 
     Parameters
     ----------
@@ -167,18 +174,20 @@ def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, c
     folder : Path
         Where cubes are written.
     compiled : bool
-        Whether to compile tables; otherwise they are in the cache.
+        Whether to compile tables, which must not be in the cache; otherwise they must.
     """
-    output = folder / "cube.nc"
     plan = rounds.time(prefix + PLAN, lambda: make_plan(scenario))
     if compiled:
-        for toward in (plan, *plans_over_views(plan)):
-            Store(*TABLES).forget(RadianceTables.key_of(toward))
         rounds.time(prefix + COMPILE, lambda: tables_of(plan))
     tables = rounds.time(prefix + KEPT, lambda: tables_of(plan))
     frame = _time_frames(rounds, prefix, plan, tables)
-    rounds.time(prefix + WRITE, lambda: _write(plan, tables, frame, output))
-    rounds.time(prefix + KEPT_RUN, lambda: run(make_plan(scenario), output))
+    watch = Watch()
+
+    def whole_run() -> float:
+        run(make_plan(scenario), folder / "cube.nc", watch)
+        return watch.other()
+
+    rounds.add(prefix + WRITE, rounds.time(prefix + KEPT_RUN, whole_run))
     if compiled:
         instead = rounds.last(prefix + COMPILE) - rounds.last(prefix + KEPT)
         rounds.add(prefix + NEW_RUN, rounds.last(prefix + KEPT_RUN) + instead)
@@ -186,37 +195,28 @@ def time_stages(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path, c
     rounds.time(prefix + RAW, lambda: write_raw(folder / "raw.bin", planes, plan.frame_times_s.size))
 
 
-def time_certificate(rounds: Rounds, prefix: str, scenario: Scenario) -> Certificate:
-    """Compute the frames that a certificate checks, time the check, and return the certificate.
+def time_certificate(rounds: Rounds, prefix: str, scenario: Scenario, folder: Path) -> Certificate:
+    """Run a scenario, time the check after its last frame until the file is complete, and return the certificate.
 
     Parameters
     ----------
     scenario : Scenario
         Its ``output.certificate`` is the number of pixels.
     """
-    plan = make_plan(scenario)
-    tables, sample = tables_of(plan), PixelSample(plan)
-    drawn = list(sample.counts)
-    for _ in stream(plan, tables, sample, drawn):
-        pass
-    return rounds.time(prefix + CERTIFICATE, lambda: certify(plan, tables, sample.frames))
+    watch, found = Watch(), list[Certificate]()
+    run(make_plan(scenario), folder / "cube.nc", watch, found.append)
+    rounds.add(prefix + CERTIFICATE, time.perf_counter() - watch.ended)
+    return found[0]
 
 
 def _time_frames(rounds: Rounds, prefix: str, plan: Plan, tables: RadianceTables) -> dict[str, NDArray[Any]]:
     """Compute all frames and return the last one; time not spent on clouds counts as look-up."""
-    clock = Clock()
+    maker, clouds = PartMaker(plan, tables), 0.0
     frame: dict[str, NDArray[Any]] = {}
     start = time.perf_counter()
-    for computed in stream(with_timed_clouds(plan, clock), tables):
-        frame = computed
-    whole = time.perf_counter() - start
-    rounds.add(prefix + CLOUDS, clock.seconds)
-    rounds.add(prefix + LOOK_UP, whole - clock.seconds)
+    for index in range(plan.frame_times_s.size):
+        frame, _ = maker.part(index, plan.extent)
+        clouds += maker.seconds["clouds"]
+    rounds.add(prefix + CLOUDS, clouds)
+    rounds.add(prefix + LOOK_UP, time.perf_counter() - start - clouds)
     return frame
-
-
-def _write(plan: Plan, tables: RadianceTables, frame: dict[str, NDArray[Any]], output: Path) -> None:
-    compression = plan.scenario.output.compression or None
-    with CubeWriter(output, cube_header(plan, tables), compression=compression) as writer:
-        for index in range(plan.frame_times_s.size):
-            writer.write_frame(index, frame)

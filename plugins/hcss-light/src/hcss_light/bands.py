@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from hcss_light.source import Particles, Surroundings
 from hcss_twin.models.atmosphere.path_radiance import path_radiance
-from hcss_twin.models.radiance.physical.sunlight_in_air import scattered_once
-from hcss_twin.providers import Array, Leg, Path, Sun, planck, relative_azimuth_rad, to_space
+from hcss_twin.providers import Array, Leg, Path, Sun, planck, to_space
 from hcss_twin.providers.light import LightInputs
 
 SPREAD, MOST_GROUPS = 0.05, 4
@@ -169,15 +168,9 @@ def sunlight_of_air(inputs: LightInputs, sun: Sun | None) -> Array:
     scatters counts as radiance from below. 0 with providers that give none, and where the engine has none
     because the sun is near the horizon somewhere along the line of sight.
     """
-    wavenumber, view = inputs.wavenumber_cm1, inputs.view
     if sun is None:
-        return np.zeros(wavenumber.size)
-    turned = relative_azimuth_rad(view.azimuth_deg, sun.azimuth_deg)
-    of_air = inputs.transmittance, inputs.profile
-    above = scattered_once(*of_air, view.zenith_deg, sun, turned, wavenumber)
-    share = above(max(cloud.layer.top_m for cloud in inputs.stack))
-    result: Array = share * inputs.solar_irradiance(wavenumber) / sun.distance_au**2
-    return result
+        return np.zeros(inputs.wavenumber_cm1.size)
+    return inputs.air_sun(sun, max(cloud.layer.top_m for cloud in inputs.stack))
 
 
 def _grouped(places: NDArray[np.intp], signal: Array, albedo: Array) -> list[NDArray[np.intp]]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hcss_light.sea_surface import RoughSea, glint, mirror
 from hcss_light.voxels import LightError, ScatteringTable, Voxels
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array
 
 _COLLISION, _TOP, _SURFACE = 0, 1, 2
@@ -133,7 +133,7 @@ def _direction(name: str, zenith_deg: float, azimuth_deg: float) -> Array:
     return np.array([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), up])
 
 
-@inner()
+@kernel(inner=True)
 def _cross(
     at: Any, along: Any, depth: float, extinction: Any, per: Any, gas: Any, edges: Any, moved: Any, side_x: float,
     side_y: float,
@@ -191,7 +191,7 @@ def _cross(
             at[1] = j * side_y if along[1] > 0.0 else (j + 1) * side_y
 
 
-@inner()
+@kernel(inner=True)
 def _turn(along: Any, cosine: float, draw: Any) -> None:
     """Turn a direction by a scattering angle into a random plane."""
     azimuth, sine = 2.0 * np.pi * draw.random(), np.sqrt(max(0.0, 1.0 - cosine * cosine))
@@ -209,7 +209,7 @@ def _turn(along: Any, cosine: float, draw: Any) -> None:
         along[axis] /= norm
 
 
-@inner()
+@kernel(inner=True)
 def _draw_cosine(cosine: Any, phase: Any, cumulative: Any, draw: Any) -> float:
     """Return a random cosine by a phase function that is linear between its points."""
     share = draw.random()

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from hcss_light.voxels import LightError
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array
 
 RULE = 24
@@ -80,7 +80,7 @@ def fresnel(cosine: float, index: float) -> float:
     return 0.5 * (across * across + along * along)
 
 
-@inner()
+@kernel(inner=True)
 def hidden(cosine: float, variance: float) -> float:
     """Return Smith's function of the facets that others hide, for slopes of a variance in each direction."""
     sine = math.sqrt(max(1.0 - cosine * cosine, 1e-12))
@@ -101,7 +101,7 @@ def glint(toward: Any, to_sun: Any, variance: float, index: float) -> float:
     return leaves
 
 
-@inner()
+@kernel(inner=True)
 def mirror(along: Any, variance: float, index: float, draw: Any) -> tuple[float, float]:
     """Turn a direction that goes down into that of the ray which a random facet mirrors.
 

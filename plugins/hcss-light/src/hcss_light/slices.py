@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_light.voxels import LightError
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array
 
 Field = NDArray[np.float32]
@@ -162,14 +162,14 @@ def paths(density: Any, slice_m: float, shifts: Any, amount: Any) -> None:
                 add(amount_row[columns - back :], cloud[:back], part)
 
 
-@inner()
+@kernel(inner=True)
 def add(total: Any, values: Any, part: Any) -> None:
     """Add a part of values to a total."""
     for x in range(total.size):
         total[x] += part * values[x]
 
 
-@inner()
+@kernel(inner=True)
 def pass_on(seen: Any, total: Any, kept: Any, light: Any) -> None:
     """Add the light of voxels as far as it is seen, and keep what is seen of those behind."""
     opaque = np.float32(OPAQUE)
@@ -178,14 +178,14 @@ def pass_on(seen: Any, total: Any, kept: Any, light: Any) -> None:
         seen[x] = max(seen[x] * kept[x], opaque)
 
 
-@inner()
+@kernel(inner=True)
 def crossed(shifts: Any, s: int, ray: int, rows: int, columns: int) -> Any:
     """Return by how many rows and columns a ray is displaced that crosses points in a part of their area."""
     down, right = shifts[s, 0] + (ray + 0.5) / VIEW_RAYS, shifts[s, 1] + ((2 * ray) % VIEW_RAYS + 0.5) / VIEW_RAYS
     return int(np.floor(down)) % rows, int(np.floor(right)) % columns
 
 
-@inner()
+@kernel(inner=True)
 def absorbed(density: Any, per: Any, share: Any) -> Any:
     """Write 1 - exp(-per density) within 1e-6, and return whether there is cloud.
 
@@ -210,7 +210,7 @@ def absorbed(density: Any, per: Any, share: Any) -> Any:
     return cloudy > 0
 
 
-@inner()
+@kernel(inner=True)
 def emit(share: Any, light: Any, source: Any, black: Any) -> None:
     """Write the light of voxels that absorb a share, and replace this by what they let through."""
     one = np.float32(1.0)
@@ -306,7 +306,7 @@ def direct_sunlight(
                 sunlight[s, y, x] = -np.log(max(mean, 1e-300)) if as_depth else mean
 
 
-@inner()
+@kernel(inner=True)
 def aside(down: float, right: float, ray: int) -> tuple[int, int]:
     """Return by how many rows and columns a ray is displaced that crosses the lowest slice in a part of its column."""
     return int(np.floor(down + (ray + 0.5) / RAYS)), int(np.floor(right + ((2 * ray + 1) % (RAYS + 1) + 0.5) / RAYS))

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcss_twin import Scenario
-from hcss_twin.models.optics.size_distribution import projected_area_m1
 from hcss_twin.providers import Array, Catalog, Kind, Microphysics, Optics, OpticsInputs
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.reports.figures import Figures
@@ -25,6 +24,7 @@ PHASE_UM = (3.7, 10.8)
 _COLOURS = ("tab:blue", "tab:green", "tab:red")
 # Ice spheres are large: their forward peak needs more moments than the shipped tables have.
 _MOMENTS = 640
+_RADII = 4001
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,16 @@ def optics_providers(catalog: Catalog, moments: int | None = None) -> dict[str, 
 def efficiencies(provider: Optics, cloud: Microphysics, wavelength_um: Array) -> Efficiencies:
     """Return the efficiencies of one cloud at ascending wavelengths (V,)."""
     optics = provider.single_scattering(cloud, 1e4 / wavelength_um[::-1])
-    extinction, share = optics.extinction_m1[::-1] / projected_area_m1(cloud), optics.albedo[::-1]
+    extinction, share = optics.extinction_m1[::-1] / _projected_area_m1(cloud), optics.albedo[::-1]
     return Efficiencies(wavelength_um, extinction, extinction * share, extinction * (1.0 - share), share)
+
+
+def _projected_area_m1(cloud: Microphysics) -> float:
+    """Return N pi <r^2>, the area of the particles per volume, of the distribution below eq 9."""
+    radius_um = np.geomspace(*cloud.radius_range_um, _RADII)
+    density = radius_um**cloud.alpha * np.exp(-cloud.b * radius_um**cloud.nu)
+    square_um2 = np.trapezoid(density * radius_um**2, radius_um) / np.trapezoid(density, radius_um)
+    return float(1e-12 * np.pi * cloud.number_density_m3 * square_um2)
 
 
 def cloud_optics_figure(catalog: Catalog, types: Sequence[str] = TYPES) -> Figure:

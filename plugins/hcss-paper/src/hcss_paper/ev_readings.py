@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
-from hcss_twin.models.clouds.coverage import Coverage
+from hcss_paper.eq_5 import cloudy_pixels, fraction_value
 from hcss_twin.providers import Array
 
 GREYS: Mapping[str, Callable[[Array], Array]] = {
-    "p of eq 5": lambda field: np.asarray(Coverage.cloud_fraction_value(field), dtype=np.float64),
-    "p squared": lambda field: np.asarray(Coverage.cloud_fraction_value(field), dtype=np.float64) ** 2,
+    "p of eq 5": lambda field: np.asarray(fraction_value(field), dtype=np.float64),
+    "p squared": lambda field: np.asarray(fraction_value(field), dtype=np.float64) ** 2,
     "V of eq 2": lambda field: field,
     "exp V": np.exp,
 }
@@ -79,7 +79,7 @@ def readings(field: Array, coverage: float) -> tuple[dict[Reading, float], dict[
     coverage : float
         0 to 1.
     """
-    cloudy = Coverage.cloudy_pixels(field, coverage)
+    cloudy = cloudy_pixels(field, coverage)
     entropy, density = {}, {}
     for name, grey in GREYS.items():
         values = grey(field)

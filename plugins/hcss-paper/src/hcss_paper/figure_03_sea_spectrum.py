@@ -13,15 +13,16 @@ from scipy.optimize import minimize_scalar
 from hcss_paper.figure_base import blank
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
-from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz as law
-from hcss_twin.providers import Array
+from hcss_paper.sea_surface import ALPHA, BETA, GRAVITY_M_S2, significant_wave_height_m, spectrum_m2_s
+from hcss_twin.providers import Array, Catalog, Kind, SeaInputs
+from hcss_twin.providers.registry.registry import Registry
 
 WINDS_M_S = (5.0, 7.5, 10.0, 12.5, 15.0)
 Spectrum = Callable[[Array, float], Array]
 
 
-def figure_3(seed: int, spectrum: Spectrum = law.spectrum_m2_s) -> Reproduction:
-    """Return the spectrum of eq 1, compared with closed forms of its peak and variance.
+def figure_3(seed: int, spectrum: Spectrum = spectrum_m2_s) -> Reproduction:
+    """Return the spectrum of eq 1, compared with closed forms of its peak and variance, and with the sea model.
 
     Parameters
     ----------
@@ -35,20 +36,21 @@ def figure_3(seed: int, spectrum: Spectrum = law.spectrum_m2_s) -> Reproduction:
     greatest = [float(spectrum(np.array([peak]), wind)[0]) for peak, wind in zip(peaks, WINDS_M_S, strict=True)]
     heights = [4.0 * math.sqrt(_variance_m2(spectrum, wind)) for wind in WINDS_M_S]
     # d/d omega of eq 1 vanishes at omega^4 = 4/5 beta (g / U)^4, and its integral is alpha U^4 / (4 beta g^2).
-    closed_peaks = [(0.8 * 0.74) ** 0.25 * 9.81 / wind for wind in WINDS_M_S]
-    closed_heights = [4.0 * math.sqrt(8.1e-3 / (4.0 * 0.74)) * wind**2 / 9.81 for wind in WINDS_M_S]
-    rows = [
-        Row("alpha", "1", 8.1e-3, law.ALPHA),
-        Row("beta", "1", 0.74, law.BETA),
-        Row("g", "m s-2", 9.81, law.GRAVITY_M_S2),
-    ]
-    for wind, peak, height in zip(WINDS_M_S, peaks, heights, strict=True):
+    closed_peaks = [(0.8 * BETA) ** 0.25 * GRAVITY_M_S2 / wind for wind in WINDS_M_S]
+    closed_heights = [4.0 * math.sqrt(ALPHA / (4.0 * BETA)) * wind**2 / GRAVITY_M_S2 for wind in WINDS_M_S]
+    of_model = [_height_of_model_m(wind) for wind in WINDS_M_S]
+    # With the printed beta and g, a wave height of U^2 / g (4 alpha / beta)^(1/2) tells alpha.
+    alpha = 0.25 * BETA * (of_model[0] * GRAVITY_M_S2 / WINDS_M_S[0] ** 2) ** 2
+    rows = [Row("alpha, from the wave height of the sea model", "1", ALPHA, alpha)]
+    for wind, peak, height, model in zip(WINDS_M_S, peaks, heights, of_model, strict=True):
         rows += [
             Row(f"{wind:g} m/s, frequency of the peak", "rad s-1", None, peak),
             Row(f"{wind:g} m/s, significant wave height", "m", None, height),
+            Row(f"{wind:g} m/s, that of the sea model", "m", None, model),
         ]
     peak_off = _largest_share(peaks, closed_peaks)
     height_off = _largest_share(heights, closed_heights)
+    model_off = _largest_share(of_model, heights)
     checks = (
         Check(
             f"frequency of the peak against (4 beta / 5)^(1/4) g / U: {peak_off:.1e} off, at most 1e-6", peak_off < 1e-6
@@ -58,19 +60,20 @@ def figure_3(seed: int, spectrum: Spectrum = law.spectrum_m2_s) -> Reproduction:
             f"{height_off:.1e} off, at most 1e-6",
             height_off < 1e-6,
         ),
+        Check(f"wave height of the sea model against it: {model_off:.1e} off, at most 1e-6", model_off < 1e-6),
         Check("with more wind the peak is higher", bool(np.all(np.diff(greatest) > 0))),
         Check("with more wind the peak is at a lower frequency", bool(np.all(np.diff(peaks) < 0))),
     )
     return judged(
         rows,
         checks,
-        holds="The spectrum is eq 1 with the printed constants; peak and wave height agree with closed forms.",
+        holds="Peak and wave height of eq 1 agree with closed forms and with the sea model.",
         fails="The spectrum is not that of eq 1.",
         chosen=in_words(
             f"wind speeds {', '.join(f'{wind:g}' for wind in WINDS_M_S)} m/s: those of the figure are not stated"
         ),
         notes=(
-            f"At 10 m/s the significant wave height is {law.significant_wave_height_m(10.0):.2f} m, sea state 4 (1.25 "
+            f"At 10 m/s the significant wave height is {significant_wave_height_m(10.0):.2f} m, sea state 4 (1.25 "
             "to 2.5 m); the paper calls it sea state 5 (Fig 10).",
         ),
         drawings=(
@@ -82,6 +85,11 @@ def figure_3(seed: int, spectrum: Spectrum = law.spectrum_m2_s) -> Reproduction:
             ),
         ),
     )
+
+
+def _height_of_model_m(wind_speed_m_s: float) -> float:
+    registry, inputs = Registry.defaults_only(), SeaInputs(wind_speed_m_s, 270.0, 290.0, Catalog())
+    return float(registry.create(registry.resolve(Kind.SEA, "cox-munk"), inputs).significant_wave_height_m)
 
 
 def _drawn(spectrum: Spectrum) -> Figure:

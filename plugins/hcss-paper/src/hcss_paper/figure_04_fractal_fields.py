@@ -8,11 +8,11 @@ import numpy as np
 from hcss_evaluate.measures.fractal_dimension import variogram_dimension
 from hcss_evaluate.measures.semivariance import semivariances
 
+from hcss_paper.eq_5 import fraction_value
 from hcss_paper.figure_base import blank, reduced, scenario_of, shades
 from hcss_paper.inputs import in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_twin import make_plan
-from hcss_twin.models.clouds.coverage import Coverage
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
 from hcss_twin.providers import Array
@@ -124,7 +124,7 @@ def drawn(panels: list[list[tuple[str, Array]]], most: int = 100) -> Figure:
     axes = figure.subplots(4, 3)
     flat = [panel for row in panels for panel in row]
     for letter, axis, (title, values) in zip("abcdefghijkl", axes.ravel(), flat, strict=True):
-        p = reduced(Coverage.cloud_fraction_value(values), most)
+        p = reduced(fraction_value(values), most)
         shown = (p - p.min()) / (p.max() - p.min())
         image = axis.imshow(shown, origin="lower", cmap=shades(), vmin=0, vmax=1)
         axis.set_title(f"({letter}) {title}", fontsize=10)

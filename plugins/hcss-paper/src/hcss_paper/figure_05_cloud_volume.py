@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_paper.eq_5 import cloudy_pixels, fraction_value
 from hcss_paper.figure_base import scenario_of
 from hcss_paper.inputs import CLOUD_HEIGHTS_KM, in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.models.clouds.coverage import Coverage
 from hcss_twin.providers import Array, Catalog
-from hcss_twin.reports.cloud_volume import CloudVolume
+from hcss_twin.reports.cloud_volume import cloud_volume_figure
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 
 TYPE = "cumulus"
@@ -38,7 +38,7 @@ def eq_7(field: Array, cloudy: NDArray[np.bool_], thinnest_m: float, thickest_m:
     thinnest_m, thickest_m : float
         Th_min and Th_max.
     """
-    p = Coverage.cloud_fraction_value(field)
+    p = fraction_value(field)
     low, high = float(p[cloudy].min()), float(p[cloudy].max())
     mapped: Array = np.where(cloudy, thinnest_m + (thickest_m - thinnest_m) * (p - low) / (high - low), 0.0)
     return mapped
@@ -60,20 +60,20 @@ def figure_5(seed: int) -> Reproduction:
     generator: Any = make_plan(scenario).assembly.generators[0]
     every = slice(0, SIDE_PIXELS)
     field: Array = generator.field(0.0, every, every).astype(np.float64)
-    columns = _columns(simulate(scenario))
-    cloudy = ~np.isnan(columns.top_m)
-    found = np.where(cloudy, columns.thickness_m, 0.0)
+    cube = simulate(scenario)
+    found, top = (cube[name][0].to_numpy().astype(np.float64) for name in ("cloud_thickness", "cloud_top_altitude"))
+    cloudy = found > 0.0
     layer = Scenario.cloud_type(f"paper-{TYPE}", Catalog()).layer
     # The heights are those of Table III; the paper does not print the thinnest cloud.
     base_km, top_km = CLOUD_HEIGHTS_KM[TYPE]
     wanted = eq_7(field, cloudy, layer.thickness_min, 1e3 * (top_km - base_km))
     off = float(np.max(np.abs(found - wanted)))
-    highest = _highest(field, COVERAGE)
-    base = columns.base_m[cloudy]
+    highest = cloudy_pixels(field, COVERAGE)
+    base = (top - found)[cloudy]
     rows = [
         Row("coverage", "1", None, float(cloudy.mean())),
         Row("base", "km", base_km, float(np.median(base)) / 1e3),
-        Row("highest top", "km", top_km, float(np.nanmax(columns.top_m)) / 1e3),
+        Row("highest top", "km", top_km, float(np.nanmax(top)) / 1e3),
         Row("thinnest cloud", "m", None, float(found[cloudy].min())),
         Row("thickest cloud", "m", 1e3 * (top_km - base_km), float(found.max())),
         Row("mean thickness of the cloudy pixels", "m", None, float(found[cloudy].mean())),
@@ -99,29 +99,9 @@ def figure_5(seed: int) -> Reproduction:
         drawings=(
             Drawing(
                 "Cumulus in three dimensions, in section, and by altitude",
-                CloudVolume.figure(columns),
+                cloud_volume_figure(cube),
                 "Steep clouds of different heights with a flat base over a blue sea; below, a vertical section and "
                 "the cloud-covered fraction of the area at each altitude.",
             ),
         ),
-    )
-
-
-def _highest(field: Array, coverage: float) -> NDArray[np.bool_]:
-    """Return the pixels with the highest values."""
-    chosen = np.argsort(-field.ravel(), kind="stable")[: round(coverage * field.size)]
-    mask = np.zeros(field.size, dtype=np.bool_)
-    mask[chosen] = True
-    return mask.reshape(field.shape)
-
-
-def _columns(cube: xr.Dataset) -> CloudVolume.Columns:
-    frame = cube.isel(time=0)
-    thickness, top = (frame[name].to_numpy().astype(np.float64) for name in ("cloud_thickness", "cloud_top_altitude"))
-    cloudy = thickness > 0.0
-    base = np.where(cloudy, top - thickness, np.nan)
-    x, y = (cube[name].to_numpy().astype(np.float64) for name in ("x", "y"))
-    moment: Any = frame["time"].to_numpy().astype("datetime64[ms]")[()]
-    return CloudVolume.Columns(
-        str(cube.attrs["title"]), moment, 0, x, y, base, np.where(cloudy, top, np.nan), cloudy.astype(np.float64)
     )

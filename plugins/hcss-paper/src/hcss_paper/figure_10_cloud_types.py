@@ -11,9 +11,8 @@ from scipy.special import ndtri
 from hcss_paper.figure_base import PANEL_PIXELS, blank, reduced, shades, simulated
 from hcss_paper.inputs import CLOUD_HEIGHTS_KM, in_words
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
-from hcss_paper.sea_surface import surface_elevation
+from hcss_paper.sea_surface import elevation_variance_m2, significant_wave_height_m, surface_elevation
 from hcss_twin import Scenario
-from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
 from hcss_twin.providers import Array, Catalog
 
 if TYPE_CHECKING:
@@ -98,7 +97,7 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
     rows += [
         Row(f"largest undulation of the sea at {WIND_M_S:g} m/s", "m", LARGEST_M, highest),
         Row("the same, expected of as many independent points", "m", LARGEST_M, expected),
-        Row("significant wave height", "m", None, PiersonMoskowitz.significant_wave_height_m(WIND_M_S)),
+        Row("significant wave height", "m", None, significant_wave_height_m(WIND_M_S)),
     ]
     checks = (
         Check(f"image size and heights of Table III: largest difference {off:.1e}, at most 1e-5", off < 1e-5),
@@ -120,7 +119,7 @@ def figure_10(seed: int, size: int = SIDE_PIXELS) -> Reproduction:
             "measurements (catalog)",
         ),
         notes=(
-            f"The significant wave height at 10 m/s is {PiersonMoskowitz.significant_wave_height_m(WIND_M_S):.2f} m, "
+            f"The significant wave height at 10 m/s is {significant_wave_height_m(WIND_M_S):.2f} m, "
             "sea state 4; the paper states sea state 5 (2.5 to 4 m) and compares it with the largest elevation, a "
             "different quantity.",
             f"The sea in the figure has {WAVES} waves of eq 1; the pixels are larger than the wavelengths.",
@@ -190,4 +189,4 @@ def expected_highest_m(count: int) -> float:
         Median of the largest absolute value: m deviations, where 2 (1 - Phi)(m) = 1 - 2^(-1/count).
     """
     quantile: Any = ndtri(1.0 - 0.5 * (1.0 - 0.5 ** (1.0 / count)))
-    return math.sqrt(PiersonMoskowitz.elevation_variance_m2(WIND_M_S)) * float(quantile)
+    return math.sqrt(elevation_variance_m2(WIND_M_S)) * float(quantile)

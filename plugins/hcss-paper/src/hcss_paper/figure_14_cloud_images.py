@@ -10,11 +10,11 @@ from hcss_evaluate.measures.morphology import Morphology, morphology
 from matplotlib.colors import LogNorm
 from numpy.typing import NDArray
 
+from hcss_paper.eq_5 import cloudy_pixels, fraction_value
 from hcss_paper.figure_base import blank, image_panel
 from hcss_paper.inputs import assumed, fitted, published
 from hcss_paper.reproduction import Check, Drawing, Reproduction, Row, judged
 from hcss_paper.tables_8_and_9 import MEASURES, cloud_field
-from hcss_twin.models.clouds.coverage import Coverage
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,8 +35,8 @@ def figure_14(seed: int) -> Reproduction:
     printed = dict(zip(MEASURES, map(float, table["sim"]), strict=True))
     real = dict(zip(MEASURES, map(float, table["real"]), strict=True))
     field = cloud_field("paper-simulated", seed)
-    values = Coverage.cloud_fraction_value(field.astype(np.float64))
-    cloudy = Coverage.cloudy_pixels(field, fitted("coverage of Table VIII"))
+    values = fraction_value(field.astype(np.float64))
+    cloudy = cloudy_pixels(field, fitted("coverage of Table VIII"))
     found = measures(morphology(values, cloudy))
     image = grey_levels(values, cloudy)
     rows = [Row(f"(b) simulated image, {name}", _unit(name), printed[name], found[name]) for name in MEASURES]

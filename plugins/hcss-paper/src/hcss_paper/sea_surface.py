@@ -1,4 +1,4 @@
-"""Realisations of a fully developed sea with the Pierson-Moskowitz spectrum (eq 1), for the figure of cloud types."""
+"""The Pierson-Moskowitz spectrum (eq 1) as printed, and realisations of a sea that has it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,24 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.models.sea.pierson_moskowitz import PiersonMoskowitz
+ALPHA, BETA, GRAVITY_M_S2 = 8.1e-3, 0.74, 9.81
+"""Constants below eq 1."""
+
+
+def spectrum_m2_s(omega_rad_s: NDArray[np.float64], wind_speed_m_s: float) -> NDArray[np.float64]:
+    """Return alpha g^2 / omega^5 exp(-beta (g / (U omega))^4) at frequencies (N,) above 0."""
+    decay = np.exp(-BETA * (GRAVITY_M_S2 / (wind_speed_m_s * omega_rad_s)) ** 4)
+    return np.asarray(ALPHA * GRAVITY_M_S2**2 / omega_rad_s**5 * decay, dtype=np.float64)
+
+
+def elevation_variance_m2(wind_speed_m_s: float) -> float:
+    """Return m0, the integral of eq 1 over all frequencies: alpha U^4 / (4 beta g^2)."""
+    return ALPHA * wind_speed_m_s**4 / (4.0 * BETA * GRAVITY_M_S2**2)
+
+
+def significant_wave_height_m(wind_speed_m_s: float) -> float:
+    """Return 4 m0^(1/2)."""
+    return 4.0 * math.sqrt(elevation_variance_m2(wind_speed_m_s))
 
 
 def component_frequencies_rad_s(wind_speed_m_s: float, count: int) -> NDArray[np.float64]:
@@ -24,10 +41,7 @@ def component_frequencies_rad_s(wind_speed_m_s: float, count: int) -> NDArray[np
     if not (math.isfinite(wind_speed_m_s) and wind_speed_m_s > 0.0) or count < 1:
         raise ValueError(f"wind_speed_m_s {wind_speed_m_s}, count {count}: allowed finite, above 0; at least 1")
     share = (np.arange(count) + 0.5) / count
-    return np.asarray(
-        PiersonMoskowitz.GRAVITY_M_S2 / wind_speed_m_s * (PiersonMoskowitz.BETA / -np.log(share)) ** 0.25,
-        dtype=np.float64,
-    )
+    return np.asarray(GRAVITY_M_S2 / wind_speed_m_s * (BETA / -np.log(share)) ** 0.25, dtype=np.float64)
 
 
 def surface_elevation(
@@ -70,7 +84,9 @@ def surface_elevation(
     """
     x, y = np.broadcast_arrays(np.asarray(x_m, dtype=np.float64), np.asarray(y_m, dtype=np.float64))
     elevation = np.zeros(x.shape)
-    variance = PiersonMoskowitz.elevation_variance_m2(wind_speed_m_s)
+    if not (math.isfinite(wind_speed_m_s) and wind_speed_m_s >= 0.0):
+        raise ValueError(f"wind_speed_m_s {wind_speed_m_s}: allowed finite, at least 0")
+    variance = elevation_variance_m2(wind_speed_m_s)
     if variance == 0.0:
         return elevation
     omega = component_frequencies_rad_s(wind_speed_m_s, components)
@@ -79,7 +95,7 @@ def surface_elevation(
     # The sine of an angle with density cos^2 is distributed like a coordinate of random points in a disc.
     disc = np.sqrt(random.random(components)) * np.cos(2.0 * np.pi * random.random(components))
     bearing = np.radians(wind_from_deg + 180.0) + np.arcsin(disc)
-    wavenumber = omega**2 / PiersonMoskowitz.GRAVITY_M_S2
+    wavenumber = omega**2 / GRAVITY_M_S2
     east, north = wavenumber * np.sin(bearing), wavenumber * np.cos(bearing)
     phase -= omega * time_s
     # Adding one wave at a time limits the memory to the size of the surface.

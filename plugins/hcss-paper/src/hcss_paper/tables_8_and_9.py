@@ -10,11 +10,11 @@ import numpy as np
 from hcss_evaluate.measures.morphology import Morphology, morphology, relative_errors, root_mean_square
 from numpy.typing import NDArray
 
+from hcss_paper.eq_5 import cloudy_pixels, fraction_value
 from hcss_paper.ev_readings import Reading, readings
 from hcss_paper.inputs import fitted, published
 from hcss_paper.reproduction import Check, Reproduction, Row, judged
 from hcss_twin import Scenario, make_plan
-from hcss_twin.models.clouds.coverage import Coverage
 
 SEED = 1
 """Seed of the images to which inputs are fitted, and the default of the command."""
@@ -39,7 +39,7 @@ def cloud_field(cloud_type: str, seed: int) -> NDArray[Any]:
 
 def cloud_mask(cloud_type: str, coverage: float, seed: int) -> NDArray[np.bool_]:
     """Return the cloudy pixels of one cloud field."""
-    mask: NDArray[np.bool_] = Coverage.cloudy_pixels(cloud_field(cloud_type, seed), coverage)
+    mask: NDArray[np.bool_] = cloudy_pixels(cloud_field(cloud_type, seed), coverage)
     return mask
 
 
@@ -47,7 +47,7 @@ def cloud_mask(cloud_type: str, coverage: float, seed: int) -> NDArray[np.bool_]
 def measured(cloud_type: str, coverage: float, seed: int) -> Morphology:
     """Return the measures of one cloud field."""
     field = cloud_field(cloud_type, seed)
-    return morphology(Coverage.cloud_fraction_value(field), Coverage.cloudy_pixels(field, coverage))
+    return morphology(fraction_value(field), cloudy_pixels(field, coverage))
 
 
 def mean_measures(cloud_type: str, coverage: float, seed: int) -> dict[str, float]:

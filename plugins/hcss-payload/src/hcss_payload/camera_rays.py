@@ -27,12 +27,10 @@ from hcss_payload.sampled_pass import FIELD, sample_pass
 from hcss_payload.shutter import LEAST_SMEAR_PX, Shutter, exposure_of, instants_for, largest_smear_px
 from hcss_payload.zonal_disk import ZonalDisk
 from hcss_twin import Scenario
-from hcss_twin.cube.header import ImageLayout
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded
-from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.rays import Rays
 from hcss_twin.providers import Array, Catalog, Grid, Problem, ScenarioError, View
 
@@ -216,7 +214,7 @@ class CameraRays(Rays):
             )
             return Shutter(line_s=payload.line_s)
         why = f"that of {follows}, in which the scene moves by up to {smear:.2g} pixels"
-        self.filled_in = (FilledIn("camera.integration_time", f"{payload.integration_s:g} s", why),)
+        self.filled_in = (("camera.integration_time", f"{payload.integration_s:g} s", why),)
         return Shutter(payload.integration_s, payload.line_s, instants)
 
     def variables(self, requested: tuple[VariableSpec, ...]) -> tuple[VariableSpec, ...]:
@@ -238,10 +236,14 @@ class CameraRays(Rays):
                         scene.require_in_reach(generator, below, float(time_s))
         self._limb = Limb(assembly) if self._payload.beyond == "limb" and radiance else None
 
-    def layout(self, scenario: Scenario) -> ImageLayout:
-        """Return rows, columns and poses, and the extent of the ground that the frames show."""
+    def coordinates(self) -> tuple[tuple[VariableSpec, NDArray[Any]], ...]:
+        """Return rows, columns and poses."""
         poses = [self._payload.pose(float(time_s)) for time_s in self._times_s]
-        return ImageLayout(coordinates(self.camera.rows, self.camera.columns, poses), *self._extent)
+        return coordinates(self.camera.rows, self.camera.columns, poses)
+
+    def extent_deg(self, scenario: Scenario) -> tuple[float, float, float, float]:
+        """Return the extent of the ground that the frames show."""
+        return self._extent
 
     def still(self) -> CameraRays:
         """Return the rays of the middle of the integration time."""

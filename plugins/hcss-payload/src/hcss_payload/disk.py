@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from datetime import timedelta
+from datetime import datetime, timedelta
 from functools import lru_cache
 
 import numpy as np
@@ -19,7 +19,6 @@ from hcss_payload.scene_plane import surface_place, toward_camera
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.plan.air_over_field import AirOverField
-from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.providers import Array, Sun, View
 
 _FOUND, _STEPS = 1e-9, 60
@@ -48,8 +47,8 @@ class Disk:
         Latitude and longitude of the centre of the scene's plane, along whose axes directions are given.
     camera_m : tuple of float (3,)
         Place of the camera, Earth-fixed.
-    track : SunTrack
-        Sun at any place.
+    start : datetime
+        Of the scene, with a time zone.
     times_s : tuple of float
         At which suns are compared.
     glint : (float, float) or None
@@ -59,7 +58,7 @@ class Disk:
     edge: float
     centre: tuple[float, float]
     camera_m: tuple[float, float, float]
-    track: SunTrack
+    start: datetime
     times_s: tuple[float, ...]
     glint: tuple[float, float] | None = None
 
@@ -84,7 +83,7 @@ class Disk:
     def suns(self, view: View) -> list[Sun | None]:
         """Return the sun of the place of a view at the times; None below the horizon."""
         assert isinstance(view, AirOverField.PlacedView)
-        return [_sun(self.track, view.latitude_deg, view.longitude_deg, time_s) for time_s in self.times_s]
+        return [_sun(self.start, view.latitude_deg, view.longitude_deg, time_s) for time_s in self.times_s]
 
     def views_of(self, position_m: Array) -> list[View]:
         """Return the views of positions (N, 3) on the ellipsoid; azimuths count from north."""
@@ -156,7 +155,7 @@ def with_glint(disk: Disk) -> Disk:
         np.array([getattr(view, name) for view in views])
         for name in ("zenith_deg", "azimuth_deg", "latitude_deg", "longitude_deg")
     )
-    instant = disk.track.start + timedelta(seconds=disk.times_s[len(disk.times_s) // 2])
+    instant = disk.start + timedelta(seconds=disk.times_s[len(disk.times_s) // 2])
     sun_zenith, sun_azimuth, _ = sun_position([instant] * zenith.size, latitude, longitude)
     seen, lit, turn = (np.radians(degrees) for degrees in (zenith, sun_zenith, azimuth - sun_azimuth))
     # Cosine between the view and the mirror direction, whose bearing is opposite to the sun's.
@@ -170,16 +169,22 @@ def disk_around(
     limit_deg: float | None,
     centre: tuple[float, float],
     camera_m: Array,
-    track: SunTrack,
+    start: datetime,
     times_s: tuple[float, ...],
 ) -> Disk:
     """Return the plane that contains directions (N, 3), up to a zenith angle if the ground is seen beyond it."""
     up = float(toward[:, 2].min()) if limit_deg is None else float(np.cos(np.radians(limit_deg)))
     x, y, z = camera_m.tolist()
-    return Disk((1.0 + PADDING) * float(np.sqrt(1.0 / up - 1.0)), centre, (x, y, z), track, times_s)
+    return Disk((1.0 + PADDING) * float(np.sqrt(1.0 / up - 1.0)), centre, (x, y, z), start, times_s)
 
 
 @lru_cache(maxsize=4096)
-def _sun(track: SunTrack, latitude_deg: float, longitude_deg: float, time_s: float) -> Sun | None:
-    sun = SunTrack(track.start, latitude_deg, longitude_deg).at(time_s)
+def _sun(start: datetime, latitude_deg: float, longitude_deg: float, time_s: float) -> Sun | None:
+    sun = sun_at(start, latitude_deg, longitude_deg, time_s)
     return sun if sun.is_up else None
+
+
+def sun_at(start: datetime, latitude_deg: float, longitude_deg: float, time_s: float) -> Sun:
+    """Return the sun, seen from a place, at seconds after the start."""
+    zenith, azimuth, distance = sun_position([start + timedelta(seconds=time_s)], latitude_deg, longitude_deg)
+    return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]))

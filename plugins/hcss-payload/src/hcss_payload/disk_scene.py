@@ -6,7 +6,7 @@ import numpy as np
 
 from hcss_payload.climate import ZonalClimate
 from hcss_payload.directions import Hemisphere, PassDirections
-from hcss_payload.disk import Disk, disk_around, with_glint
+from hcss_payload.disk import Disk, disk_around, sun_at, with_glint
 from hcss_payload.earth import SEMI_MAJOR_AXIS_M
 from hcss_payload.sampled_pass import SampledPass
 from hcss_payload.scene_plane import FARTHEST_DEG, surface_place
@@ -15,7 +15,6 @@ from hcss_payload.zonal_disk import ZonalDisk, zonal_disk
 from hcss_twin import Scenario
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.combinations import Excluded
-from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.providers import Array, Catalog, Problem, ScenarioError
 from hcss_twin.scenario.bands import spectral_band
 
@@ -91,8 +90,8 @@ def whole_disk(
         return None
     instants = np.unique(times_s[[0, times_s.size // 2, -1]])
     below = tuple(float(degrees) for degrees in surface_place(camera))
-    track = SunTrack(scenario.time, below[0], below[1])
-    disk = disk_around(seen.toward, seen.limit_deg, (below[0], below[1]), camera, track, tuple(instants.tolist()))
+    times = tuple(instants.tolist())
+    disk = disk_around(seen.toward, seen.limit_deg, (below[0], below[1]), camera, scenario.time, times)
     edge = np.linspace(-1.0, 1.0, 9).tolist()
     lit = any(sun is not None for view in disk.at([(x, y) for x in edge for y in edge]) for sun in disk.suns(view))
     if not (lit or climate):
@@ -121,8 +120,8 @@ def _require_night(scenario: Scenario, seen: SampledPass, times_s: Array) -> Non
     # by as much as the horizon is wide.
     instants = times_s[[0, times_s.size // 2, -1]].tolist()
     step = max(1, len(seen.place_deg) // 64)
-    tracks = [SunTrack(scenario.time, latitude, longitude) for latitude, longitude in seen.place_deg[::step].tolist()]
-    if any(track.at(time_s).is_up for track in tracks for time_s in instants):
+    places = seen.place_deg[::step].tolist()
+    if any(sun_at(scenario.time, north, east, time_s).is_up for north, east in places for time_s in instants):
         message = (
             "moves, and the camera sees the Earth up to the limb by day, where each pixel would need its own sun; "
             "allowed: a camera that stands still above the Earth (geostationary), night, or a field without the limb"

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.providers import choose_from
-from hcss_twin.scenario.section_types import ScenarioSection
 from hcss_twin.scenario.units import QuantityParser
 
 Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
@@ -40,7 +39,13 @@ Pair = tuple[QuantityParser.Number, QuantityParser.Number]
 Quaternion = tuple[QuantityParser.Number, QuantityParser.Number, QuantityParser.Number, QuantityParser.Number]
 
 
-class CameraSection(ScenarioSection):
+class Section(BaseModel):
+    """Base of the sections: immutable; rejects unknown keys, NaN and infinity."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class CameraSection(Section):
     """Detector and lens of a camera."""
 
     rows: QuantityParser.Whole = Field(ge=1, le=16384, description="Rows of the detector; the first is the upper one.")
@@ -88,7 +93,7 @@ class CameraSection(ScenarioSection):
     )
 
 
-class _ByProvider(ScenarioSection):
+class _ByProvider(Section):
     """A section whose keys depend on its provider."""
 
     def _check(self, keys: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]]) -> None:
@@ -206,7 +211,7 @@ class AttitudeSection(_ByProvider):
         return self
 
 
-class JitterLineSection(ScenarioSection):
+class JitterLineSection(Section):
     """One vibration."""
 
     frequency: QuantityParser.Number = Field(ge=0, le=1e5, description="Frequency, Hz.")
@@ -214,7 +219,7 @@ class JitterLineSection(ScenarioSection):
     phase: Angle = Field(0.0, ge=-360, le=360, description="At the start, degrees.")
 
 
-class JitterSection(ScenarioSection):
+class JitterSection(Section):
     """Small turns of the body: a power-law spectrum and lines."""
 
     rms: tuple[SmallAngle, SmallAngle, SmallAngle] = Field(

@@ -19,7 +19,7 @@ import numpy as np
 
 from hcss_skies.example import MAX_SCORE
 from hcss_skies.hashing import hashed, normal, uniform
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 
 _SKEW = 2.0 / math.sqrt(3.0)
 
@@ -98,7 +98,7 @@ def blend(
             _look_up(out[i], field, heights, total[field], square, part, long)
 
 
-@inner(fastmath={"contract"})
+@kernel(inner=True, fastmath={"contract"})
 def _weights(
     corners: Any, points: Any, at_y: Any, at_x: Any, per_spacing: float, low_v: int, low: int, wide: int
 ) -> None:
@@ -120,7 +120,7 @@ def _weights(
         corners[0, j], corners[1, j], corners[2, j] = w0 * w0, w1 * w1, w2 * w2
 
 
-@inner(fastmath={"contract"})
+@kernel(inner=True, fastmath={"contract"})
 def _sample(
     total: Any, square: Any, scores: Any, corners: Any, points: Any, at_y: Any, at_x: Any, fades: Any, places: Any,
     to_samples: float,
@@ -157,7 +157,7 @@ def _sample(
             total[1, j] = excess
 
 
-@inner()
+@kernel(inner=True)
 def _farthest(flow: Any) -> float:
     """Return a displacement along an axis that no position exceeds: splines do not exceed the slopes of their nodes."""
     total = 0.0
@@ -173,7 +173,7 @@ def _farthest(flow: Any) -> float:
     return total + 1e-3
 
 
-@inner(fastmath={"contract"})
+@kernel(inner=True, fastmath={"contract"})
 def _displaced(
     at_y: Any,
     at_x: Any,
@@ -224,7 +224,7 @@ def _displaced(
             at_y[j] -= curves[octave, k, 4] + f * (curves[octave, k, 5] + f * curves[octave, k, 6])
 
 
-@inner(fastmath={"contract"})
+@kernel(inner=True, fastmath={"contract"})
 def _raised(out: Any, y: float, nodes: Any, bounds: Any, interval: Any, past: Any) -> None:
     """Write a cubic B-spline surface along a row."""
     spline, line = np.empty(8), np.empty(nodes.shape[1])
@@ -248,7 +248,7 @@ def _raised(out: Any, y: float, nodes: Any, bounds: Any, interval: Any, past: An
         out[j] = c0 + f * (c1 + f * (c2 + f * c3))
 
 
-@inner(fastmath={"contract"})
+@kernel(inner=True, fastmath={"contract"})
 def _spline(f: float, out: Any) -> None:
     """Write the weights (0 to 3) of a cubic B-spline and those of its slope (4 to 7), a fraction past the second."""
     g = 1.0 - f
@@ -258,7 +258,7 @@ def _spline(f: float, out: Any) -> None:
     out[5], out[6] = 1.5 * f * f - 2.0 * f, 2.0 * g - 1.5 * g * g
 
 
-@inner()
+@kernel(inner=True)
 def _choose(patch_position: Any, fade: Any, u: int, v: int, geometry: Any, key: int, epoch: float) -> None:
     """Write the displacement in samples (turn, y and x) and the weight (turn,) of the patches of a lattice point."""
     spacing, to_samples = geometry[0], 2.0 / geometry[5]
@@ -292,14 +292,14 @@ def _choose(patch_position: Any, fade: Any, u: int, v: int, geometry: Any, key: 
         )
 
 
-@inner()
+@kernel(inner=True)
 def _within(position: float, span: float) -> float:
     """Return a place between 0 and the span: what leaves on one side is mirrored."""
     turn = position - 2.0 * span * math.floor(position / (2.0 * span))
     return min(turn, 2.0 * span - turn)
 
 
-@inner(fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
 def _look_up(out: Any, field: int, heights: Any, total: Any, square: Any, part: Any, long: Any) -> None:
     """Write heights (columns, fields) of the sums of scores with the variance 1, and part of the long waves."""
     last = heights.shape[0] - 1

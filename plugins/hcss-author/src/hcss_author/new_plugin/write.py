@@ -18,7 +18,7 @@ from hcss_twin.core.errors import OptionError
 from hcss_twin.providers import API_VERSION, HcssError, Kind, choose_from
 
 if TYPE_CHECKING:
-    from hcss_twin.providers.registry import Entry
+    from hcss_twin.providers.registry.discovery import Entry
     from hcss_twin.providers.registry.registry import Registry
 
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_evaluate.comparison.footage import EvaluationChoice, Footage, Method, is_kelvin
+from hcss_twin import brightness_temperature
 from hcss_twin.cube.frame_selection import FrameSelection
-from hcss_twin.engine.cube_temperature import kelvin_of_band
 from hcss_twin.providers import Array, CubeError, HcssError, ImageError, choose_from
 
 if TYPE_CHECKING:
@@ -133,10 +133,23 @@ def _kelvin(
     if selection.variable != _RADIANCE:
         return None
     try:
-        return kelvin_of_band(dataset, path, plane.name)
+        return _kelvin_of_band(dataset, plane.name)
     except HcssError as error:
         notes.append(f"Radiance cannot be turned into brightness temperature: {error}.")
         return None
+
+
+def _kelvin_of_band(dataset: xr.Dataset, band: str) -> Callable[[Array], Array]:
+    """Return the conversion of radiance (rows, columns) of a band to kelvin; an HcssError if the cube has no such."""
+    import xarray as xr
+
+    def kelvin(radiance: Array) -> Array:
+        values = ("time", "band", "y", "x"), radiance[None, None]
+        frame = xr.Dataset({_RADIANCE: values}, coords={"band": [band]}, attrs=dataset.attrs)
+        return np.asarray(brightness_temperature(frame)[0, 0], dtype=np.float64)
+
+    kelvin(np.ones((1, 1)))
+    return kelvin
 
 
 def _bright(

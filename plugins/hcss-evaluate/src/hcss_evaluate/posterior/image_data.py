@@ -24,7 +24,6 @@ from scipy.stats import rankdata
 from hcss_evaluate.matching.structure import STILL, CloudImage, image_structure, octave_lags
 from hcss_evaluate.measures.images import SMALLEST_SIDE
 from hcss_twin.core.kernels import kernel
-from hcss_twin.models.clouds.coverage import Coverage
 from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.octaves import Octave
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
@@ -235,6 +234,5 @@ class ImageData:
         hurst, gamma, cells_x, cells_y = (float(value) for value in shape)
         parameters = FractalParameters(gamma=gamma, H=hurst, L=(cells_x, cells_y), k=octaves)
         field = still_field(parameters, Grid(self.rows, self.columns, self.pixel_size_m), seed)
-        lowest, _ = Coverage.highest_values(field, self.coverage)
-        assert lowest is not None
-        return field_scores(field, self.rank_scores), float(lowest)
+        rank = field.size - round(self.coverage * field.size)
+        return field_scores(field, self.rank_scores), float(np.partition(field.ravel(), rank)[rank])

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 
 TILE, BORDER = 256, 1
 """Points along each side of a tile, and those it shares with the next."""
@@ -116,7 +116,7 @@ def pack(first: Any, second: Any, tile: Any) -> None:
             tile[y, x, 0], tile[y, x, 1] = np.int16(a), np.int16(b)
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _place_block(nodes: Any, by: Any, bx: Any, slots: Any, first: Any, corner: Any, places: Any) -> Any:
     """Write what all rows of a block of pixels share.
 
@@ -147,7 +147,7 @@ def _place_block(nodes: Any, by: Any, bx: Any, slots: Any, first: Any, corner: A
         places[0] = slots[tile_y - first[0], tile_x - first[1]] * (WIDE * WIDE) + in_y * WIDE + in_x
 
 
-@inner(error_model="numpy", inline="always")
+@kernel(inner=True, error_model="numpy", inline="always")
 def _place_points(
     corner: Any,
     block: Any,
@@ -186,7 +186,7 @@ def _place_points(
             places[start + x] = np.uint32(slot * size + rest)
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _gather_points(pool: Any, places: Any, around: Any) -> None:
     """Write the four points (4, X) of the pool around each pixel of a row: at its place, beside, below and across.
 
@@ -200,7 +200,7 @@ def _gather_points(pool: Any, places: Any, around: Any) -> None:
         nearest[x], beside[x], below[x], across[x] = pool[k], pool[k + one], pool[k + line], pool[k + both]
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _look_up_points(around: Any, across: Any, down: Any, later: Any, field: Any) -> None:
     """Write the field, in steps, between the four points of each pixel of a row.
 
@@ -222,7 +222,7 @@ def _look_up_points(around: Any, across: Any, down: Any, later: Any, field: Any)
         field[x] = top + down[x] * (bottom - top)
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _place_values(field: Any, per: Any, middle: Any, most: Any, step: Any, part: Any, places: Any) -> None:
     """Write where the values of a row are in a flat table with ``step`` numbers in an interval, and the parts of it."""
     f = np.float32
@@ -234,7 +234,7 @@ def _place_values(field: Any, per: Any, middle: Any, most: Any, step: Any, part:
         part[x], places[x] = at - f(interval), np.uint32(interval) * step
 
 
-@inner(error_model="numpy")
+@kernel(inner=True, error_model="numpy")
 def _look_up_radiance(table: Any, places: Any, part: Any, band: Any, start: Any, change: Any, row: Any) -> None:
     """Write the radiance of a band of a row; ``start`` and ``change`` are overwritten."""
     first, second = np.uint32(2 * band), np.uint32(2 * band + 1)
