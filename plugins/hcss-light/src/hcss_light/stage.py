@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -97,7 +97,7 @@ class DriftingStage(LightStage):
         super().__init__(plan, tables)
         transport: Any = self._transport
         self._tiles: Tiles | None = None
-        keeps = keeps and not plan.surfaces
+        keeps, self._sizes = keeps and not plan.surfaces, (plan.grid.rows, plan.grid.columns)
         if plan.views.varies:
             self._tiles, keeps = Tiles(plan), False
             self._pixels, self._nodes = self._tiles.side, tables.spectrum.nodes
@@ -139,9 +139,22 @@ class DriftingStage(LightStage):
         """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
         if self._time_s != time_s:
             self._time_s, self._previous, self._of_frame = time_s, self._of_frame, OrderedDict()
+            self._squares = OrderedDict()
         for number, (own_s, part) in enumerate(self._instants(time_s)):
             moved = self._speed * (time_s - own_s)
             self._add(radiance, window, region, number, (own_s, part, moved), clouds, look_up)
+        for square in self.squares(window):
+            # Beyond the image each frame is computed for itself.
+            if any(span.start < 0 or span.start >= size for span, size in zip(square, self._sizes, strict=True)):
+                self._put(square, radiance, window, region, clouds, look_up)
+
+    def _square(self, extent: Window, clouds: Any) -> tuple[Array, Array, Array]:
+        assert self._time_s is not None
+        lit = self._lit((extent[0].start // self._pixels, extent[1].start // self._pixels), self._time_s)
+        if self._keeps:
+            lit = replace(lit, seen=self._reach, over_sea=self._margins(self._transport, self._reach))
+        thickness = clouds.thickness_m(self.around(extent, lit.over_sea))[self._number]
+        return self._of_extent(extent, lit, self._time_s, thickness)
 
     def _add(
         self, radiance: NDArray[np.float32], window: Window, region: Window, number: int,
@@ -150,14 +163,15 @@ class DriftingStage(LightStage):
         own_s, part, moved = instant
         side, by = self._pixels, np.floor(moved).astype(int).tolist()
         spans = [
-            ((span.start - far) // side, -(-(span.stop - far) // side)) for span, far in zip(window, by, strict=True)
+            ((max(span.start, 0) - far) // side, -(-(min(span.stop, size) - far) // side))
+            for span, far, size in zip(window, by, self._sizes, strict=True)
         ]
         for row, column in product(*(range(*span) for span in spans)):
             place_of, key = (row * side, column * side), (number, row, column)
-            # Squares end with the image.
+            # Squares end with the image, around which light is not kept.
             extent = [
                 slice(max(start + far, 0), min(start + far + side, size))
-                for start, far, size in zip(place_of, by, (self._plan.grid.rows, self._plan.grid.columns), strict=True)
+                for start, far, size in zip(place_of, by, self._sizes, strict=True)
             ]
             if key not in self._of_frame:
                 self._of_frame[key] = self._of_lattice(key, extent, own_s, moved, clouds)
@@ -186,7 +200,7 @@ class DriftingStage(LightStage):
             known = [lights for light_sun, lights, _ in self._lights.values() if light_sun == sun]
             lights = known[0] if known else [transport.at(sun) for transport in self._transports]
             self._lights[time_s] = sun, lights, FrameClouds(self._plan, time_s)
-            if len(self._lights) > 2:
+            if len(self._lights) > 3:  # of two neighbours, and beyond the image of the frame itself
                 self._lights.popitem(last=False)
         return self._lights[time_s][1:]
 
@@ -217,14 +231,24 @@ class DriftingStage(LightStage):
     def _of_lattice(
         self, key: tuple[int, int, int], extent: Sequence[slice], own_s: float, moved: Array, clouds: Any
     ) -> _Square:
-        samples, lit = self._plan.samples_per_pixel, self._lit(key[1:], own_s)
+        lit = self._lit(key[1:], own_s)
         light = lit.lights[0]
-        wide = _around(extent, lit.over_sea)
-        thickness = clouds.thickness_m(wide)[self._number]
+        thickness = clouds.thickness_m(self.around(extent, lit.over_sea))[self._number]
         before = self._previous.pop(key, None)
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
         if before is not None and still and self._ground is None and np.array_equal(before[1], thickness):
             return before
+        kept: tuple[Any, ...] = ()
+        if self._keeps:
+            source, first = self._kept_of(own_s, key[1:], light, lit.clouds)
+            kept = source, (moved + first - [span.start for span in extent]) * self._plan.samples_per_pixel
+        return light, thickness.copy(), moved, *self._of_extent(extent, lit, own_s, thickness, kept)
+
+    def _of_extent(
+        self, extent: Sequence[slice], lit: _Lit, own_s: float, thickness: Field, kept: tuple[Any, ...] = ()
+    ) -> tuple[Array, Array, Array]:
+        """Return amount (y, x), share and change (B, y, x) of pixels, from the clouds in and around them."""
+        samples, wide = self._plan.samples_per_pixel, self.around(extent, lit.over_sea)
         shares = self._shares(self._time_s, wide, thickness, lit.edges_m)
         inner = [
             slice((far - near) * samples, (far + span.stop - span.start + high) * samples)
@@ -234,10 +258,6 @@ class DriftingStage(LightStage):
             [light_of_sea[*inner] for light_of_sea in of_class.over_sea(thickness, **shares)] for of_class in lit.lights
         ]
         shares = {name: np.ascontiguousarray(values[:, *inner]) for name, values in shares.items()}
-        kept: tuple[Any, ...] = ()
-        if self._keeps:
-            source, first = self._kept_of(own_s, key[1:], light, lit.clouds)
-            kept = source, (moved + first - [span.start for span in extent]) * samples
         near = np.ascontiguousarray(thickness[*inner])
         found = [
             of_class.correct(near, *kept, **shares, over_sea=over_sea)
@@ -252,7 +272,7 @@ class DriftingStage(LightStage):
             self._of_ground([values[:, *cut].copy() for values in of_classes], own_s, (extent[0], extent[1]))
             for of_classes in list(zip(*found, strict=True))[1:]
         )
-        return light, thickness.copy(), moved, amount, share, change
+        return amount, share, change
 
     def _shares(self, time_s: float | None, window: Window, thickness_m: Field, edges_m: Array) -> dict[str, Field]:
         assert time_s is not None
@@ -268,11 +288,9 @@ class DriftingStage(LightStage):
         if key not in self._kept:
             extent = [
                 slice(max(number * side, -far), min((number + 1) * side, size + far))
-                for number, far, size in zip(
-                    square, self._drifts, (self._plan.grid.rows, self._plan.grid.columns), strict=True
-                )
+                for number, far, size in zip(square, self._drifts, self._sizes, strict=True)
             ]
-            wide = _around(extent, self._reach)
+            wide = self.around(extent, self._reach)
             thickness = clouds.thickness_m(wide)[self._number]
             inner = [
                 slice((far - near) * samples, (far + span.stop - span.start + high) * samples)
@@ -285,9 +303,3 @@ class DriftingStage(LightStage):
                 self._kept.popitem(last=False)
         self._kept.move_to_end(key)
         return self._kept[key]
-
-
-def _around(extent: Sequence[slice], reach: Any) -> Window:
-    """Return the window of a part of the image and of the pixels around it."""
-    rows, columns = (slice(span.start - low, span.stop + high) for span, (low, high) in zip(extent, reach, strict=True))
-    return rows, columns
