@@ -62,7 +62,7 @@ class LightStage(Stage):
 
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
         self._plan, self._name = plan, plan.light.name
-        inputs, samples = light_inputs(plan, tables.spectrum.nodes), plan.samples_per_pixel
+        inputs, samples = light_inputs(plan, tables.spectrum.nodes), plan.scene.samples
         self._transport: LightTransport = plan.light.transport(inputs)
         # Over each class of surface, at the middle of its temperatures; one without a map of the ground.
         self._ground: Ground | None = None
@@ -72,7 +72,7 @@ class LightStage(Stage):
             self._ground = states.ground
             plans = (states.plan_in(plan, of_class[len(of_class) // 2]) for of_class in surfaces.states)
             self._transports = [plan.light.transport(light_inputs(each, tables.spectrum.nodes)) for each in plans]
-        pixels = min(max(plan.grid.rows, plan.grid.columns), max(self.largest_square // samples, 1))
+        pixels = min(max(plan.image.rows, plan.image.columns), max(self.largest_square // samples, 1))
         self._pixels, self._layer, self._number = pixels, inputs.layer, inputs.number
         self._reach = [tuple(-(-points // samples) for points in both) for both in self._transport.reach]
         self._instant: tuple[Hashable, Sun | None, InstantLight] | None = None
@@ -80,7 +80,7 @@ class LightStage(Stage):
 
     def squares(self, window: Window) -> Iterator[Window]:
         """Yield the squares, as rows and columns, that a window in or around the image needs."""
-        sizes = self._plan.grid.rows, self._plan.grid.columns
+        sizes = self._plan.image.rows, self._plan.image.columns
         yield from product(*(_pieces(wanted, size, self._pixels) for wanted, size in zip(window, sizes, strict=True)))
 
     @staticmethod

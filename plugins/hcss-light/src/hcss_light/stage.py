@@ -22,7 +22,7 @@ from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Array, Sun
+from hcss_twin.providers import Array, Sun, View
 
 SQUARES_OF_FRAME = 64
 """Squares of a frame in memory."""
@@ -48,11 +48,13 @@ class _Lit:
     seen: Any
     over_sea: Any
     edges_m: Array
-    sun: Sun | None = None
+    toward: tuple[View, Sun | None] | None = None
 
 
 def stage(plan: Plan, tables: RadianceTables, keeps: bool) -> LightStage:
     """Return the stage of a plan: light is kept if it can be, the frames are close, and the image is not too large."""
+    if not plan.is_grid:
+        return RayStage(plan, tables, False)
     return DriftingStage(plan, tables, keeps and 3.0 * plan.scenario.frames.interval <= KEPT_S)
 
 
@@ -61,7 +63,7 @@ def shares_of(
 ) -> Field | None:
     """Return how the cloud of points of a layer is spread over heights, if its generator says so."""
     shares = getattr(plan.assembly.generators[number], "height_shares", None)
-    samples = plan.samples_per_pixel
+    samples = plan.scene.samples
     rows, columns = (slice(span.start * samples, span.stop * samples) for span in window)
     result: Field | None = None if shares is None else shares(time_s, rows, columns, thickness_m, edges_m)
     return result
@@ -102,7 +104,7 @@ class DriftingStage(LightStage):
             self._tiles, keeps = Tiles(plan), False
             self._pixels, self._nodes = self._tiles.side, tables.spectrum.nodes
             self._of_tiles: OrderedDict[tuple[int, int], _Lit] = OrderedDict()
-        samples, pixels = plan.samples_per_pixel, self._pixels
+        samples, pixels = plan.scene.samples, self._pixels
         # One pixel more: clouds lie between the pixels of the instant whose light is kept.
         seen = (
             [tuple(-(-points // samples) + 1 for points in both) for both in transport.seen] if keeps else self._reach
@@ -206,7 +208,7 @@ class DriftingStage(LightStage):
 
     def _margins(self, transport: Any, seen: Any) -> list[tuple[int, ...]]:
         """Return pixels around a square with clouds that matter to the sea below, not only to lines of sight."""
-        samples = self._plan.samples_per_pixel
+        samples = self._plan.scene.samples
         return [
             tuple(max(-(-far // samples), near) for far, near in zip(*both, strict=True))
             for both in zip(transport.sea_reach, seen, strict=True)
@@ -216,13 +218,16 @@ class DriftingStage(LightStage):
         """Return the light of a square at an instant."""
         if self._tiles is None:
             return _Lit(*self._light(time_s), self._seen, self._over_sea, self._edges_m)
-        toward = self._plan.toward(self._tiles.view_of(*square))
+        view = self._tiles.view_of(*square, time_s)
+        toward = self._plan.toward(view)
         sun, known = toward.sun_at(time_s), self._of_tiles.pop(square, None)
-        if known is None or known.sun != sun:
+        if known is None or known.toward != (view, sun):
             transport: Any = self._plan.light.transport(LightStage.inputs(toward, self._nodes))
-            samples = self._plan.samples_per_pixel
+            samples = self._plan.scene.samples
             seen = [tuple(-(-points // samples) for points in both) for both in transport.reach]
-            known = _Lit([transport.at(sun)], None, seen, self._margins(transport, seen), transport.edges_m, sun)
+            known = _Lit(
+                [transport.at(sun)], None, seen, self._margins(transport, seen), transport.edges_m, (view, sun)
+            )
         self._of_tiles[square] = known
         if len(self._of_tiles) > SQUARES_OF_FRAME:
             self._of_tiles.popitem(last=False)
@@ -248,7 +253,7 @@ class DriftingStage(LightStage):
         self, extent: Sequence[slice], lit: _Lit, own_s: float, thickness: Field, kept: tuple[Any, ...] = ()
     ) -> tuple[Array, Array, Array]:
         """Return amount (y, x), share and change (B, y, x) of pixels, from the clouds in and around them."""
-        samples, wide = self._plan.samples_per_pixel, self.around(extent, lit.over_sea)
+        samples, wide = self._plan.scene.samples, self.around(extent, lit.over_sea)
         shares = self._shares(self._time_s, wide, thickness, lit.edges_m)
         inner = [
             slice((far - near) * samples, (far + span.stop - span.start + high) * samples)
@@ -303,3 +308,39 @@ class DriftingStage(LightStage):
                 self._kept.popitem(last=False)
         self._kept.move_to_end(key)
         return self._kept[key]
+
+
+class RayStage(DriftingStage):
+    """Light toward rays that form no grid on the ground: each sees the column of cloud nearest to it.
+
+    The columns below a square of pixels are computed toward the view from its middle. Rays meet them where they meet
+    the flat side of the layer.
+    """
+
+    def fill(
+        self, radiance: NDArray[np.float32], window: Window, region: Window, time_s: float, clouds: Any, look_up: Any
+    ) -> None:
+        """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
+        key = time_s, self._plan.rays.frame_key(time_s)
+        if self._key != key:
+            self._key, self._time_s, self._squares = key, time_s, OrderedDict()
+        for square in self.squares(window):
+            self._put(square, radiance, window, region, clouds, look_up)
+
+    _key: Any = None
+
+    def _square(self, extent: Window, clouds: Any) -> tuple[Array, Array, Array]:
+        assert self._time_s is not None
+        scene, rays, height_m = self._plan.scene, self._plan.rays, self._layer.reference_height_m
+        place = scene.in_points(*rays.points_m(extent, self._time_s, height_m))
+        below, bands = scene.around(*place), len(self._plan.bands)
+        if below is None:
+            shape = place[0].shape
+            return np.zeros(shape), np.ones((bands, *shape)), np.zeros((bands, *shape))
+        lit = self._lit((extent[0].start // self._pixels, extent[1].start // self._pixels), self._time_s)
+        thickness = clouds.of_scene_m(self.around(below, lit.over_sea))[self._number]
+        amount, share, change = self._of_extent(below, lit, self._time_s, thickness)
+        row, column = (
+            np.rint(points).astype(np.intp) - first for points, first in zip(place, scene.corner_of(below), strict=True)
+        )
+        return amount[row, column], share[:, row, column], change[:, row, column]
