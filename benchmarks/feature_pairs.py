@@ -226,6 +226,7 @@ MEANINGLESS: dict[frozenset[str], str] = {
         ("a table is computed for one air", ("table of air",), _OTHER_AIR),
         ("tops of their own have the temperature of the air there", ("own tops",), ("cloud temperature",)),
         ("a sensor measures radiance", ("mask alone",), _SENSORS),
+        ("two clouds in one place", ("two layers",), ("three layers",)),
     )
     for one in ones
     for other in others
