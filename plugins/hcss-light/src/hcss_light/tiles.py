@@ -84,11 +84,11 @@ class Tiles:
         """Return the views from rows and columns, counted from the edges of the image."""
         rows, columns = self._size
         if self._rays is not None:
-            pixels = [
+            row, column = (
                 [min(max(int(at), 0), size - 1) for at in axis]
                 for axis, size in zip(zip(*places, strict=True), self._size, strict=True)
-            ]
-            return self._rays.views_of_pixels(*pixels, time_s)
+            )
+            return self._rays.views_of_pixels(row, column, time_s)
         views: list[View] = self._views.at([(2.0 * x / columns - 1.0, 2.0 * y / rows - 1.0) for y, x in places])
         return views
 
