@@ -226,6 +226,7 @@ MEANINGLESS: dict[frozenset[str], str] = {
         ("a table is computed for one air", ("table of air",), _OTHER_AIR),
         ("tops of their own have the temperature of the air there", ("own tops",), ("cloud temperature",)),
         ("a sensor measures radiance", ("mask alone",), _SENSORS),
+        ("two clouds in one place", ("two layers",), ("three layers",)),
     )
     for one in ones
     for other in others
@@ -570,6 +571,9 @@ def _is_refused(raw: Raw, error: ScenarioError) -> bool:
 
 # --- runs -----------------------------------------------------------------------------------
 
+WRONG = "wrong"
+"""Verdict on a scene whose run crashed, failed its certificate or changed by more than stated."""
+
 
 def largest(on: Array, off: Array) -> float:
     """Return the largest change of a pixel in any band, relative to the pixel without the effect."""
@@ -607,7 +611,7 @@ class Effect:
     what : str
         Of its :class:`~hcss_twin.plan.few_columns.Omission`.
     measure : callable
-        Change of the cube (F, B, rows, columns) in the sense of the omission's size.
+        Change of the cube (F, B, rows, columns) in the sense of the omission's size; :func:`largest` of its bound.
     """
 
     off: Mapping[str, Any]
@@ -657,12 +661,15 @@ def run(names: Sequence[str], chosen: Sequence[Feature], folder: Path) -> Iterat
         stated = next((omission for omission in plan.omissions if omission.what == effect.what), None)
         changed = effect.measure(radiance, other)
         if stated is None:
-            yield f"{'WRONG' if changed > plan.accuracy.relative else ''} {name}: {changed:.2g}, and nothing is stated"
-        elif stated.size is None:
+            wrong = "WRONG " if changed > plan.accuracy.relative else ""
+            yield f"{wrong}{name}: {changed:.2g}, and nothing is stated"
+            continue
+        size, sense = (stated.bound, "") if effect.measure is largest else (stated.size, stated.sense)
+        if size is None:
             yield f"{name}: {changed:.2g}, and the plan states no size"
         else:
-            wrong = "WRONG " if changed > max(2.0 * stated.size, plan.accuracy.relative) else ""
-            yield f"{wrong}{name}: {changed:.2g}, {stated.size:.2g} stated ({stated.sense or 'any pixel'})"
+            wrong = "WRONG " if changed > max(2.0 * size, plan.accuracy.relative) else ""
+            yield f"{wrong}{name}: {changed:.2g}, {size:.2g} stated ({sense or 'any pixel'})"
 
 
 def _simulated(raw: Raw, path: Path) -> tuple[Any, Array | None]:
@@ -675,7 +682,9 @@ def _simulated(raw: Raw, path: Path) -> tuple[Any, Array | None]:
 
 def run_some(known: Mapping[str, Feature], count: int, seed: int, folder: Path) -> int:
     """Run random pairs and triples in turn, each with an effect whose size is stated; return 1 if one is wrong."""
-    rng, wrong, names = np.random.default_rng(seed), 0, list(known)
+    rng, names = np.random.default_rng(seed), list(known)
+    sizes: Counter[int] = Counter()
+    count_of: Counter[str] = Counter()
     done: set[tuple[str, ...]] = set()
     while len(done) < count:
         group = str(rng.choice(list(EFFECTS))), *map(str, rng.choice(names, 1 + len(done) % 2, replace=False))
@@ -687,10 +696,25 @@ def run_some(known: Mapping[str, Feature], count: int, seed: int, folder: Path) 
             lines = list(run(group, chosen, folder))
         except Exception:  # a crash is what is looked for
             lines = [f"WRONG {traceback.format_exc()}"]
-        wrong += any(line.startswith("WRONG") for line in lines)
+        sizes[len(group)] += 1
+        count_of[verdict(lines)] += 1
         print(f"{' + '.join(group)}\n    " + "\n    ".join(lines), flush=True)
-    print(f"{wrong} of {count} scenes are wrong")
-    return int(wrong > 0)
+    print(
+        f"{count} scenes ({sizes[2]} pairs, {sizes[3]} triples): "
+        + ", ".join(f"{n} {of}" for of, n in count_of.items())
+    )
+    print(f"{count_of[WRONG]} of {count} scenes are wrong")
+    return int(count_of[WRONG] > 0)
+
+
+def verdict(lines: Sequence[str]) -> str:
+    """Return what the lines of a run say in short."""
+    if any(line.startswith("WRONG") for line in lines):
+        return WRONG
+    if any(line.startswith("refused") for line in lines):
+        return "refused"
+    stated = any(" stated (" in line for line in lines)
+    return "as stated" if stated else "certified, with no size to compare"
 
 
 # --- summary --------------------------------------------------------------------------------

@@ -57,6 +57,10 @@ class FrameClouds:
         """
         return [self._of_layer(number, window) for number in range(len(self._plan.layers))]
 
+    def of_scene_m(self, window: Window) -> list[Thickness]:
+        """Thickness of each layer at the points of a window of the scene's plane, whatever rays see of it."""
+        return [self._of_scene(number, window) for number in range(len(self._plan.layers))]
+
     def tops_m(self, number: int, window: Window) -> Thickness:
         """Altitude of the cloud tops of a layer whose tops vary, at the points of a window in or around the image."""
         if not self._plan.is_grid:

@@ -226,7 +226,8 @@ class Assembly:
         return replace(self, layers=tuple(layers))
 
     def perturbed(self, warmer_K: float, vapour_factor: float) -> Assembly:
-        """Return the same scene over a warmer sea, in air with another amount of water vapour."""
+        """Return the same scene over a warmer sea, in air with another amount of water vapour; land stays as it is."""
+        warmer_K = 0.0 if self.surface is not None and self.surface.boundary is not None else warmer_K
         kelvin = self.sea_temperature_K + warmer_K
         sea = self.sea_of(kelvin) if warmer_K else self.sea
         return replace(self, sea=sea, sea_temperature_K=kelvin, vapour_factor=vapour_factor)

@@ -25,7 +25,6 @@ from hcss_twin.models.atmosphere.present_sea import warming_K
 from hcss_twin.models.atmosphere.profile_field import ProfileField
 from hcss_twin.physics.profile import Profile
 from hcss_twin.plan.builder import attribute_to_field
-from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.scenario.atmosphere import InversionSection
 from hcss_twin.scenario.cloud_types import Level, PlaceLevels, load_cloud_type
@@ -146,22 +145,23 @@ def with_inversion_of_scenario(
     climatology: Climatology,
     filled: list[FilledIn],
 ) -> Profile:
-    """Return the profile with the scenario's inversion, by default over air of the climatology's temperature."""
+    """Return the profile with the scenario's inversion, by default over air of the climatology's temperature.
+
+    A profile of several (``of_places``) has its own.
+    """
     from hcss_twin.models.atmosphere.inversion import with_inversion  # few scenes have one
 
     section, field = scenario.atmosphere.inversion, "atmosphere.inversion"
     assert isinstance(section, InversionSection)
-    if of_places is not None:
-        several = "a field of profiles, which have boundary layers of their own,"
-        Excluded.require_none(
-            f"[{field}]", [Excluded("atmosphere.profile", True, several, "one profile")], "no inversion"
-        )
     kelvin = section.surface_temperature
     if kelvin is None:
         kelvin, why = float(profile.temperature_K[0]), "of the profile; the climatology has none there"
-        with suppress(CatalogError):
-            kelvin = round(surface_air_of(scenario, climatology).temperature_K, 2)
-            why = f"the climatology {NAME}, {warming_K(scenario.time.astimezone(UTC).year):+.2f} K since then"
+        if of_places is not None:
+            why = "of the profile at the image centre; other places have that of theirs"
+        else:
+            with suppress(CatalogError):
+                kelvin = round(surface_air_of(scenario, climatology).temperature_K, 2)
+                why = f"the climatology {NAME}, {warming_K(scenario.time.astimezone(UTC).year):+.2f} K since then"
         filled.append(FilledIn(f"{field}.surface_temperature", f"{kelvin:.2f} K", why))
     with attribute_to_field(f"{field}.strength"):
         return with_inversion(profile, section, kelvin)

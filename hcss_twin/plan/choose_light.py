@@ -73,8 +73,10 @@ def with_light(plan: Plan) -> Plan:
         for package in sorted({LIGHT[light] for light in ({name} if known else LIGHT.keys() - of_one.keys())}):
             message += f". {'It comes' if known else 'Others come'} with {package}: {how_to_install(package)}"
         raise ScenarioError([Problem(_FIELD, message)])
-    over_surfaces = bool(plan.surfaces) and not plan.views.varies and _knows_surfaces(*offered[name])
-    Excluded.require_none(f"{_FIELD} = '{name}'", excluded_beside_light(plan, over_surfaces), f"{_FIELD} = '{COLUMNS}'")
+    over_surfaces = bool(plan.surfaces) and not plan.views.varies and _knows("surfaces", *offered[name])
+    along_rays = not plan.is_grid and _knows("rays", *offered[name])
+    beside = excluded_beside_light(plan, over_surfaces, along_rays)
+    Excluded.require_none(f"{_FIELD} = '{name}'", beside, f"{_FIELD} = '{COLUMNS}'")
     if not cloudy:
         return plan
     light, transport = _loaded(plan, name, *offered[name])
@@ -119,10 +121,10 @@ def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedL
         raise ProviderError(f"light '{name}' of {origin}: {describe(error, entry.value)}") from error
 
 
-def _knows_surfaces(origin: object, entry: Any) -> bool:
-    """Return whether a class of light transport says that it knows several classes of surface."""
+def _knows(what: str, origin: object, entry: Any) -> bool:
+    """Return whether a class of light transport says that it knows several classes of surface, or other rays."""
     try:
-        return bool(getattr(entry.load(), "knows_surfaces", False))
+        return bool(getattr(entry.load(), f"knows_{what}", False))
     except FAILURES as error:
         raise ProviderError(f"light of {origin}: {describe(error, entry.value)}") from error
 
@@ -136,7 +138,7 @@ def _over_views(plan: Plan, name: str, transport: LightTransport) -> tuple[Seque
     try:
         errors, note = getattr(transport, "over_views", refuse)(plan)
     except HcssError as error:
-        raise ScenarioError([Problem("platform.altitude", str(error))]) from error
+        raise ScenarioError([Problem("platform.altitude" if plan.is_grid else _FIELD, str(error))]) from error
     return errors, note
 
 
@@ -217,7 +219,7 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
         sun_zenith_deg=plan.sun_zenith_deg[up],
         sun_azimuth_deg=plan.sun_azimuth_deg[up],
         reference_m=layer.reference_height_m,
-        point_m=plan.grid.pixel_size_m / plan.samples_per_pixel,
+        point_m=plan.scene.point_m,
         points=math.prod(plan.pixels) * plan.samples_per_pixel**2 * plan.frame_times_s.size,
         accuracy=plan.scenario.radiance.light_accuracy,
         wavenumber_cm1=nodes.wavenumber_cm1,
@@ -230,20 +232,22 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
         sea_sun=lambda sun: clear(sun, sea_sun_terms(assembly.model)),
         air_sun=air_sun,
         sea=assembly.sea,
-        image=(plan.grid.rows * plan.samples_per_pixel, plan.grid.columns * plan.samples_per_pixel),
+        image=(plan.grid.rows * plan.scene.samples, plan.grid.columns * plan.scene.samples),
         clouds=clouds,
         number=number,
         above=light_inputs(plan, nodes, higher[0]) if higher else None,
     )
 
 
-def excluded_beside_light(plan: Plan, over_surfaces: bool = False) -> tuple[Excluded, ...]:
+def excluded_beside_light(plan: Plan, over_surfaces: bool = False, along_rays: bool = False) -> tuple[Excluded, ...]:
     """Return what cannot be computed with light between columns.
 
     Parameters
     ----------
     over_surfaces : bool
         Whether its transport knows several classes of surface, seen from one direction.
+    along_rays : bool
+        Whether it knows rays that form no grid on the ground.
     """
     assembly = plan.assembly
     ends = [
@@ -254,7 +258,8 @@ def excluded_beside_light(plan: Plan, over_surfaces: bool = False) -> tuple[Excl
     ]
     go_on = goes_on_with(ends[0]) if ends else ""
     return (
-        Excluded(_FIELD, not plan.is_grid, "an image that is no grid on the ground", "no camera"),
+        Excluded(_FIELD, not plan.is_grid and not along_rays, "an image that is no grid on the ground", "no camera"),
+        Excluded(_FIELD, plan.rays.may_miss_ground, "an image that may miss the ground", "one of the ground alone"),
         Excluded("surfaces", bool(assembly.surfaces) and not over_surfaces, "a map of the ground", "sea everywhere"),
         Excluded("clouds.generator", assembly.tops_vary, "cloud with tops of its own", LAYER_TOPS),
         Excluded("clouds.generator", bool(ends), "cloud that ends with the image", go_on),

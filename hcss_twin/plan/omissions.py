@@ -207,10 +207,10 @@ def list_omissions(
     of_frames = columns.terms_in(assembly.model, [assembly.setting(position) for _, position in frames])
     known = dict(zip(frames, of_frames, strict=True))
     yield from low_sun(assembly, columns, known)
-    yield from one_direction(assembly, columns, sun.track, known, views)
-    yield from _changes_of_air(scenario, assembly, columns, known)
     # Waves make clear pixels brighter or darker than any of the columns.
     contrast = None if waves else largest_contrast(assembly, list(known.values()))
+    yield from one_direction(assembly, columns, sun.track, known, views, contrast)
+    yield from _changes_of_air(scenario, assembly, columns, known)
     typical = typical_contrast(list(known.values()))
     if assembly.has_cloud and assembly.samples_per_pixel == 1:
         why = "one point for each pixel: a pixel is what its centre sees; the bound is for a pixel"

@@ -30,6 +30,7 @@ def one_direction(
     track: SunTrack,
     known: Mapping[tuple[float, Sun | None], Mapping[str, Array]],
     own_views: bool,
+    contrast: float | None,
 ) -> Iterator[Omission]:
     """Yield the omissions due to one direction for all pixels.
 
@@ -39,12 +40,15 @@ def one_direction(
         Terms of the columns at some times with their sun (None: without sunlight).
     own_views : bool
         Whether view angles vary over the image.
+    contrast : float or None
+        Largest difference between two pixels, relative to the darker one; None if unknown.
     """
     ends = columns.ends
     totals = {frame: np.sum(list(terms.values()), axis=0)[ends] for frame, terms in known.items()}
     columns = columns.only(ends)
     if assembly.directions is None and (not own_views or assembly.lines_of_sight is None):
-        yield _one_view(assembly, columns, track, {sun: total for (_, sun), total in totals.items()}, own_views)
+        of_suns = {sun: total for (_, sun), total in totals.items()}
+        yield _one_view(assembly, columns, track, of_suns, own_views, contrast)
     lit = [(corner_suns(assembly, track, time_s), total) for (time_s, sun), total in totals.items() if sun is not None]
     if lit and not assembly.own_suns and not (own_views and has_own_suns(assembly)):
         bound = _bound_of_suns(assembly, columns, lit)
@@ -62,21 +66,36 @@ def one_direction(
 
 
 def _one_view(
-    assembly: Assembly, columns: FewColumns, track: SunTrack, known: Mapping[Sun | None, Array], own_air: bool
+    assembly: Assembly,
+    columns: FewColumns,
+    track: SunTrack,
+    known: Mapping[Sun | None, Array],
+    own_air: bool,
+    contrast: float | None,
 ) -> Omission:
+    """Return the omission of one view: of pixels that see the same clouds, and of those that see others."""
     views, apart = corner_views(assembly, track, own_air)
-    bound = _bound_of_views(assembly, columns, views, known)
+    bound = largest = _bound_of_views(assembly, columns, views, known)
     lines, air = assembly.lines_of_sight, assembly.air_over_field
     altitude_km = (SENSOR_ALTITUDE_M if lines is None else lines.altitude_m) / 1e3
     corners = f"corners of the image seen from {altitude_km:.0f} km, {apart:.2g} deg off"
     elsewhere_m = max((_elsewhere_m(assembly, view) for view in views), default=0.0)
-    if elsewhere_m >= 0.5 * assembly.grid.pixel_size_m:
-        corners += f", where clouds stand up to {elsewhere_m:.0f} m from where these rays see them"
+    estimate, sense = None, ""
+    if elsewhere_m > 0.0 and bound is not None:
+        # Clouds are displaced by whole points: however little directions differ, some pixels see the next ones.
+        pixels = elsewhere_m / assembly.grid.pixel_size_m
+        corners += (
+            f", where clouds stand up to {elsewhere_m:.2g} m ({pixels:.2g} pixels) from where these rays see them"
+        )
+        estimate, sense = bound, "pixels that see the same clouds"
+        bound = None if contrast is None else bound + contrast
     return Omission(
         "view angles of single pixels",
         f"rays are parallel, one direction{' and one air' if air.varies and not own_air else ''} for the whole image; "
-        + (f"providers do not know {corners}" if bound is None else f"the bound is for {corners}"),
+        + (f"providers do not know {corners}" if largest is None else f"the bound is for {corners}"),
         bound,
+        estimate,
+        sense,
         needs="platform.altitude" if lines is None else "an atmosphere that knows these angles: no key computes it",
         decision=TOO_DEAR if lines is None else "",
     )

@@ -48,7 +48,7 @@ class Surroundings:
     field : ProfileField or None
         Profiles at several places, as given in the file; None for one profile.
     finished : callable
-        Applies the water vapour and gases of the scenario to a profile of the field.
+        Applies water vapour, inversion and gases of the scenario to a profile of the field.
     levels : PlaceLevels
         Of the air, for clouds whose altitudes follow them.
     """
@@ -90,7 +90,10 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     _refuse_change(scenario, bound, textured, "water vapour")
 
     def finished(profile: Profile) -> Profile:
-        return _with_gases(scenario, _scaled(scenario, profile, bound), bound, [])
+        profile = _scaled(scenario, profile, bound)
+        if field is not None and isinstance(scenario.atmosphere.inversion, InversionSection):
+            profile = with_inversion_of_scenario(scenario, profile, field, climatology, [])
+        return _with_gases(scenario, profile, bound, [])
 
     temperature, wind = _sea(scenario, climatology, filled)
     return Surroundings(profile, temperature, wind, tuple(filled), field, finished, levels)

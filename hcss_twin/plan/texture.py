@@ -156,11 +156,7 @@ def typical_texture_K(grid: Grid) -> float:
 
 def excluded_beside_texture(assembly: Assembly) -> tuple[Excluded, ...]:
     """Return what cannot be computed with texture of the sea or of vapour."""
-    of_map = "a map of the ground, which has temperatures of its own,"
-    return (
-        Excluded("surfaces", bool(assembly.surfaces), of_map, "sea everywhere"),
-        Excluded("image", assembly.own_suns, "a full disk, whose places have suns of their own,", "a part"),
-    )
+    return (Excluded("image", assembly.own_suns, "a full disk, whose places have suns of their own,", "a part"),)
 
 
 def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
@@ -171,6 +167,8 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
         return "sea.temperature_texture is 0" if given == 0.0 else "" if typical_K else small
     if excluded := next(present(excluded_beside_texture(assembly)), None):
         return f"the scene has {excluded.what.rstrip(',')}"
+    if assembly.surfaces:
+        return "the scene has a map of the ground, which has temperatures of its own"
     if light.is_between_columns:
         return "light between columns is compared with a sea of one temperature"
     if any(assembly.from_images):

@@ -116,7 +116,8 @@ class LightTransport(Protocol):
     Optional ``stage``: a function of plan and tables that returns another
     :class:`~hcss_twin.engine.stages.light.LightStage`;
     ``over_views``: a method of plan that returns the expected errors and a note for an image whose view varies, which
-    is refused without it; ``knows_surfaces``: whether ``stage`` computes maps of the ground, which are refused without;
+    is refused without it; ``knows_surfaces`` and ``knows_rays``: whether ``stage`` computes maps of the ground, and
+    images that are no grid on it, such as those of cameras, which are refused without;
     ``check``: one of plan, tables and number of a frame, whose mapping with a ``text`` is part
     of the certificate.
     """

@@ -49,26 +49,35 @@ def file(tmp_path_factory):
     return path
 
 
-def scenario(profile, text=SCENE):
-    return Scenario.from_toml(text, {"atmosphere.profile": str(profile)})
+def scenario(profile, text=SCENE, **changes):
+    return Scenario.from_toml(text, {"atmosphere.profile": str(profile)} | changes)
 
 
-def clear_radiance(file, tmp_path, name):
-    simulate(scenario(file), output=tmp_path / name)
+def clear_radiance(file, tmp_path, name, **changes):
+    simulate(scenario(file, **changes), output=tmp_path / name)
     with netCDF4.Dataset(tmp_path / name) as cube:
         return np.asarray(cube["radiance"][0, 0])
 
 
-def test_each_pixel_has_the_air_of_its_place(file, tmp_path):
-    radiance = clear_radiance(file, tmp_path, "wide.nc")
-    assert np.ptp(radiance) > 0.02 * np.mean(radiance)
+INVERSION = {"height": 1200.0, "strength": 4.0}
+
+
+@pytest.mark.parametrize("inversion", [None, INVERSION], ids=["as given", "inversion"])
+def test_each_pixel_has_the_air_of_its_place(file, tmp_path, inversion):
+    """An inversion lies over air that is as warm at the sea as that of the place."""
+    low = {"bands": [[10.5, 11.0]]}  # where air below an inversion is seen
+    changes = {} if inversion is None else low | {"atmosphere.inversion": inversion}
+    radiance = clear_radiance(file, tmp_path, "wide.nc", **changes)
+    assert np.ptp(radiance) > (0.02 if inversion is None else 0.0015) * np.mean(radiance)
     latitude, _ = to_geographic(np.zeros(3), np.array([-3, 0, 3]) * 100e3, 36.0, 150.0)
     for row, north in zip((0, 3, 6), latitude, strict=True):
         own = tmp_path / f"own-{row}.csv"
         lines = [f"{p},{t:.9f},{rh:.9f}" for p, t, rh in zip(PRESSURE_PA, *air(north), strict=True)]
         own.write_text("\n".join(["pressure_Pa,temperature_K,relative_humidity_percent", *lines]))
-        alone = clear_radiance(own, tmp_path, f"own-{row}.nc")
-        np.testing.assert_allclose(radiance[row, 0], alone[3, 0], rtol=0.002)
+        if inversion is not None:
+            changes = low | {"atmosphere.inversion": inversion | {"surface_temperature": float(air(north)[0][0])}}
+        alone = clear_radiance(own, tmp_path, f"own-{row}.nc", **changes)
+        np.testing.assert_allclose(radiance[row, 0], alone[3, 0], rtol=0.002 if inversion is None else 5e-4)
 
 
 def test_the_plan_states_the_interpolation_and_keeps_the_tables_apart(file):

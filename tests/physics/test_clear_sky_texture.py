@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from surface_files import write_netcdf
+from xarray import Dataset
 
 from hcss_twin import Scenario, ScenarioError, simulate
 from hcss_twin.core.catalog import Catalog
@@ -230,9 +233,40 @@ def test_certificate_includes_the_texture() -> None:
     assert cube.attrs["hcss_certificate"].startswith("PASSED")
 
 
+def test_over_a_map_the_sea_has_the_texture_of_a_sea_alone_and_land_that_of_its_air(tmp_path: Path) -> None:
+    latitude, longitude = np.linspace(34.0, 36.0, 101), np.linspace(149.0, 151.0, 100)
+    for ground, west in (("half", 0.0), ("land", 1.0)):
+        classes = np.where(longitude > 150.0, 1.0, west) * np.ones((101, 1))
+        write_netcdf(tmp_path / f"{ground}.nc", latitude, longitude, surface_class=classes)
+
+    def cube(name: str | None, kelvin: float, vapour: float, *more: str) -> Dataset:
+        parameters = {"file": str(tmp_path / f"{name}.nc"), "classes": {0: "sea", 1: "sand"}}
+        parameters["temperatures"] = {"sand": 303.0}
+        ground = {} if name is None else {"surfaces": {"provider": "raster", "parameters": parameters}}
+        return simulate(scene(
+            radiance={"model": "as-printed"}, optics={"provider": "mie"}, accuracy=1e-3, clouds={}, **ground,
+            sea={"model": "cox-munk", "temperature_texture": kelvin},
+            atmosphere={"water_vapour_texture": vapour, **WITHOUT_HAZE},
+            place={"latitude": 35.0, "longitude": 150.0}, image={"rows": 30, "columns": 24, "pixel_size": 3000.0},
+            output={"variables": ["radiance", *more], "certificate": 6 if name else 0},
+        ))  # fmt: skip
+
+    both = cube("half", 0.5, 0.1, "surface_class", "surface_temperature", "sea_temperature")
+    assert both.attrs["hcss_certificate"].startswith("PASSED")
+    of_sea = both["surface_class"].values[0] == 0
+    assert 0.3 < of_sea.mean() < 0.7
+    alone, land, even = (cube(*given)["radiance"].values[0] for given in ((None, 0.5, 0.1), ("land", 0.5, 0.1),
+                                                                          ("land", 0.0, 0.0)))  # fmt: skip
+    radiance, kelvin = both["radiance"].values[0], both["surface_temperature"].values[0]
+    np.testing.assert_allclose(radiance[:, of_sea], alone[:, of_sea], rtol=1e-4)
+    np.testing.assert_allclose(radiance[:, ~of_sea], land[:, ~of_sea], rtol=1e-4)
+    assert np.ptp(land / even) > 1e-4
+    np.testing.assert_allclose(kelvin[~of_sea], 303.0)
+    np.testing.assert_allclose(kelvin[of_sea], both["sea_temperature"].values[0][of_sea], rtol=1e-6)
+    assert np.ptp(kelvin[of_sea]) > 0.5
+
+
 def test_keys_that_exclude_texture_are_named() -> None:
-    with pytest.raises(ScenarioError, match=r"surfaces: a map of the ground.*sea.temperature_texture"):
-        simulate(scene(sea={"temperature_texture": 0.5}, surfaces={}))
     with pytest.raises(ScenarioError, match=r"sea_temperature.*texture"):
         simulate(scene(sea={"temperature_texture": 0.0}, output={"variables": ["sea_temperature"]}))
 

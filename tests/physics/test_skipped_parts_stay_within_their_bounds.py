@@ -271,6 +271,26 @@ def test_one_view_angle_seen_from_a_platform(altitude):
     assert 0.2 * told.bound < max(found) < told.bound
 
 
+def test_one_view_angle_for_clouds_that_each_line_of_sight_meets_elsewhere():
+    """They are displaced by half a pixel: by a hundredth more in some places, and so by a whole one."""
+    changes = {
+        "image.rows": 20, "image.columns": 24, "image.pixel_size": 4000.0, "view.zenith": 75.0, "view.azimuth": 0.0,
+        "frames.count": 1, "accuracy": 1e-2, "slant.parallax": "on", "slant.shadows": "off",
+        "clouds.base": 2000.0 / math.tan(math.radians(75.0)), "clouds.top": 1000.0, "clouds.anchor": "base",
+        "output.variables": ["radiance", "cloud_thickness"],
+    }  # fmt: skip
+    plan = plan_of(**changes)
+    (told,) = [item for item in plan.omissions if item.what == "view angles of single pixels"]
+    assert told.sense == "pixels that see the same clouds"
+    (short,), (full,) = (frames_of(each) for each in (plan, plan_of(**changes, **{"platform.altitude": "800 km"})))
+    clouds = [np.nan_to_num(each["cloud_thickness"]) for each in (short, full)]
+    same = np.broadcast_to(clouds[0] == clouds[1], full["radiance"].shape)
+    assert 0.5 < same.mean() < 1.0
+    change = np.abs(full["radiance"] / short["radiance"].astype(float) - 1.0)
+    assert told.size < change.max() < told.bound
+    assert 0.2 * told.size < change[same].max() < told.size
+
+
 @pytest.mark.parametrize(
     ("models", "time"),
     [

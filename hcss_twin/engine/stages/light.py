@@ -1,13 +1,15 @@
 """Light between columns of cloud: the radiance that a plugin adds to the look-up, on squares of a fixed lattice.
 
 A square of points is computed together with the clouds around it that matter. The lattice does not depend on windows,
-so that a pixel has the same bits in all of them.
+so that a pixel has the same bits in all of them. Its squares end with the image; beyond it, where the blur of a sensor
+wants the scene, they are smaller.
 """
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from itertools import product
 from typing import Any, ClassVar
 
@@ -33,6 +35,9 @@ __all__ = ["LightStage"]
 KEPT_SQUARES = 32
 """Squares in memory."""
 
+BEYOND = 32
+"""Pixels along the sides of squares beyond the image: a blur reaches less far than the image is large."""
+
 
 class LightStage(Stage):
     """Radiance of frames of a plan with light between columns of cloud.
@@ -57,7 +62,7 @@ class LightStage(Stage):
 
     def __init__(self, plan: Plan, tables: RadianceTables) -> None:
         self._plan, self._name = plan, plan.light.name
-        inputs, samples = light_inputs(plan, tables.spectrum.nodes), plan.samples_per_pixel
+        inputs, samples = light_inputs(plan, tables.spectrum.nodes), plan.scene.samples
         self._transport: LightTransport = plan.light.transport(inputs)
         # Over each class of surface, at the middle of its temperatures; one without a map of the ground.
         self._ground: Ground | None = None
@@ -67,11 +72,24 @@ class LightStage(Stage):
             self._ground = states.ground
             plans = (states.plan_in(plan, of_class[len(of_class) // 2]) for of_class in surfaces.states)
             self._transports = [plan.light.transport(light_inputs(each, tables.spectrum.nodes)) for each in plans]
-        pixels = min(max(plan.grid.rows, plan.grid.columns), max(self.largest_square // samples, 1))
+        pixels = min(max(plan.image.rows, plan.image.columns), max(self.largest_square // samples, 1))
         self._pixels, self._layer, self._number = pixels, inputs.layer, inputs.number
         self._reach = [tuple(-(-points // samples) for points in both) for both in self._transport.reach]
         self._instant: tuple[Hashable, Sun | None, InstantLight] | None = None
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()
+
+    def squares(self, window: Window) -> Iterator[Window]:
+        """Yield the squares, as rows and columns, that a window in or around the image needs."""
+        sizes = self._plan.image.rows, self._plan.image.columns
+        yield from product(*(_pieces(wanted, size, self._pixels) for wanted, size in zip(window, sizes, strict=True)))
+
+    @staticmethod
+    def around(extent: Sequence[slice], reach: Sequence[tuple[int, ...]]) -> Window:
+        """Return the window of some pixels and of those before and after them."""
+        rows, columns = (
+            slice(span.start - low, span.stop + high) for span, (low, high) in zip(extent, reach, strict=True)
+        )
+        return rows, columns
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
         """Write the radiance that is shown: the total; terms remain those of independent columns."""
@@ -87,16 +105,21 @@ class LightStage(Stage):
             sun, last = self._plan.sun_at(time_s), self._instant
             self._instant = key, sun, last[2] if last is not None and last[1] == sun else self._transport.at(sun)
             self._squares = OrderedDict()
-        side = self._pixels
-        for row, column in product(*(range(pixels.start // side, -(-pixels.stop // side)) for pixels in window)):
-            first = row * side, column * side
-            if (row, column) not in self._squares:
-                self._squares[row, column] = self._square(first, clouds)
-                if len(self._squares) > KEPT_SQUARES:
-                    self._squares.popitem(last=False)
-            where, means = self._within(first, self._squares[row, column], window, in_part, look_up, radiance.shape[0])
-            for band, mean in zip(radiance[: len(means)], means, strict=True):
-                band[*where] = mean
+        for square in self.squares(window):
+            self._put(square, radiance, window, in_part, clouds, look_up)
+
+    def _put(
+        self, square: Window, radiance: NDArray[np.float32], window: Window, in_part: Window, clouds: Any, look_up: Any
+    ) -> None:
+        """Write the radiance of what lies in a window of a square, which is kept for other windows."""
+        first = square[0].start, square[1].start
+        if first not in self._squares:
+            self._squares[first] = self._square(square, clouds)
+            if len(self._squares) > KEPT_SQUARES:
+                self._squares.popitem(last=False)
+        where, means = self._within(first, self._squares[first], window, in_part, look_up, radiance.shape[0])
+        for band, mean in zip(radiance[: len(means)], means, strict=True):
+            band[*where] = mean
 
     def _within(
         self,
@@ -120,15 +143,11 @@ class LightStage(Stage):
         values = np.maximum(values * share[:, *inner] + change[:, *inner], 0.0)
         return outer, [value if samples == 1 else pixel_sums(value, samples) / samples**2 for value in values]
 
-    def _square(self, first: tuple[int, int], clouds: Any) -> tuple[Array, Array, Array]:
+    def _square(self, extent: Window, clouds: Any) -> tuple[Array, Array, Array]:
         """Return amount (y, x), share and change of radiance (B, y, x) of the points of a square."""
         assert self._instant is not None
-        samples, side = self._plan.samples_per_pixel, self._pixels
-        wide = [
-            slice(start - before, start + side + after)
-            for start, (before, after) in zip(first, self._reach, strict=True)
-        ]
-        thickness = clouds.thickness_m((wide[0], wide[1]))[self._number]
+        samples, wide = self._plan.samples_per_pixel, self.around(extent, self._reach)
+        thickness = clouds.thickness_m(wide)[self._number]
         amount, share, change = self._instant[2].correct(np.ascontiguousarray(thickness))
         shape = tuple(length(pixels) * samples for pixels in wide)
         bands = (len(self._plan.bands),)
@@ -136,7 +155,10 @@ class LightStage(Stage):
             if given.shape != expected or not np.all(np.isfinite(given)):
                 label = f"light '{self._name}': correct() broke its contract"
                 raise ProviderError(f"{label}: expected finite values of shape {expected}, got shape {given.shape}")
-        inner = [slice(before * samples, (before + side) * samples) for before, _ in self._reach]
+        inner = [
+            slice(before * samples, (before + length(pixels)) * samples)
+            for pixels, (before, _) in zip(extent, self._reach, strict=True)
+        ]
         return amount[*inner].copy(), share[:, *inner].copy(), change[:, *inner].copy()
 
     def _of_ground(self, of_classes: Sequence[Array], time_s: float, extent: Window) -> Array:
@@ -158,3 +180,13 @@ class LightStage(Stage):
         share = np.minimum(amount_m / least, 1.0)
         values: Array = share * cloudy + (1.0 - share) * clear
         return values
+
+
+def _pieces(wanted: slice, size: int, side: int) -> Iterator[slice]:
+    """Yield the pieces of an axis that a range needs: of a length in the image, and of :data:`BEYOND` around it."""
+    for low, high, step in ((-math.inf, 0, BEYOND), (0, size, side), (size, math.inf, BEYOND)):
+        start, stop, origin = max(wanted.start, low), min(wanted.stop, high), size if low == size else 0
+        if start < stop:
+            for number in range((int(start) - origin) // step, -(-(int(stop) - origin) // step)):
+                first = origin + number * step
+                yield slice(first, int(min(first + step, high)))

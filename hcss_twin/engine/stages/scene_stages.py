@@ -137,7 +137,7 @@ def _texture(texture: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.texture import TextureStage
 
     if scene.tables is not None or any(spec.needs == "texture" for spec in scene.plan.computed):
-        yield TextureStage(scene.plan, texture, scene.tables, scene.axes)
+        yield TextureStage(scene.plan, texture, scene.tables, scene.axes, next(iter(scene.of_sea), None), scene.sea)
 
 
 def _surfaces(_: Any, scene: SceneTables) -> Iterator[Stage]:

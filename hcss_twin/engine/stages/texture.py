@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import kernel
-from hcss_twin.cube.variables import SEA_TEMPERATURE, WATER_VAPOUR_FACTOR
+from hcss_twin.cube.variables import SEA_TEMPERATURE, SURFACE_TEMPERATURE, WATER_VAPOUR_FACTOR
 from hcss_twin.engine.scene_points import seen_fields
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.frame_look_up import FrameLookUp, FrameLookUps
@@ -19,7 +19,7 @@ from hcss_twin.engine.tables.point_axis import PointAxis
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.texture import VAPOUR_PLACES, Texture
-from hcss_twin.plan.windows import Window, length, points_of
+from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 
 Thickness = NDArray[np.float32]
 
@@ -36,23 +36,33 @@ class TextureStage(Stage):
         None if no radiance is needed.
     axes : sequence of PointAxis
         Along which the points of the plan differ.
+    of_sea : RadianceTables or None
+        Tables of the scenario's sea, whose change with its temperature bends as in clear sky.
+    sea : int
+        Its class of surface.
     """
 
     title = "texture of the clear sky"
-    reads = ("truth", "columns", "light between columns")
+    reads = ("truth", "columns", "light between columns", "ground")
     writes = ("texture",)
 
     def __init__(
-        self, plan: Plan, texture: Texture, tables: RadianceTables | None, axes: Sequence[PointAxis[Any]]
+        self,
+        plan: Plan,
+        texture: Texture,
+        tables: RadianceTables | None,
+        axes: Sequence[PointAxis[Any]],
+        of_sea: RadianceTables | None,
+        sea: int = 0,
     ) -> None:
-        self._plan, self._texture, self._layers = plan, texture, len(plan.layers)
+        self._plan, self._texture, self._layers, self._sea = plan, texture, len(plan.layers), sea
         self._fields = texture.fields(plan.scenario, plan.assembly)
         self._states: list[FrameLookUps] = []
-        if tables is not None:
+        if tables is not None and of_sea is not None:
             self._states = [
                 FrameLookUps(plan, _in_state(tables, number), axes) for number in range(len(tables.texture.states))
             ]
-            self._square, self._mixed = tables.texture.square.ravel(), tables.texture.mixed.reshape(2, -1)
+            self._square, self._mixed = of_sea.texture.square.ravel(), of_sea.texture.mixed.reshape(2, -1)
         self._look_ups = cached_method(self._look_ups_at, 1)
 
     def begin(self, part: FramePart) -> None:
@@ -63,6 +73,10 @@ class TextureStage(Stage):
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
         """Change a window of the part."""
+        if window.ground is not None and SURFACE_TEMPERATURE in part.truth:
+            warmer, _ = seen_fields(self._plan, self._fields, part.time_s, window.window)
+            of_sea = pixel_sums(window.ground.number == self._sea, window.samples) / window.samples**2
+            part.truth[SURFACE_TEMPERATURE][window.inside] += np.float32(self._texture.steps[0]) * warmer * of_sea
         if self._layers:
             with part.changing_columns(window.inside):
                 self._change(part, window.inside, window.window, window.thickness_m)

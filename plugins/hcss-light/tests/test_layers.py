@@ -1,14 +1,17 @@
 """Two cloud layers with sides: enclosure, uniform and empty layers, shadows, Monte Carlo, windows, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hcss_light.monte_carlo import Sunlight, radiance
 from hcss_light.slices import Slices
 from hcss_light.source import Direction, Particles, Surroundings
 from hcss_light.stack import Stack
-from hcss_light.stacked_light import StackedSource
+from hcss_light.stacked_light import StackedSlant, StackedSource
+from hcss_light.stacked_photons import StackedReference
 from hcss_light.stacked_source import StackedGroup, stacked_radiance, stacked_source
-from hcss_light.transport import SourceLight
+from hcss_light.transport import SlantLight, SourceLight
 from hcss_light.voxels import Voxels, henyey_greenstein
 from light_scene import DAY, NIGHT, scene
 
@@ -16,7 +19,10 @@ from hcss_twin import simulate
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stages.light import LightStage
+from hcss_twin.engine.stream import PartMaker
+from hcss_twin.plan import choose_light
 from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.plan.plan import COLUMNS
 
 WATER, ICE = Particles(0.03, 0.8, np.array([1.0, 0.85])), Particles(0.002, 0.6, np.array([1.0, 0.9]))
 LOW = {"type": "stratocumulus", "coverage": 0.5, "base": 600.0, "top": 1000.0, "anchor": "base"}
@@ -122,12 +128,13 @@ def test_a_thick_layer_above_leaves_the_one_below_dark_where_its_shadow_falls():
     assert source.min() < 0.6 * np.median(source)
 
 
+@pytest.mark.parametrize(("several", "of_one"), [(StackedSource, SourceLight), (StackedSlant, SlantLight)])
 @pytest.mark.parametrize("time", [NIGHT, DAY])
-def test_uniform_layers_keep_the_radiance_of_the_tables_and_an_empty_one_changes_nothing(time):
+def test_uniform_layers_keep_the_radiance_of_the_tables_and_an_empty_one_changes_nothing(time, several, of_one):
     plan = make_plan(two("columns", time=time, bands=[[3.6, 3.7]]))
     tables = tables_of(plan)
     inputs, sun = LightStage.inputs(plan, tables.spectrum.nodes), plan.sun_at(0.0)
-    light = StackedSource(inputs).at(sun)
+    light = several(inputs).at(sun)
     for thickness in ((10.0, 300.0), (87.0, 2000.0), (400.0, 0.0)):
         given = np.full((2, 3, 4), np.array(thickness)[:, None, None], np.float32)
         amount, share, change = light.correct(given)
@@ -138,7 +145,7 @@ def test_uniform_layers_keep_the_radiance_of_the_tables_and_an_empty_one_changes
     lower = (draw.uniform(20.0, 400.0, (16, 16)) * (draw.random((16, 16)) < 0.5)).astype(np.float32)
     amount, share, change = light.correct(np.stack((lower, np.zeros_like(lower))))
     both = light.uniform(amount) * share + change
-    one = SourceLight(LightStage.inputs(plan, tables.spectrum.nodes)).at(sun)
+    one = of_one(LightStage.inputs(plan, tables.spectrum.nodes)).at(sun)
     amount, share, change = one.correct(lower)
     alone = one.uniform(amount) * share + change
     assert np.mean(both) == pytest.approx(np.mean(alone), rel=3e-3)
@@ -158,7 +165,33 @@ def test_a_layer_that_never_has_cloud_leaves_the_bits_of_the_other_and_windows_t
     assert np.any(whole.radiance.values != both.radiance.values)
 
 
-def test_lights_that_know_one_layer_are_refused_by_name():
+@pytest.mark.parametrize(
+    ("time", "band", "zenith", "limit"),
+    [(NIGHT, [10.5, 11.0], 50.0, 0.02), (NIGHT, [3.6, 3.8], 60.0, 0.08), (DAY, [3.6, 3.8], 40.0, 0.08)],
+)
+def test_slanted_rays_through_two_layers_are_far_nearer_to_monte_carlo_than_columns(time, band, zenith, limit):
+    image, view = {"rows": 6, "columns": 5, "pixel_size": 500.0}, {"zenith": zenith, "azimuth": 30.0}
+    plan = make_plan(two(time=time, bands=[band], view=view, image=image, sea={"temperature_texture": 0.0}))
+    tables, found = tables_of(plan), {}
+    for name, transport in (("columns", None), ("slant", StackedSlant), ("reference", StackedReference)):
+        light = COLUMNS if transport is None else replace(plan.light, name=name, transport=transport)
+        of_light = PartMaker(replace(plan, light=light), tables)
+        found[name] = of_light.part(0, (slice(0, 6), slice(0, 5)))[0]["radiance"].astype(float)
+    mean = np.mean(found["reference"])
+    slant, columns = (np.sqrt(np.mean((found[name] - found["reference"]) ** 2)) / mean for name in ("slant", "columns"))
+    assert slant < limit
+    assert slant < 0.3 * columns
+    stated = StackedSlant(LightStage.inputs(plan, tables.spectrum.nodes))
+    assert slant < stated.expected_errors()[0] < stated.errors_of_columns()[0]
+
+
+def test_lights_that_know_one_layer_are_refused_by_name(monkeypatch):
+    found = choose_light.installed
+
+    def of_one_layer(group):
+        return [(origin, entry) for origin, entry in found(group) if "layers" not in group or entry.name != "slant"]
+
+    monkeypatch.setattr(choose_light, "installed", of_one_layer)
     with pytest.raises(ScenarioError, match=r"radiance.light.*'slant' computes one layer.*'source'"):
         make_plan(two("slant"))
 

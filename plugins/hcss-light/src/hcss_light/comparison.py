@@ -114,6 +114,10 @@ def _not_comparable(plan: Plan) -> str:
     if plan.assembly.elements or plan.surfaces or plan.waves.varies:
         what = "elements" if plan.assembly.elements else "surfaces" if plan.surfaces else "sea.waves"
         return f"{what}: Monte Carlo has the mean sea below clouds and nothing else; allowed: without"
+    if not plan.is_grid:
+        return (
+            "scenario: Monte Carlo knows columns of cloud below pixels that form a grid on the ground; allowed: these"
+        )
     if plan.samples_per_pixel != 1:
         return f"image.samples_per_pixel: {plan.samples_per_pixel}; allowed: 1"
     return ""

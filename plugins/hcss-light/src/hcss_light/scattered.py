@@ -74,12 +74,16 @@ class ScatteredLight:
         """Return the error (B,) to expect: rms over pixels, relative to the mean radiance."""
         columns, *others = self._differences
         of_tier = 0.0 if self.tier == "source" else others[0]
-        return stated_errors(self._inputs, columns, others[0] if others else None, of_tier)
+        return stated_errors(self._inputs, columns, self._of_slant(others), of_tier)
 
     def errors_of_columns(self) -> list[float]:
         """Return the same of independent columns."""
         columns, *others = self._differences
-        return stated_errors(self._inputs, columns, others[0] if others else None, columns)
+        return stated_errors(self._inputs, columns, self._of_slant(others), columns)
+
+    def _of_slant(self, others: list[Array]) -> Array | None:
+        """Return the difference of ``slant`` from ``source``, on which their errors depend in one layer."""
+        return others[0] if others and len(self._inputs.stack) == 1 else None
 
     @cached_property
     def _differences(self) -> list[Array]:

@@ -1,7 +1,7 @@
-"""Tier ``source`` for scenes with several cloud layers; as :mod:`hcss_light.transport` for one.
+"""Tiers for scenes with several cloud layers; as :mod:`hcss_light.transport` for one.
 
 The engine's tables are read at the amounts of cloud of all layers along the line of sight of each point, and the
-difference between broken and uniform layers, both by successive orders, is added.
+difference between broken and uniform layers, both by successive orders or by sums of exponentials, is added.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import product
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -23,7 +23,9 @@ from hcss_light.source import Direction
 from hcss_light.stack import Stack, reach_of, stack_of
 from hcss_light.stacked_sea import StackedPaths, StackedSea
 from hcss_light.stacked_source import StackedGroup, stacked_groups, stacked_radiance, stacked_source, stacked_sunlight
+from hcss_light.stacked_sums import emitted_radiance, of_sun_alone, stacked_integrals, sun_depth
 from hcss_light.stated import differences
+from hcss_light.sums import RATES, fitted_weights
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
@@ -48,7 +50,7 @@ class StackedSource(ScatteredLight):
             moved = stack.shifts(sun)
             within += [moved[part] - moved[part.start] for part in stack.parts]
             across += [moved - moved[end] for part in stack.parts for end in (part.start, part.stop - 1)]
-        self.reach_of_light = reach_of(within, self._spread + 2)
+        self.reach_of_light = reach_of(within, 2 + (self._spread if self.tier == "source" else 0))
         """Points around others that send light to them; and with the shadows of higher layers and those on the sea."""
         far = reach_of([np.clip(shift, -MOST_SHADED, MOST_SHADED) for shift in across], 1)
         shadows = [(a + c, b + d) for (a, b), (c, d) in zip(self.reach_of_light, far, strict=True)]
@@ -63,7 +65,8 @@ class StackedSource(ScatteredLight):
     @cached_property
     def _differences(self) -> list[Array]:
         # Shadows from farther away are those of the same clouds, continued periodically.
-        return differences(self._inputs, [self], self.reach_of_light, self._clouds)
+        source = self if self.tier == "source" else StackedSource(self._inputs)
+        return differences(self._inputs, list(dict.fromkeys((source, self))), source.reach_of_light, self._clouds)
 
     def _clouds(self, rows: slice, columns: slice) -> tuple[Field, list[Field | None]]:
         """Return the thickness (L, y, x) of all layers in the first frame, and their shares of heights."""
@@ -82,14 +85,21 @@ class StackedSource(ScatteredLight):
     def at(self, sun: Sun | None) -> StackedLight:
         """Return the light at one instant."""
         sun = shining(sun)
-        return StackedLight(self._inputs, self.stack, stacked_groups(self._inputs, self.stack, sun), sun)
+        return StackedLight(self.tier, self._inputs, self.stack, stacked_groups(self._inputs, self.stack, sun), sun)
+
+
+class StackedSlant(StackedSource):
+    """The tier ``slant``."""
+
+    tier: ClassVar[str] = "slant"
+    cost: ClassVar[float] = 1.0
 
 
 class StackedLight:
     """Light at one instant."""
 
     def __init__(
-        self, inputs: LightInputs, stack: Stack, groups: Sequence[Sequence[StackedGroup]], sun: Sun | None
+        self, tier: str, inputs: LightInputs, stack: Stack, groups: Sequence[Sequence[StackedGroup]], sun: Sun | None
     ) -> None:
         self._stack, self._shape, self._groups = stack, inputs.shape, groups
         self._air = inputs.weights_cm1 @ sunlight_of_air(inputs, sun)
@@ -100,6 +110,8 @@ class StackedLight:
             _nodes(cloud.layer.thickness_min_m, slices.height_m, slices.count)
             for cloud, slices in zip(inputs.stack, stack.layers, strict=True)
         ]
+        # Weights (L, C) of the sums of each layer; None in the tier ``source``.
+        self._weights = [[None if tier == "source" else self._fitted(member) for member in group] for group in groups]
         self._uniform = self._of_uniform(groups, self._sun)
         self._dark = self._uniform
         if self._sun is not None:
@@ -112,9 +124,36 @@ class StackedLight:
         thickness = np.stack(np.meshgrid(*self._nodes_m, indexing="ij")).astype(np.float32)
         flat = thickness.reshape(*thickness.shape[:2], -1)
         densities, sea = self._densities(flat, [None] * len(flat)), StackedSea(apart, sun, 1)
-        given: Any = apart, sea, sun, densities, densities, flat, sea.paths(densities, True), WHOLE, 1
-        result: Array = np.array([sum(_seen(member, *given) for member in group) for group in groups])
+        given: Any = apart, sea, sun, densities, densities, flat, sea.paths(densities, True), WHOLE
+        result: Array = self._of_bands(groups, *given, 1)
         return result.reshape(len(groups), *thickness.shape[1:])
+
+    def _of_bands(self, groups: Sequence[Sequence[StackedGroup]], *given: Any) -> Array:
+        """Return the radiance (B, y, x) of the groups of each band."""
+        bands = zip(groups, self._weights, strict=True)
+        return np.array(
+            [
+                sum(_seen(member, sums, *given) for member, sums in zip(group, weights, strict=True))
+                for group, weights in bands
+            ]
+        )
+
+    def _fitted(self, group: StackedGroup) -> Array:
+        """Return the weights (L, C) with which sums of sunlight in uniform clouds of each layer give its radiance."""
+        apart, sun, alone = self._stack.apart(), self._sun, of_sun_alone(group)
+        weights = np.zeros((len(self._nodes_m), RATES.size))
+        if sun is None or not np.any(group.around.sunlight > 0.0):
+            return weights
+        for number, nodes_m in enumerate(self._nodes_m):
+            thickness = np.zeros((len(self._nodes_m), 1, nodes_m.size), dtype=np.float32)
+            thickness[number] = nodes_m
+            densities = self._densities(thickness, [None] * len(thickness))
+            depth = apart.optical(densities, group.scaled_m1)
+            source = stacked_source(apart, densities, alone, sun, None, 1)
+            radiance = stacked_radiance(apart, depth, source, 0.0)
+            integrals = stacked_integrals(apart, depth, sun_depth(apart, depth, sun), group.around.sunlight)[number]
+            weights[number] = fitted_weights(integrals.reshape(RATES.size, -1), radiance.ravel())
+        return weights
 
     def _densities(self, thickness_m: Array | Field, shares: Sequence[Field | None]) -> list[Field]:
         return [
@@ -168,25 +207,43 @@ class StackedLight:
             member.around.glint > FAINT_GLINT * member.around.below for group in self._groups for member in group
         )
         given: Any = stack, self._sea, self._sun, densities, near, amount, self._sea.paths(densities, glints), inner
-        total = np.array([sum(_seen(member, *given) for member in group) for group in self._groups])
+        total = self._of_bands(self._groups, *given)
         uniform, dark = self._between(self._uniform, amount), self._between(self._dark, amount)
         return amount, *share_and_change(total, uniform, dark, self._air)
 
 
 def _seen(
-    group: StackedGroup, stack: Stack, sea: StackedSea, sun: Direction | None, densities: Sequence[Field],
-    near: Sequence[Field], amount_m: Array, over_sea: StackedPaths, inner: Window, wide: int = 2,
+    group: StackedGroup, weights: Array | None, stack: Stack, sea: StackedSea, sun: Direction | None,
+    densities: Sequence[Field], near: Sequence[Field], amount_m: Array, over_sea: StackedPaths, inner: Window,
+    wide: int = 2,
 ) -> Array:  # fmt: skip
-    """Return the radiance (y, x) of a group among clouds (Z, y, x) of each layer, with those (Z, Y, X) around them."""
+    """Return the radiance (y, x) of a group among clouds (Z, y, x) of each layer, with those (Z, Y, X) around them.
+
+    With ``weights`` (L, C) in the tier ``slant``.
+    """
     around, scaled, sunlight = group.around, group.scaled_m1, None
-    if sun is not None and np.any(around.sunlight > 0.0):
+    shines = sun is not None and bool(np.any(around.sunlight > 0.0))
+    changed = sea.change(over_sea, group, densities[0].shape[1:])[*inner]
+    if weights is not None:
+        radiance = emitted_radiance(stack, stack.optical(near, group.absorbing_m1), group)
+        if shines and sun is not None:
+            to_sun = np.ascontiguousarray(sun_depth(stack, stack.optical(densities, scaled), sun)[:, *inner])
+            integrals = stacked_integrals(stack, stack.optical(near, scaled), to_sun, around.sunlight)
+            radiance += np.tensordot(weights, integrals, axes=2)
+        unveiled = _through(group.absorbing_m1, stack, amount_m)
+        return np.asarray(radiance + unveiled * changed)
+    if shines and sun is not None:
         lit = stacked_sunlight(stack, stack.optical(densities, scaled), sun)
         sunlight = np.ascontiguousarray(lit[:, *inner])
     source = stacked_source(stack, near, group, sun, sunlight, wide)
     radiance = stacked_radiance(stack, stack.optical(near, scaled), source, around.below)
-    unveiled = np.exp(-np.tensordot(np.array(scaled) / float(stack.view.vector[2]), amount_m, axes=1))
-    changed = sea.change(over_sea, group, densities[0].shape[1:])[*inner]
-    return np.asarray(radiance + unveiled * changed)
+    return np.asarray(radiance + _through(scaled, stack, amount_m) * changed)
+
+
+def _through(extinctions_m1: Sequence[float], stack: Stack, amount_m: Array) -> Array:
+    """Return the share of the sea's light (y, x) that cloud of amounts (L, y, x) on the line of sight leaves."""
+    depth = np.tensordot(np.array(extinctions_m1) / float(stack.view.vector[2]), amount_m, axes=1)
+    return np.asarray(np.exp(-depth))
 
 
 def _at_night(group: StackedGroup) -> StackedGroup:

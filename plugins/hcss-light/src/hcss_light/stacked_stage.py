@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_light.stage import require_one_shape, shares_of
+from hcss_light.stage import Window, require_one_shape, shares_of
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
@@ -23,23 +23,15 @@ class StackedStage(LightStage):
         for number in self._numbers:
             require_one_shape(plan, number)
 
-    def _square(self, first: tuple[int, int], clouds: Any) -> tuple[Array, Array, Array]:
+    def _square(self, extent: Window, clouds: Any) -> tuple[Array, Array, Array]:
         """Return amounts (L, y, x), share and change of radiance (B, y, x) of the points of a square."""
         assert self._instant is not None
         time_s = self._instant[0]
         assert isinstance(time_s, float)  # the key of frames of a grid on the ground
-        plan, samples, side = self._plan, self._plan.samples_per_pixel, self._pixels
+        plan, samples = self._plan, self._plan.samples_per_pixel
         transport: Any = self._transport
         near = [tuple(-(-points // samples) for points in both) for both in transport.reach_of_light]
-        # Squares end with the image.
-        extent = [
-            slice(start, min(start + side, size))
-            for start, size in zip(first, (plan.grid.rows, plan.grid.columns), strict=True)
-        ]
-        wide = tuple(
-            slice(span.start - low, span.stop + high) for span, (low, high) in zip(extent, self._reach, strict=True)
-        )
-        window = wide[0], wide[1]
+        window = self.around(extent, self._reach)
         layers = clouds.thickness_m(window)
         thickness = [layers[number] for number in self._numbers]
         shares = [

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -22,7 +22,7 @@ from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Array, Sun
+from hcss_twin.providers import Array, Sun, View
 
 SQUARES_OF_FRAME = 64
 """Squares of a frame in memory."""
@@ -48,11 +48,13 @@ class _Lit:
     seen: Any
     over_sea: Any
     edges_m: Array
-    sun: Sun | None = None
+    toward: tuple[View, Sun | None] | None = None
 
 
 def stage(plan: Plan, tables: RadianceTables, keeps: bool) -> LightStage:
     """Return the stage of a plan: light is kept if it can be, the frames are close, and the image is not too large."""
+    if not plan.is_grid:
+        return RayStage(plan, tables, False)
     return DriftingStage(plan, tables, keeps and 3.0 * plan.scenario.frames.interval <= KEPT_S)
 
 
@@ -61,7 +63,7 @@ def shares_of(
 ) -> Field | None:
     """Return how the cloud of points of a layer is spread over heights, if its generator says so."""
     shares = getattr(plan.assembly.generators[number], "height_shares", None)
-    samples = plan.samples_per_pixel
+    samples = plan.scene.samples
     rows, columns = (slice(span.start * samples, span.stop * samples) for span in window)
     result: Field | None = None if shares is None else shares(time_s, rows, columns, thickness_m, edges_m)
     return result
@@ -97,12 +99,12 @@ class DriftingStage(LightStage):
         super().__init__(plan, tables)
         transport: Any = self._transport
         self._tiles: Tiles | None = None
-        keeps = keeps and not plan.surfaces
+        keeps, self._sizes = keeps and not plan.surfaces, (plan.grid.rows, plan.grid.columns)
         if plan.views.varies:
             self._tiles, keeps = Tiles(plan), False
             self._pixels, self._nodes = self._tiles.side, tables.spectrum.nodes
             self._of_tiles: OrderedDict[tuple[int, int], _Lit] = OrderedDict()
-        samples, pixels = plan.samples_per_pixel, self._pixels
+        samples, pixels = plan.scene.samples, self._pixels
         # One pixel more: clouds lie between the pixels of the instant whose light is kept.
         seen = (
             [tuple(-(-points // samples) + 1 for points in both) for both in transport.seen] if keeps else self._reach
@@ -139,9 +141,22 @@ class DriftingStage(LightStage):
         """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
         if self._time_s != time_s:
             self._time_s, self._previous, self._of_frame = time_s, self._of_frame, OrderedDict()
+            self._squares = OrderedDict()
         for number, (own_s, part) in enumerate(self._instants(time_s)):
             moved = self._speed * (time_s - own_s)
             self._add(radiance, window, region, number, (own_s, part, moved), clouds, look_up)
+        for square in self.squares(window):
+            # Beyond the image each frame is computed for itself.
+            if any(span.start < 0 or span.start >= size for span, size in zip(square, self._sizes, strict=True)):
+                self._put(square, radiance, window, region, clouds, look_up)
+
+    def _square(self, extent: Window, clouds: Any) -> tuple[Array, Array, Array]:
+        assert self._time_s is not None
+        lit = self._lit((extent[0].start // self._pixels, extent[1].start // self._pixels), self._time_s)
+        if self._keeps:
+            lit = replace(lit, seen=self._reach, over_sea=self._margins(self._transport, self._reach))
+        thickness = clouds.thickness_m(self.around(extent, lit.over_sea))[self._number]
+        return self._of_extent(extent, lit, self._time_s, thickness)
 
     def _add(
         self, radiance: NDArray[np.float32], window: Window, region: Window, number: int,
@@ -150,14 +165,15 @@ class DriftingStage(LightStage):
         own_s, part, moved = instant
         side, by = self._pixels, np.floor(moved).astype(int).tolist()
         spans = [
-            ((span.start - far) // side, -(-(span.stop - far) // side)) for span, far in zip(window, by, strict=True)
+            ((max(span.start, 0) - far) // side, -(-(min(span.stop, size) - far) // side))
+            for span, far, size in zip(window, by, self._sizes, strict=True)
         ]
         for row, column in product(*(range(*span) for span in spans)):
             place_of, key = (row * side, column * side), (number, row, column)
-            # Squares end with the image.
+            # Squares end with the image, around which light is not kept.
             extent = [
                 slice(max(start + far, 0), min(start + far + side, size))
-                for start, far, size in zip(place_of, by, (self._plan.grid.rows, self._plan.grid.columns), strict=True)
+                for start, far, size in zip(place_of, by, self._sizes, strict=True)
             ]
             if key not in self._of_frame:
                 self._of_frame[key] = self._of_lattice(key, extent, own_s, moved, clouds)
@@ -186,13 +202,13 @@ class DriftingStage(LightStage):
             known = [lights for light_sun, lights, _ in self._lights.values() if light_sun == sun]
             lights = known[0] if known else [transport.at(sun) for transport in self._transports]
             self._lights[time_s] = sun, lights, FrameClouds(self._plan, time_s)
-            if len(self._lights) > 2:
+            if len(self._lights) > 3:  # of two neighbours, and beyond the image of the frame itself
                 self._lights.popitem(last=False)
         return self._lights[time_s][1:]
 
     def _margins(self, transport: Any, seen: Any) -> list[tuple[int, ...]]:
         """Return pixels around a square with clouds that matter to the sea below, not only to lines of sight."""
-        samples = self._plan.samples_per_pixel
+        samples = self._plan.scene.samples
         return [
             tuple(max(-(-far // samples), near) for far, near in zip(*both, strict=True))
             for both in zip(transport.sea_reach, seen, strict=True)
@@ -202,13 +218,16 @@ class DriftingStage(LightStage):
         """Return the light of a square at an instant."""
         if self._tiles is None:
             return _Lit(*self._light(time_s), self._seen, self._over_sea, self._edges_m)
-        toward = self._plan.toward(self._tiles.view_of(*square))
+        view = self._tiles.view_of(*square, time_s)
+        toward = self._plan.toward(view)
         sun, known = toward.sun_at(time_s), self._of_tiles.pop(square, None)
-        if known is None or known.sun != sun:
+        if known is None or known.toward != (view, sun):
             transport: Any = self._plan.light.transport(LightStage.inputs(toward, self._nodes))
-            samples = self._plan.samples_per_pixel
+            samples = self._plan.scene.samples
             seen = [tuple(-(-points // samples) for points in both) for both in transport.reach]
-            known = _Lit([transport.at(sun)], None, seen, self._margins(transport, seen), transport.edges_m, sun)
+            known = _Lit(
+                [transport.at(sun)], None, seen, self._margins(transport, seen), transport.edges_m, (view, sun)
+            )
         self._of_tiles[square] = known
         if len(self._of_tiles) > SQUARES_OF_FRAME:
             self._of_tiles.popitem(last=False)
@@ -217,14 +236,24 @@ class DriftingStage(LightStage):
     def _of_lattice(
         self, key: tuple[int, int, int], extent: Sequence[slice], own_s: float, moved: Array, clouds: Any
     ) -> _Square:
-        samples, lit = self._plan.samples_per_pixel, self._lit(key[1:], own_s)
+        lit = self._lit(key[1:], own_s)
         light = lit.lights[0]
-        wide = _around(extent, lit.over_sea)
-        thickness = clouds.thickness_m(wide)[self._number]
+        thickness = clouds.thickness_m(self.around(extent, lit.over_sea))[self._number]
         before = self._previous.pop(key, None)
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
         if before is not None and still and self._ground is None and np.array_equal(before[1], thickness):
             return before
+        kept: tuple[Any, ...] = ()
+        if self._keeps:
+            source, first = self._kept_of(own_s, key[1:], light, lit.clouds)
+            kept = source, (moved + first - [span.start for span in extent]) * self._plan.samples_per_pixel
+        return light, thickness.copy(), moved, *self._of_extent(extent, lit, own_s, thickness, kept)
+
+    def _of_extent(
+        self, extent: Sequence[slice], lit: _Lit, own_s: float, thickness: Field, kept: tuple[Any, ...] = ()
+    ) -> tuple[Array, Array, Array]:
+        """Return amount (y, x), share and change (B, y, x) of pixels, from the clouds in and around them."""
+        samples, wide = self._plan.scene.samples, self.around(extent, lit.over_sea)
         shares = self._shares(self._time_s, wide, thickness, lit.edges_m)
         inner = [
             slice((far - near) * samples, (far + span.stop - span.start + high) * samples)
@@ -234,10 +263,6 @@ class DriftingStage(LightStage):
             [light_of_sea[*inner] for light_of_sea in of_class.over_sea(thickness, **shares)] for of_class in lit.lights
         ]
         shares = {name: np.ascontiguousarray(values[:, *inner]) for name, values in shares.items()}
-        kept: tuple[Any, ...] = ()
-        if self._keeps:
-            source, first = self._kept_of(own_s, key[1:], light, lit.clouds)
-            kept = source, (moved + first - [span.start for span in extent]) * samples
         near = np.ascontiguousarray(thickness[*inner])
         found = [
             of_class.correct(near, *kept, **shares, over_sea=over_sea)
@@ -252,7 +277,7 @@ class DriftingStage(LightStage):
             self._of_ground([values[:, *cut].copy() for values in of_classes], own_s, (extent[0], extent[1]))
             for of_classes in list(zip(*found, strict=True))[1:]
         )
-        return light, thickness.copy(), moved, amount, share, change
+        return amount, share, change
 
     def _shares(self, time_s: float | None, window: Window, thickness_m: Field, edges_m: Array) -> dict[str, Field]:
         assert time_s is not None
@@ -268,11 +293,9 @@ class DriftingStage(LightStage):
         if key not in self._kept:
             extent = [
                 slice(max(number * side, -far), min((number + 1) * side, size + far))
-                for number, far, size in zip(
-                    square, self._drifts, (self._plan.grid.rows, self._plan.grid.columns), strict=True
-                )
+                for number, far, size in zip(square, self._drifts, self._sizes, strict=True)
             ]
-            wide = _around(extent, self._reach)
+            wide = self.around(extent, self._reach)
             thickness = clouds.thickness_m(wide)[self._number]
             inner = [
                 slice((far - near) * samples, (far + span.stop - span.start + high) * samples)
@@ -287,7 +310,37 @@ class DriftingStage(LightStage):
         return self._kept[key]
 
 
-def _around(extent: Sequence[slice], reach: Any) -> Window:
-    """Return the window of a part of the image and of the pixels around it."""
-    rows, columns = (slice(span.start - low, span.stop + high) for span, (low, high) in zip(extent, reach, strict=True))
-    return rows, columns
+class RayStage(DriftingStage):
+    """Light toward rays that form no grid on the ground: each sees the column of cloud nearest to it.
+
+    The columns below a square of pixels are computed toward the view from its middle. Rays meet them where they meet
+    the flat side of the layer.
+    """
+
+    def fill(
+        self, radiance: NDArray[np.float32], window: Window, region: Window, time_s: float, clouds: Any, look_up: Any
+    ) -> None:
+        """Write the radiance (B, y, x) of a window of the image, from its FrameClouds, to its place in a part."""
+        key = time_s, self._plan.rays.frame_key(time_s)
+        if self._key != key:
+            self._key, self._time_s, self._squares = key, time_s, OrderedDict()
+        for square in self.squares(window):
+            self._put(square, radiance, window, region, clouds, look_up)
+
+    _key: Any = None
+
+    def _square(self, extent: Window, clouds: Any) -> tuple[Array, Array, Array]:
+        assert self._time_s is not None
+        scene, rays, height_m = self._plan.scene, self._plan.rays, self._layer.reference_height_m
+        place = scene.in_points(*rays.points_m(extent, self._time_s, height_m))
+        below, bands = scene.around(*place), len(self._plan.bands)
+        if below is None:
+            shape = place[0].shape
+            return np.zeros(shape), np.ones((bands, *shape)), np.zeros((bands, *shape))
+        lit = self._lit((extent[0].start // self._pixels, extent[1].start // self._pixels), self._time_s)
+        thickness = clouds.of_scene_m(self.around(below, lit.over_sea))[self._number]
+        amount, share, change = self._of_extent(below, lit, self._time_s, thickness)
+        row, column = (
+            np.rint(points).astype(np.intp) - first for points, first in zip(place, scene.corner_of(below), strict=True)
+        )
+        return amount[row, column], share[:, row, column], change[:, row, column]

@@ -19,6 +19,9 @@ from hcss_twin.providers import Array, View
 LEAST_SIDE = 32
 """Pixels along the sides of the smallest squares; in smaller ones most of the time would go into the clouds around."""
 
+LEAST_SIDE_OF_RAYS = 8
+"""The same for rays that form no grid on the ground, whose pixels are often larger than the points of the scene."""
+
 MOST_DISPLACED = 0.5
 """Largest displacement of a line of sight at the top of the clouds, in points."""
 
@@ -40,13 +43,17 @@ class Tiles:
     """
 
     def __init__(self, plan: Plan) -> None:
-        self._views, self._size = plan.views_over_image(), (plan.grid.rows, plan.grid.columns)
+        self._views, self._size = plan.views_over_image(), (plan.image.rows, plan.image.columns)
+        self._rays = None if plan.is_grid else plan.rays
+        self._times_s = plan.frame_times_s[:1] if plan.is_grid else plan.frame_times_s[[0, -1]]
         layer = plan.layers[plan.cloudy_layers[0]]
-        points = layer.thickness_max_m * plan.samples_per_pixel / plan.grid.pixel_size_m
-        side = max(LightStage.largest_square // plan.samples_per_pixel, 1)
+        points = layer.thickness_max_m / plan.scene.point_m
+        side, least = max(LightStage.largest_square // plan.samples_per_pixel, 1), LEAST_SIDE
+        if self._rays is not None:
+            side, least = min(side, LEAST_SIDE), LEAST_SIDE_OF_RAYS
         self.side = min(max(self._size), side)
-        while (displaced := points * self._turn()) > MOST_DISPLACED and self.side > LEAST_SIDE:
-            self.side = max(self.side // 2, LEAST_SIDE)
+        while (displaced := points * self._turn()) > MOST_DISPLACED and self.side > least:
+            self.side = max(self.side // 2, least)
         self.displaced = displaced
         if displaced > MOST_DISPLACED:
             raise LightError(
@@ -54,16 +61,17 @@ class Tiles:
                 f"{self.side} pixels; allowed: {MOST_DISPLACED:g}: a higher sensor or larger pixels need less"
             )
 
-    def view_of(self, row: int, column: int) -> View:
-        """Return the view from the middle of the part of a square that lies in the image."""
-        (view,) = self._at([self._middle(row, column)])
+    def view_of(self, row: int, column: int, time_s: float) -> View:
+        """Return the view from the middle of the part of a square that lies in the image, at a time."""
+        (view,) = self._at([self._middle(row, column)], time_s)
         return view
 
     @property
     def corners(self) -> list[View]:
         """Views from the squares in the corners of the image."""
         last = [-(-size // self.side) - 1 for size in self._size]
-        return [self.view_of(row, column) for row, column in product((0, last[0]), (0, last[1]))]
+        places = product(self._times_s.tolist(), (0, last[0]), (0, last[1]))
+        return [self.view_of(row, column, time_s) for time_s, row, column in places]
 
     def _middle(self, row: int, column: int) -> tuple[float, float]:
         edges = [
@@ -72,9 +80,15 @@ class Tiles:
         ]
         return 0.5 * sum(edges[0]), 0.5 * sum(edges[1])
 
-    def _at(self, places: list[tuple[float, float]]) -> list[View]:
+    def _at(self, places: list[tuple[float, float]], time_s: float) -> list[View]:
         """Return the views from rows and columns, counted from the edges of the image."""
         rows, columns = self._size
+        if self._rays is not None:
+            row, column = (
+                [min(max(int(at), 0), size - 1) for at in axis]
+                for axis, size in zip(zip(*places, strict=True), self._size, strict=True)
+            )
+            return self._rays.views_of_pixels(row, column, time_s)
         views: list[View] = self._views.at([(2.0 * x / columns - 1.0, 2.0 * y / rows - 1.0) for y, x in places])
         return views
 
@@ -82,11 +96,12 @@ class Tiles:
         """Return the largest difference of tangents between a corner and the middle of squares all over the image."""
         count = [-(-size // self.side) for size in self._size]
         largest = 0.0
-        for row, column in product(*(sorted({0, number // 2, number - 1}) for number in count)):
+        numbers = (sorted({0, number // 2, number - 1}) for number in count)
+        for time_s, row, column in product(self._times_s.tolist(), *numbers):
             y, x = self._middle(row, column)
             half = [min(0.5 * self.side, 0.5 * size) for size in self._size]
             corners = [(y + up * half[0], x + right * half[1]) for up, right in product((-1.0, 1.0), repeat=2)]
-            tangents = np.array([_tangent(direction) for direction in self._at([(y, x), *corners])])
+            tangents = np.array([_tangent(direction) for direction in self._at([(y, x), *corners], time_s)])
             largest = max(largest, float(np.max(np.hypot(*(tangents[1:] - tangents[0]).T))))
         return largest
 

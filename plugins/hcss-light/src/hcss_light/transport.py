@@ -42,9 +42,12 @@ class SourceLight(ScatteredLight):
     ----------
     knows_surfaces : bool
         Whether there may be a map of the ground: each point has the light over its own class of surface.
+    knows_rays : bool
+        Whether pixels may form no grid on the ground, as those of cameras.
     """
 
     knows_surfaces: ClassVar[bool] = True
+    knows_rays: ClassVar[bool] = True
 
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)
