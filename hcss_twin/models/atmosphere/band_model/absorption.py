@@ -195,31 +195,35 @@ class Absorption:
             amount[:, used[(used >= self._exponent.size) & (used < first)]],
         ]
         if self._aerosol != "none":
-            boundary = boundary_optics(self._tables, self._aerosol, "extinction", humidity_percent)
-            aerosol = np.concatenate(
-                (amount[:, first + 1 : first + 4], amount[:, first : first + 1] * boundary), axis=1
-            )
-            parts.append(aerosol[:, used[used >= first] - first])
+            above, boundary = used[(used >= first) & (used < first + 3)], used[used >= first + 3] - (first + 3)
+            parts.append(amount[:, above + 1])
+            # Of the tabulated wavelengths only those that the nodes lie between: a narrow band has few.
+            extinction = boundary_optics(self._tables, self._aerosol, "extinction", humidity_percent, boundary)
+            parts.append(amount[:, first : first + 1] * extinction)
         depth = np.concatenate(parts, axis=1) @ matrix
         result: Array = np.exp(np.negative(depth, out=depth), out=depth)
         return result
 
     def scattering(self, amount: Array, humidity_percent: Array, nodes: NDArray[np.intp]) -> tuple[Array, Array]:
         """Return the aerosol's optical depth of scattering of amounts (P, K), and the same times asymmetry, (P, N)."""
-        weights = self._weights(nodes.tobytes())
-        first, upper = self._gas_columns, self._tables.upper
+        used, weights = self._weights(nodes.tobytes())
+        first = self._gas_columns
+        upper = {name: values[:, used] for name, values in self._tables.upper.items()}
         boundary = {
-            name: boundary_optics(self._tables, self._aerosol, name, humidity_percent)
+            name: boundary_optics(self._tables, self._aerosol, name, humidity_percent, used)
             for name in ("extinction", "absorption", "asymmetry")
         }
         low = amount[:, first : first + 1] * (boundary["extinction"] - boundary["absorption"])
         above = amount[:, first + 1 : first + 4, None] * (upper["extinction"] - upper["absorption"])
-        depth = low + above.sum(axis=1)
-        forward = low * boundary["asymmetry"] + (above * upper["asymmetry"]).sum(axis=1)
+        depth, forward = np.zeros((2, len(amount), len(weights)))
+        depth[:, used] = low + above.sum(axis=1)
+        forward[:, used] = low * boundary["asymmetry"] + (above * upper["asymmetry"]).sum(axis=1)
         return depth @ weights, forward @ weights
 
-    def _make_weights(self, nodes: bytes) -> Array:
-        return wavelength_weights(self._tables, self._wavenumber[np.frombuffer(nodes, dtype=np.intp)])
+    def _make_weights(self, nodes: bytes) -> tuple[NDArray[np.intp], Array]:
+        """Return the tabulated wavelengths that given nodes lie between, and the weights (A, N) of all."""
+        weights = wavelength_weights(self._tables, self._wavenumber[np.frombuffer(nodes, dtype=np.intp)])
+        return np.flatnonzero(weights.any(axis=1)), weights
 
     def _make_window(self, nodes: bytes) -> tuple[NDArray[np.intp], Array]:
         """Return the channels that absorb at given wavenumbers, and their coefficients; most absorb in few bands."""

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 
@@ -99,10 +100,24 @@ def haze_m1(tables: AerosolTables, altitude_m: Array, visibility_km: float, seas
     return result
 
 
-def boundary_optics(tables: AerosolTables, model: str, quantity: str, humidity_percent: Array) -> Array:
+def boundary_optics(
+    tables: AerosolTables,
+    model: str,
+    quantity: str,
+    humidity_percent: Array,
+    wavelengths: NDArray[np.intp] | slice = slice(None),
+) -> Array:
     """Return an optical quantity of a boundary-layer aerosol at relative humidities (P,) (LOWTRAN7's EXABIN).
 
     The logarithm is interpolated linearly in ln(100 - humidity).
+
+    Parameters
+    ----------
+    tables : AerosolTables
+    model, quantity : str
+    humidity_percent : ndarray (P,)
+    wavelengths : ndarray (A,) or slice
+        Indices of tabulated wavelengths; a narrow band needs few of them.
 
     Returns
     -------
@@ -112,7 +127,7 @@ def boundary_optics(tables: AerosolTables, model: str, quantity: str, humidity_p
     nodes = tables.ln_dryness  # descending
     upper = np.clip(np.searchsorted(-nodes, -ln_dryness, side="right"), 1, nodes.size - 1)
     fraction = (ln_dryness - nodes[upper - 1]) / (nodes[upper] - nodes[upper - 1])
-    table = tables.boundary[model, quantity].T
+    table = tables.boundary[model, quantity][wavelengths].T
     result: Array = np.exp(table[upper - 1] + fraction[:, None] * (table[upper] - table[upper - 1]))
     return result
 
