@@ -53,7 +53,7 @@ _MOST_KEPT = 2**15
 memory, and cost little."""
 
 _MAX_LEGS, _MAX_SOURCES = 2048, 256
-"""Legs in memory, with absorbers or emission: columns share those below and above clouds, suns share all."""
+"""Legs in memory, with ends and absorbers, or emission: columns share those below and above clouds, suns share all."""
 
 
 @dataclass(frozen=True)
@@ -172,6 +172,7 @@ class Air:
         self._leg_of_column = cached_method(self._leg_of_scenes, most)
         self._pieces = cached_method(self._new_pieces, _MAX_LEGS * kept_values // _MOST_VALUES)
         self._sources = cached_method(self._new_sources, _MAX_SOURCES)
+        self._edges = cached_method(self._new_edges, _MAX_LEGS)
         self._space = planck(wavenumber_cm1, space_K) if space_K > 0.0 else np.zeros(wavenumber_cm1.size)
         self._clear_streams = cached_method(self._new_clear_streams, 1)
         self._streams = cached_method(self._new_streams, _MAX_SOURCES)
@@ -274,9 +275,8 @@ class Air:
     def _new_leg_view(self, request: _LegRequest) -> LegView:
         front, front_transmittance, zenith_deg = request.front, request.front_transmittance, request.zenith_deg
         lower_m, upper_m, downward = request.lower_m, request.upper_m, request.downward
-        levels = self._coarse_m if request.scattered else self._profile.altitude_m
-        parts = request.scattered or self._sublayers
-        edges = [self._edges(low, high, levels, parts) for low, high in zip(lower_m, upper_m, strict=True)]
+        is_coarse, parts = bool(request.scattered), request.scattered or self._sublayers
+        edges = [self._edges(low, high, is_coarse, parts) for low, high in zip(lower_m, upper_m, strict=True)]
         count = max(map(len, edges)) - 1
         if count < 1:
             return LegView(np.zeros_like(front_transmittance), front_transmittance, front)
@@ -349,7 +349,7 @@ class Air:
 
         The sea is black, at the temperature of the lowest air.
         """
-        edges = self._edges(float(self._coarse_m[0]), SPACE, self._coarse_m, SUBLAYERS)
+        edges = self._edges(float(self._coarse_m[0]), SPACE, True, SUBLAYERS)
         steps = self._pieces(edges, not self._power_law, False, (DIFFUSE_DEG,), SUBLAYERS)
         assert isinstance(steps, AbsorberPaths)
         layers = steps.steps()
@@ -382,9 +382,9 @@ class Air:
         within = [(high, low) if downward else (low, high) for low, high in near]
         return self._crossing.nested(within, zenith_deg, parts)
 
-    @staticmethod
-    def _edges(lower_m: float, upper_m: float, levels: Array, parts: int) -> tuple[float, ...]:
+    def _new_edges(self, lower_m: float, upper_m: float, is_coarse: bool, parts: int) -> tuple[float, ...]:
         """Return the ends of a leg, and of all parts of the layers within it."""
+        levels = self._coarse_m if is_coarse else self._profile.altitude_m
         top = min(upper_m, float(levels[-1]))
         if top <= lower_m:
             return (lower_m,)
