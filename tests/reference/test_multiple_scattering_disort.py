@@ -24,6 +24,8 @@ STREAMS = 64
 HALF = STREAMS // 2
 AZIMUTH = np.linspace(0.0, np.pi, 7)
 """Relative azimuths of sensor and sun."""
+SOME = 12
+"""Zenith angles that are compared, or up to twice as many; neighbours among the ordinates are alike."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,9 @@ class Errors:
 
 
 def errors(tau, albedo, given, mu_sun, exact: Reference, streams: int, least_mu: float) -> Errors:
-    """Compare directions with cosines from ``least_mu``; ``given`` are the moments given to the solver."""
-    seen = exact.mu >= least_mu
+    """Compare some directions with cosines from ``least_mu``; ``given`` are the moments given to the solver."""
+    every = np.flatnonzero(exact.mu >= least_mu)
+    seen = every[:: max(every.size // SOME, 1)]  # the most slanted one among them
     mu = exact.mu[seen]
     layer = solve_layers([[tau]], [albedo], given, mu, streams)
     emissivity = np.abs(layer.emissivity[0, 0, : mu.size] - exact.emissivity[seen]).max()
@@ -69,8 +72,8 @@ def errors(tau, albedo, given, mu_sun, exact: Reference, streams: int, least_mu:
     brdf, btdf = solve_sun([[tau]], [albedo], given, views, mu_sun, azimuth, streams, 2 * streams)
     back = np.abs(brdf[0, 0].reshape(mu.size, -1) - exact.brdf[seen]).max()
     through = np.abs(btdf[0, 0].reshape(mu.size, -1) - exact.btdf[seen]).max()
-    largest = exact.brdf[seen].max()
-    return Errors(emissivity, back / largest, through / max(largest, exact.btdf[seen].max()))
+    largest = exact.brdf[every].max()
+    return Errors(emissivity, back / largest, through / max(largest, exact.btdf[every].max()))
 
 
 def random_layers(count: int):
@@ -114,7 +117,7 @@ def test_as_many_streams_give_the_same_radiances() -> None:
 
 
 def test_random_layers_agree_with_discrete_ordinates() -> None:
-    check(10)
+    check(5)
 
 
 @pytest.mark.campaign
@@ -209,47 +212,41 @@ def check_catalog(kind: str, wavelength_um: float, tau: float, mu_sun: float, st
 
 
 @warned
-@pytest.mark.parametrize("wavelength_um", [2.8, 3.7, 11.0])
-@pytest.mark.parametrize("kind", KINDS)
-def test_particles_of_the_catalog_agree_with_discrete_ordinates(kind: str, wavelength_um: float) -> None:
-    check_catalog(kind, wavelength_um, 3.0, 0.95)
-
-
-@warned
 def test_droplets_that_do_not_absorb_agree_with_discrete_ordinates() -> None:
     check_catalog("bulk stratus", 3.7, 10.0, 0.6, albedo=1.0 - 1e-6)
 
 
-WAVELENGTHS, THICKNESSES, SUNS = (2.8, 3.7, 11.0), (0.03, 0.3, 30.0), (0.2, 0.6, 0.95)
+WAVELENGTHS, THICKNESSES, SUNS = (2.8, 3.7, 11.0), (0.03, 0.3, 3.0, 30.0), (0.2, 0.6, 0.95)
 
 
-# In CI each wavelength, thickness and sun with each kind, each pair of them with some kind; all in the campaign.
+def catalog_cases():
+    """In CI each wavelength, thickness and sun with each kind, and each pair of them; in the campaign all."""
+    for n, i, j, k in np.ndindex(4, 3, 4, 3):
+        usual = i == (j + n) % 3 and k == (j + 2 * n) % 3
+        mark = pytest.mark.long if usual else pytest.mark.campaign
+        yield pytest.param(KINDS[n], WAVELENGTHS[i], THICKNESSES[j], SUNS[k], marks=mark)
+
+
 @warned
-@pytest.mark.parametrize(
-    ("kind", "wavelength_um", "tau", "mu_sun"),
-    [
-        pytest.param(
-            KINDS[n],
-            WAVELENGTHS[i],
-            THICKNESSES[j],
-            SUNS[k],
-            marks=pytest.mark.campaign if (i + j + k) % 3 or (i - j + n) % 3 else pytest.mark.long,
-        )
-        for n, i, j, k in np.ndindex(4, 3, 3, 3)
-    ],
-)
-def test_thin_and_thick_layers_of_the_catalog_agree_with_discrete_ordinates(kind, wavelength_um, tau, mu_sun) -> None:
+@pytest.mark.parametrize(("kind", "wavelength_um", "tau", "mu_sun"), list(catalog_cases()))
+def test_layers_of_particles_of_the_catalog_agree_with_discrete_ordinates(kind, wavelength_um, tau, mu_sun) -> None:
     check_catalog(kind, wavelength_um, tau, mu_sun, (8, 16, 24))
+
+
+@lru_cache
+def droplets_of_stratus(wavelength_um: float) -> tuple[float, np.ndarray, np.ndarray, Reference]:
+    """Albedo, moments that are given, all of them, and a layer of them; 128 ordinates resolve all their moments."""
+    albedo, given, every = scattering("mie stratus", wavelength_um)
+    return albedo, given, every, reference(5.0, albedo, every, 0.91, 128)
 
 
 @pytest.mark.long
 @warned
 def test_where_the_peak_is_not_resolved_n_streams_with_n_moments_are_nearer_the_truth_than_with_2_n() -> None:
-    """Droplets of stratus; 128 ordinates resolve all their moments. Where 64 moments suffice, 64 streams are exact."""
+    """Droplets of stratus. Where 64 moments suffice, 64 streams are exact."""
     found = {}
     for wavelength_um in (2.87, 3.7):
-        albedo, given, every = scattering("mie stratus", wavelength_um)
-        exact = reference(5.0, albedo, every, 0.91, 128)
+        albedo, given, _, exact = droplets_of_stratus(wavelength_um)
         seen = exact.mu >= 0.3
         mu = exact.mu[seen]
         views, azimuth = np.repeat(mu, AZIMUTH.size), np.tile(AZIMUTH, mu.size)
@@ -269,9 +266,8 @@ def test_where_the_peak_is_not_resolved_n_streams_with_n_moments_are_nearer_the_
     ("wavelength_um", "median", "largest"), [(2.87, (3e-3, 2e-3, 1.5e-3), 0.03), (3.7, (1.5e-3, 4e-4, 1e-4), 0.01)]
 )
 def test_light_scattered_twice_in_closed_form_makes_few_streams_as_good_as_many(wavelength_um, median, largest) -> None:
-    """Droplets of stratus in all directions, glory and cloudbow among them; 128 ordinates resolve all their moments."""
-    albedo, _, every = scattering("mie stratus", wavelength_um)
-    exact = reference(5.0, albedo, every, 0.91, 128)
+    """Droplets of stratus in all directions, glory and cloudbow among them."""
+    albedo, _, every, exact = droplets_of_stratus(wavelength_um)
     seen = exact.mu >= 0.3
     views, azimuth = np.repeat(exact.mu[seen], AZIMUTH.size), np.tile(AZIMUTH, np.count_nonzero(seen))
 
@@ -306,7 +302,9 @@ def test_the_finest_level_of_a_plan_agrees_with_ordinates_that_resolve_the_phase
     every, azimuth = np.append(every, np.zeros(400)), np.radians(degrees[2])
 
     def ordinates(streams: int) -> float:
-        sizes = {"NLeg": streams, "NFourier": streams, "f_arr": max(every[streams], 0.0)}
+        # Modes beyond the last moment vanish.
+        modes = min(streams, given.shape[0])
+        sizes = {"NLeg": streams, "NFourier": modes, "f_arr": max(every[streams], 0.0)}
         field = pydisort(tau, albedo, streams, every[np.newaxis], sun, 1.0, 0.0, **sizes)[4]
         return float(interpolate(field, "eval")(view, 0.0, np.pi - azimuth)) / sun
 
