@@ -5,7 +5,7 @@ from hcss_twin import Scenario
 NIGHT, DAY = "2024-04-20T23:30:00+10:00", "2024-04-20T14:30:00+10:00"
 
 
-def scene(light="source", certificate=4, **changes):
+def scene(light="source", certificate=0, **changes):
     values = {
         "time": NIGHT,
         "place": {"latitude": 20.0, "longitude": 150.0},

@@ -47,11 +47,11 @@ def group(of, emitted, sky=0.0, below=0.0, sunlight=0.0, gas=0.0):
     return StackedGroup((WATER, ICE), around)
 
 
-def two(light="source", upper=0.5, **changes):
+def two(light="source", upper=0.5, certificate=0, **changes):
     """The scene with a second layer, of large pixels: light reaches few of them."""
     layers = [LOW, {"type": "paper-cirrus", "coverage": upper}]
     values = {"image": {"rows": 6, "columns": 5, "pixel_size": 1000.0}, "clouds": {"layers": layers}}
-    return scene(light, 2, **(values | changes))
+    return scene(light, certificate, **(values | changes))
 
 
 @pytest.mark.parametrize("zenith", [0.0, 50.0, 80.0])
@@ -156,7 +156,7 @@ def test_a_layer_that_never_has_cloud_leaves_the_bits_of_the_other_and_windows_t
     both = simulate(two(upper=0.0))
     alone = simulate(two(clouds=LOW))
     np.testing.assert_array_equal(both.radiance.values, alone.radiance.values)
-    whole = simulate(two())
+    whole = simulate(two(certificate=2))
     image = {"rows": 6, "columns": 5, "pixel_size": 1000.0, "window": {"rows": [2, 6], "columns": [1, 4]}}
     part = simulate(two(image=image))
     np.testing.assert_array_equal(part.radiance.values, whole.radiance.values[:, :, 2:6, 1:4])

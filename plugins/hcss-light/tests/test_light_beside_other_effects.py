@@ -15,7 +15,9 @@ from hcss_twin.plan.choose_light import light_inputs
 from hcss_twin.plan.make_plan import make_plan
 
 OFF, EVEN = {"shadows": "off", "parallax": "off"}, {"temperature_texture": 0.0}
-TERMS = {"variables": ["radiance", "terms"], "certificate": 8}
+CLASSES = {"variables": ["radiance", "surface_class"]}
+MASKED = {"variables": ["radiance", "cloud_mask"]}
+TERMS = {"variables": ["radiance", "terms"]}
 
 
 def terms_of(made):
@@ -26,8 +28,11 @@ def terms_of(made):
 
 @pytest.mark.parametrize("tier", ["slant", "source"])
 def test_terms_are_those_of_columns_and_light_between_them_is_one_more(tier):
-    common = {"time": DAY, "bands": [[3.6, 3.8]], "output": TERMS, "slant": OFF, "sea": EVEN}
-    columns, made = (simulate(scene(light, **common)) for light in ("columns", tier))
+    common = {"time": DAY, "bands": [[3.6, 3.8]], "slant": OFF, "sea": EVEN}
+    columns, made = (
+        simulate(scene(light, **common, output=TERMS | {"certificate": checked}))
+        for light, checked in (("columns", 0), (tier, 8))
+    )
     assert "radiance_between_columns" not in columns
     assert "PASSED" in made.attrs["hcss_certificate"]
     for one, other in zip(terms_of(made), terms_of(columns), strict=True):
@@ -39,15 +44,18 @@ def test_terms_are_those_of_columns_and_light_between_them_is_one_more(tier):
     np.testing.assert_allclose(whole, made.radiance.values, rtol=1e-6)
 
 
-@pytest.mark.parametrize("interval", [60.0, 10.0])
-def test_an_element_above_the_clouds_hides_its_share_of_clouds_with_sides(interval):
-    """A body of radiance X leaves 1 - c of what is behind it: X, air included, is that which it has above columns."""
+@pytest.mark.parametrize(("interval", "bands"), [(60.0, [[10.5, 11.0]]), (10.0, [[10.5, 11.0], [3.6, 3.8]])])
+def test_an_element_above_the_clouds_hides_its_share_of_clouds_with_sides(interval, bands):
+    """A body of radiance X leaves 1 - c of what is behind it: X, air included, is that which it has above columns.
+
+    Over 10 s light is kept while the clouds drift.
+    """
     track = {"x": 210.0, "y": -320.0, "altitude": 9000.0, "temperature": 250.0, "area": 4000.0}
     elements = [{"provider": "point-sources", "parameters": {"tracks": [track]}}]
     variables = ["radiance", "terms", "element_share", "element_radiance"]
-    common = {"slant": OFF, "frames": {"count": 2, "interval": interval}, "bands": [[10.5, 11.0], [3.6, 3.8]]}
+    common = {"slant": OFF, "frames": {"count": 2, "interval": interval}, "bands": bands}
     without = {light: simulate(scene(light, **common)).radiance.values.astype(float) for light in ("columns", "source")}
-    output = {"variables": variables, "certificate": 4}
+    output = {"variables": variables, "certificate": 0}
     cubes = {light: simulate(scene(light, **common, elements=elements, output=output)) for light in without}
     share = cubes["source"].element_share.values[:, None].astype(float)
     present = np.broadcast_to(share > 0.05, without["source"].shape)
@@ -69,11 +77,13 @@ def test_waves_change_what_the_sea_sends_where_a_column_is_clear_and_nothing_els
     common = {
         "time": DAY, "view": {"zenith": 33.0, "azimuth": 85.0}, "bands": [[3.6, 3.8]], "slant": OFF,
         "image": {"rows": 40, "columns": 40, "pixel_size": 20.0},
-        "output": {"variables": ["radiance", "cloud_mask"], "certificate": 8},
     }  # fmt: skip
     change = {}
     for light in ("columns", "source"):
-        calm, made = (simulate(scene(light, **common, sea=EVEN | {"waves": waves})) for waves in ("off", "on"))
+        calm, made = (
+            simulate(scene(light, **common, sea=EVEN | {"waves": waves}, output=MASKED | {"certificate": checked}))
+            for waves, checked in (("off", 0), ("on", 8))
+        )
         assert "PASSED" in made.attrs["hcss_certificate"]
         change[light] = made.radiance.values.astype(float) - calm.radiance.values
     clear = (made.cloud_mask.values == 0)[:, None]
@@ -124,13 +134,14 @@ def sand(tmp_path):
 @pytest.mark.parametrize(("tier", "time"), [("slant", NIGHT), ("source", DAY)])
 def test_each_point_has_the_light_over_its_own_ground(sand, tier, time):
     common = {"time": time, "bands": [[3.6, 3.8]], "slant": OFF, "sea": EVEN, "accuracy": 5e-3}
-    common["output"] = {"variables": ["radiance", "surface_class"], "certificate": 6}
-    half, land = (simulate(scene(tier, **common, surfaces=sand(east))) for east in (150.0, 149.85))
+    half, land = (
+        simulate(scene(tier, **common, surfaces=sand(east), output=CLASSES | {"certificate": checked}))
+        for east, checked in ((150.0, 6), (149.85, 0))
+    )
     assert "PASSED" in half.attrs["hcss_certificate"]
     of_sand = half.surface_class.values == 1
     assert 0.3 < of_sand.mean() < 0.7
     assert np.all(land.surface_class.values == 1)
-    common["output"] = {"variables": ["radiance"], "certificate": 0}
     sea, mixed = simulate(scene(tier, **common)).radiance.values[:, 0], half.radiance.values[:, 0]
     np.testing.assert_allclose(mixed[~of_sand], sea[~of_sand], rtol=5e-3)
     np.testing.assert_allclose(mixed[of_sand], land.radiance.values[:, 0][of_sand], rtol=5e-3)

@@ -56,7 +56,7 @@ def test_vertical_rays_through_columns_change_nothing_in_the_tier_slant():
 
 @pytest.mark.parametrize("tier", ["slant", "source"])
 def test_a_window_has_the_bits_of_the_image_and_the_certificate_passes(tier):
-    whole = simulate(scene(tier, time=DAY))
+    whole = simulate(scene(tier, 4, time=DAY))
     image = {"rows": 40, "columns": 30, "pixel_size": 100.0, "window": {"rows": [21, 40], "columns": [3, 17]}}
     part = simulate(scene(tier, time=DAY, image=image))
     np.testing.assert_array_equal(part.radiance.values, whole.radiance.values[:, :, 21:40, 3:17])
@@ -69,7 +69,7 @@ def test_a_window_has_the_bits_of_the_image_and_the_certificate_passes(tier):
     assert abs(comparison["bias"]) < 0.02
     assert 0.0 < comparison["noise"] < 0.005
     assert "against Monte Carlo of 4 random pixels" in whole.attrs["hcss_certificate"]
-    columns = simulate(scene("columns", time=DAY))
+    columns = simulate(scene("columns", 4, time=DAY))
     assert "hcss_light" not in columns.attrs
     assert "hcss_monte_carlo" not in columns.attrs
     assert np.any(columns.radiance.values != whole.radiance.values)
