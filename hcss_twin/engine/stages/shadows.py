@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
-from hcss_twin.core.kernels import kernel
+from hcss_twin.core.kernels import inner, kernel
 from hcss_twin.cube.variables import SHADOW_MASK
 from hcss_twin.engine.scene_points import at_rays, interpolated
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
@@ -33,6 +33,12 @@ from hcss_twin.plan.windows import Window, length, points_of
 from hcss_twin.providers import CloudGenerator, CloudLayer, Sun
 
 Thickness = NDArray[np.float32]
+
+BLOCK = 64
+"""Points of a row whose slices are added together."""
+
+_ALL = np.empty((0, 0), dtype=np.bool_)
+"""Points of which none is left out."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +66,14 @@ class SunPaths:
         """Whether all slices have the same displacement."""
         return bool(np.all(self.shifts == np.array(shift)))
 
-    def heights_m(self, generator: CloudGenerator, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+    def heights_m(
+        self,
+        generator: CloudGenerator,
+        time_s: float,
+        rows: slice,
+        columns: slice,
+        wanted: NDArray[np.bool_] = _ALL,
+    ) -> NDArray[np.float32]:
         """Return the vertical path length (y, x) in cloud of the sun's paths to the points of a window.
 
         Dividing by the cosine of the sun's zenith angle gives the path length.
@@ -69,6 +82,8 @@ class SunPaths:
         ----------
         generator : CloudGenerator
             With the method ``displaced_m`` of :class:`hcss_twin.plan.displaced_clouds.DisplacedClouds`.
+        wanted : ndarray of bool (y, x) or (0, 0)
+            Points whose paths are needed; those of others may be 0. If empty, all are.
         """
         first, last = self.shifts.min(axis=0), self.shifts.max(axis=0)
         wide = tuple(
@@ -82,7 +97,7 @@ class SunPaths:
             tops = generator.displaced_top_m(time_s, *wide, start)  # type: ignore[attr-defined]
             add_hanging(heights, thickness, tops, self.shifts - first, self.from_flat_m, self.slice_m)
             return heights
-        _add_slices(heights, np.ascontiguousarray(thickness), self.shifts - first, self.from_flat_m, self.slice_m)
+        _add_slices(heights, np.ascontiguousarray(thickness), self.shifts - first, self.from_flat_m, self.slice_m, wanted)
         return heights
 
 
@@ -101,15 +116,31 @@ def sun_paths(layer: CloudLayer, sun: Sun, point_m: float, tops_vary: bool = Fal
 
 
 @kernel()
-def _add_slices(heights, thickness, shifts, from_flat, slice_m):  # type: ignore[no-untyped-def]
-    """Add the cloud of each slice to ``heights``, in single precision like the thickness."""
+def _add_slices(heights, thickness, shifts, from_flat, slice_m, wanted):  # type: ignore[no-untyped-def]
+    """Add the cloud of each slice to ``heights``, in single precision like the thickness.
+
+    Points come in blocks of a row: those without a ``wanted`` point (y, x) are left out, and so are slices above the
+    thickest cloud that a block meets, which are most.
+    """
     full, nothing = np.float32(slice_m), np.float32(0.0)
-    for s in range(shifts.shape[0]):
-        down, right, near = shifts[s, 0], shifts[s, 1], np.float32(from_flat[s])
-        for y in range(heights.shape[0]):
-            for x in range(heights.shape[1]):
-                inside = thickness[y + down, x + right] - near
-                heights[y, x] += min(max(inside, nothing), full)
+    rows, columns = heights.shape
+    tallest = np.zeros((thickness.shape[0], (thickness.shape[1] - 1) // BLOCK + 2), np.float32)
+    for y in range(thickness.shape[0]):
+        for block in range(tallest.shape[1] - 1):
+            tallest[y, block] = np.max(thickness[y, block * BLOCK : (block + 1) * BLOCK])
+    for y in range(rows):
+        for x in range(0, columns, BLOCK):
+            if wanted.size and not np.any(wanted[y, x : x + BLOCK]):
+                continue
+            height = heights[y, x : x + BLOCK]
+            for s in range(shifts.shape[0]):
+                down, left, near = y + shifts[s, 0], x + shifts[s, 1], np.float32(from_flat[s])
+                block = left // BLOCK
+                if max(tallest[down, block], tallest[down, block + 1]) <= near:
+                    continue
+                cloud = thickness[down, left : left + height.size]
+                for i in range(height.size):
+                    height[i] += min(max(cloud[i] - near, nothing), full)
 
 
 class ShadowStage(Stage):
@@ -146,11 +177,11 @@ class ShadowStage(Stage):
         mask = part.truth.get(SHADOW_MASK)
         if mask is None:
             mask = np.zeros(part.radiance.shape[1:], dtype=np.uint8)
-        (rows, columns), samples, in_cloud = window.inside, window.samples, shadows.in_cloud(window.window)
+        (rows, columns), samples, in_cloud = window.inside, window.samples, shadows.in_cloud(window.window, window.clear)
         kept_back = np.zeros((0, 0, 0), dtype=np.float32)
         if self._plan.waves.varies and part.radiance.size:
             window.kept_back = kept_back = np.zeros((len(self._plan.bands), *in_cloud.shape[1:]), dtype=np.float32)
-        corner, shaded = (rows.start, columns.start), bool(np.any(in_cloud))
+        corner, shaded = (rows.start, columns.start), bool(np.max(in_cloud, initial=0.0) > 0.0)
         for surface, of_surface in enumerate(shadows.of_surfaces if shaded else ()):
             clear, weights = window.clear_points(surface), of_surface.states.weights(window.window)
             _cast(part.radiance, mask, kept_back, *corner, samples, clear, in_cloud, of_surface.tables, weights)
@@ -220,21 +251,27 @@ class InstantShadows:
         self._plan, self._time_s, self._paths = plan, time_s, paths
         self.of_surfaces = [_of_surface(plan, of_class, effects, time_s, sun) for of_class in tables]
 
-    def in_cloud(self, window: Window) -> Thickness:
-        """Vertical path length in each layer's cloud of the sun's paths to the points of a window (L, y, x)."""
+    def in_cloud(self, window: Window, wanted: NDArray[np.bool_] = _ALL) -> Thickness:
+        """Vertical path length in each layer's cloud of the sun's paths to the points of a window (L, y, x).
+
+        If ``wanted`` (y, x) is not empty, it may be 0 at other points.
+        """
         plan, samples = self._plan, self._plan.samples_per_pixel
         heights = np.zeros((len(plan.layers), *(length(pixels) * samples for pixels in window)), dtype=np.float32)
         for layer, generator, paths in zip(heights, plan.assembly.generators, self._paths, strict=True):
             if paths is not None:
-                of_scene = partial(self._heights_m, generator, paths)
+                of_scene = partial(self._heights_m, generator, paths, wanted if plan.is_grid else _ALL)
                 layer[:] = at_rays(plan, window, self._time_s, 0.0, of_scene, interpolated)
         return heights
 
-    def _heights_m(self, generator: CloudGenerator, paths: SunPaths, window: Window) -> Thickness:
+    def _heights_m(
+        self, generator: CloudGenerator, paths: SunPaths, wanted: NDArray[np.bool_], window: Window
+    ) -> Thickness:
         """Vertical path length in a layer's cloud of the sun's paths to the points of a window of the scene's plane."""
         scene = self._plan.scene
         scene.require_in_reach(generator, window, self._time_s)
-        return paths.heights_m(generator, self._time_s, *(points_of(pixels, scene.samples) for pixels in window))
+        rows, columns = (points_of(pixels, scene.samples) for pixels in window)
+        return paths.heights_m(generator, self._time_s, rows, columns, wanted)
 
 
 def _of_surface(
@@ -256,63 +293,90 @@ def _of_surface(
     return OfSurface((share, depths.reshape(-1, *depth.shape[1:]), losses.reshape(-1, *loss.shape[1:])), states)
 
 
+@inner(inline="always")
+def _share_kept_back(path):  # type: ignore[no-untyped-def]
+    """Return 1 - exp(-path), within 1e-12, for paths from 0; unlike the library's, it is vectorised."""
+    power = max(path * -1.4426950408889634, -1000.0)
+    whole = power + 6755399441055744.0  # 1.5 x 2^52: the last bits of the sum are the rounded power
+    f = (power - (whole - 6755399441055744.0)) * 0.6931471805599453
+    rest = 1.0 + f * (1.0 + f * (1 / 2 + f * (1 / 6 + f * (1 / 24 + f * (1 / 120 + f * (1 / 720 + f * (
+        1 / 5040 + f * (1 / 40320 + f * (1 / 362880 + f / 3628800)))))))))
+    return 1.0 - rest * np.int64((np.float64(whole).view(np.int64) + 1023) << 52).view(np.float64)
+
+
 @kernel()
 def _cast(  # type: ignore[no-untyped-def]
     radiance, mask, kept_back, row, column, samples, clear, in_cloud, tables, weights
 ):
     """Shade clear points of a class of surface.
 
-    ``kept_back`` (B, y, x) of each point, or empty; ``tables`` of :class:`OfSurface`, and ``weights`` (y, x, R) of its
-    states.
+    ``kept_back`` (B, y, x) of each point, or empty; ``tables`` of :class:`OfSurface`, and ``weights`` (y or 1, x or 1,
+    R) of its states.
     """
     part, depth, loss = tables
     layers, intervals, bands, states = depth.shape[1], depth.shape[2] - 1, depth.shape[3], depth.shape[0]
-    share = 1.0 / (samples * samples)
-    sums, path = np.empty(bands), np.empty(bands)
+    share, width = 1.0 / (samples * samples), clear.shape[1]
+    # The shaded points of a row: their columns, the weights of their pixels, and where they are in the tables.
+    at, pixel, weight = np.empty(width, np.int64), np.empty(width, np.int64), np.empty(width, np.int64)
+    node, inside = np.empty(width, np.int64), np.empty(width)
+    path, sums = np.empty((bands, width)), np.empty((bands, width // samples))
+    shaded = np.empty(width // samples, np.bool_)
     for y in range(clear.shape[0] // samples):
-        for x in range(clear.shape[1] // samples):
-            shaded = False
-            sums[:] = 0.0
-            for i in range(y * samples, (y + 1) * samples):
-                for j in range(x * samples, (x + 1) * samples):
-                    if not clear[i, j]:
-                        continue
-                    met = False
+        of_row = weights[min(y, weights.shape[0] - 1)]
+        shaded[:] = False
+        sums[:] = 0.0
+        for i in range(y * samples, (y + 1) * samples):
+            count = 0
+            for j in range(width):
+                if clear[i, j]:
                     for n in range(layers):
-                        height = np.float64(in_cloud[n, i, j])
-                        if height <= 0.0:
-                            continue
-                        if not met:
-                            met = True
-                            path[:] = 0.0
-                        # Nodes are uniform in the square root; paths slightly beyond the last node by rounding
-                        # extrapolate the last line.
-                        root = math.sqrt(height * part[n]) * intervals
-                        k = min(int(root), intervals - 1)
-                        inside = (root * root - k * k) / (2.0 * k + 1.0)
-                        for b in range(bands):
+                        if in_cloud[n, i, j] > 0.0:
+                            at[count] = j
+                            count += 1
+                            break
+            if count == 0:
+                continue
+            for c in range(count):
+                pixel[c] = at[c] // samples
+                weight[c] = min(pixel[c], of_row.shape[0] - 1)
+                shaded[pixel[c]] = True
+            path[:, :count] = 0.0
+            for n in range(layers):
+                for c in range(count):
+                    # Nodes are uniform in the square root; paths slightly beyond the last node by rounding extrapolate
+                    # the last line.
+                    height = np.float64(in_cloud[n, i, at[c]])
+                    root = math.sqrt(max(height, 0.0) * part[n]) * intervals
+                    k = min(int(root), intervals - 1)
+                    inside[c] = (root * root - k * k) / (2.0 * k + 1.0)
+                    node[c] = k if height > 0.0 else -1
+                for b in range(bands):
+                    for c in range(count):
+                        if node[c] >= 0:
                             found = 0.0
                             for r in range(states):
-                                low = depth[r, n, k, b]
-                                found += weights[y, x, r] * (low + inside * (depth[r, n, k + 1, b] - low))
-                            path[b] += found
-                    if met:
-                        shaded = True
-                        for b in range(bands):
-                            kept = -math.expm1(-path[b])
-                            sums[b] += kept
-                            if kept_back.shape[0] > 0:
-                                kept_back[b, i, j] = kept
-            if not shaded:
+                                low = depth[r, n, node[c], b]
+                                found += of_row[weight[c], r] * (low + inside[c] * (depth[r, n, node[c] + 1, b] - low))
+                            path[b, c] += found
+            for b in range(bands):
+                kept = path[b, :count]
+                for c in range(count):
+                    kept[c] = _share_kept_back(kept[c])
+                for c in range(count):
+                    sums[b, pixel[c]] += kept[c]
+                    if kept_back.shape[0] > 0:
+                        kept_back[b, i, at[c]] = kept[c]
+        for x in range(shaded.size):
+            if not shaded[x]:
                 continue
             mask[row + y, column + x] = 1
             for q in range(loss.shape[1]):
                 for b in range(bands):
                     lost = 0.0
                     for r in range(states):
-                        lost += weights[y, x, r] * loss[r, q, b]
+                        lost += of_row[min(x, of_row.shape[0] - 1), r] * loss[r, q, b]
                     if lost != 0.0:
                         left = np.float64(radiance[q * bands + b, row + y, column + x])
-                        left -= lost * sums[b] * share
+                        left -= lost * sums[b, x] * share
                         # Rounding to single precision can make a zero remainder negative.
                         radiance[q * bands + b, row + y, column + x] = np.float32(max(left, 0.0))

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -128,15 +129,16 @@ class PartWindow(SeenWindow):
     ground: SurfaceMap | None = None
     kept_back: NDArray[np.float32] | None = None
 
+    @cached_property
+    def clear(self) -> NDArray[np.bool_]:
+        """The points (window rows x samples, window columns x samples) without cloud."""
+        if not self.thickness_m:
+            return np.ones([length(pixels) * self.samples for pixels in self.window], dtype=np.bool_)
+        return np.logical_and.reduce([thickness <= 0.0 for thickness in self.thickness_m])
+
     def clear_points(self, surface: int) -> NDArray[np.bool_]:
-        """Return the points (window rows x samples, window columns x samples) of a surface without cloud."""
-        rows, columns = (length(pixels) * self.samples for pixels in self.window)
-        clear = np.ones((rows, columns), dtype=np.bool_)
-        for thickness in self.thickness_m:
-            clear &= thickness <= 0
-        if self.ground is not None:
-            clear &= self.ground.number == surface
-        return clear
+        """Return the points of a surface without cloud, as ``clear``."""
+        return self.clear if self.ground is None else self.clear & (self.ground.number == surface)
 
 
 class PixelObserver(Protocol):

@@ -104,32 +104,36 @@ def slopes_of(plan: Plan, shapes: WaveShapes, time_s: float, window: Window) -> 
     return at_rays(plan, window, time_s, 0.0, of_scene, nearest)
 
 
-@kernel()
-def _cubic(weights, first, position, last):  # type: ignore[no-untyped-def]
-    """Set the first node (X,) and the weights (4, X) of the cubic through four nodes around each position, from 0."""
+@inner()
+def _cubic(weights, positions, last):  # type: ignore[no-untyped-def]
+    """Set the weights (N, 4) of the cubic through four nodes around each position (N,), from 0, and it to the first."""
     end, two, six = np.float32(last), np.float32(2), np.float32(1 / 6)
-    for x in range(position.size):
-        at = min(max(position[x], np.float32(0)), end)
-        first[x] = min(max(np.int32(at) - np.int32(1), np.int32(0)), np.int32(last - 3))
-        t = at - np.float32(first[x])
-        a, b, c = t - np.float32(1), t - two, t - np.float32(3)
-        weights[0, x] = -a * b * c * six
-        weights[1, x] = t * b * c * np.float32(0.5)
-        weights[2, x] = -t * a * c * np.float32(0.5)
-        weights[3, x] = t * a * b * six
+    for c in range(positions.size):
+        at = min(max(positions[c], np.float32(0)), end)
+        first = min(max(np.float32(np.int32(at) - np.int32(1)), np.float32(0)), np.float32(last - 3))
+        t = at - first
+        a, b, d = t - np.float32(1), t - two, t - np.float32(3)
+        weights[c, 0] = -a * b * d * six
+        weights[c, 1] = t * b * d * np.float32(0.5)
+        weights[c, 2] = -t * a * d * np.float32(0.5)
+        weights[c, 3] = t * a * b * six
+        positions[c] = first
 
 
-@kernel(inner=True)
-def _between(table, up, cross, j, k, n):  # type: ignore[no-untyped-def]
-    """Return a table (N, M) at point j, between four nodes along either slope."""
-    found = np.float32(0)
-    for a in range(4):
-        line = table[k + a]
-        found += up[a, j] * (
-            (cross[0, j] * line[n] + cross[1, j] * line[n + 1])
-            + (cross[2, j] * line[n + 2] + cross[3, j] * line[n + 3])
-        )
-    return found
+@inner()
+def _between(found, table, up, cross, first, width):  # type: ignore[no-untyped-def]
+    """Set values (N,) between four nodes along either slope, from nodes ``first`` (N,) of a table of some width on."""
+    for c in range(found.size):
+        near, next_, third, far = np.float32(0), np.float32(0), np.float32(0), np.float32(0)
+        at = first[c]
+        for a in range(4):  # the four columns at once
+            weight = up[c, a]
+            near += weight * table[at]
+            next_ += weight * table[at + np.uint64(1)]
+            third += weight * table[at + np.uint64(2)]
+            far += weight * table[at + np.uint64(3)]
+            at += width
+        found[c] = (cross[c, 0] * near + cross[c, 1] * next_) + (cross[c, 2] * third + cross[c, 3] * far)
 
 
 @kernel()
@@ -138,40 +142,52 @@ def _add(  # type: ignore[no-untyped-def]
 ):
     """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the tables.
 
-    ``weights`` (y, x, R) of the states in ``tables``; ``kept_back`` (B, y, x) at points, or empty.
+    ``weights`` (y or 1, x or 1, R) of the states in ``tables``; ``kept_back`` (B, y, x) at points, or empty.
     ``to_nodes`` (2, 2) turns slopes along x and y into places in the table, counted from its middle.
     """
     channels, rows, columns = radiance.shape
     last_up, last_cross = tables.shape[3] - 1, tables.shape[4] - 1
     middle_up, middle_cross = np.float32(0.5 * last_up), np.float32(0.5 * last_cross)
-    points, bands = slopes.shape[2], max(kept_back.shape[0], 1)
-    up, cross = np.empty((4, points), np.float32), np.empty((4, points), np.float32)
-    k, m = np.empty(points, np.int32), np.empty(points, np.int32)
+    points, bands, width = slopes.shape[2], max(kept_back.shape[0], 1), np.uint64(last_cross + 1)
+    # The clear points of a row: their columns, pixels, places in the tables, values and weights.
+    at, pixel, first = np.empty(points, np.int64), np.empty(points, np.int64), np.empty(points, np.uint64)
+    along, across = np.empty(points, np.float32), np.empty(points, np.float32)
+    found, shaded = np.empty(points, np.float32), np.empty(points, np.float32)
+    up, cross = np.empty((points, 4), np.float32), np.empty((points, 4), np.float32)
     sums = np.empty((channels, columns), np.float32)
     states, kinds = tables.shape[:2]
-    of_row = np.empty((states, columns), np.float32)
     share = np.float32(1 / (samples * samples))
-    shaded, nothing = kept_back.shape[0] > 0, np.empty(0, np.float32)
     for y in range(rows):
+        of_row = weights[min(y, weights.shape[0] - 1)]
         sums[:] = 0
-        of_row[:] = weights[y].T
         for i in range(y * samples, (y + 1) * samples):
-            _cubic(up, k, to_nodes[0, 0] * slopes[0, i] + to_nodes[0, 1] * slopes[1, i] + middle_up, last_up)
-            _cubic(cross, m, to_nodes[1, 0] * slopes[0, i] + to_nodes[1, 1] * slopes[1, i] + middle_cross, last_cross)
-            for c in range(channels):
+            count = 0
+            for j in range(points):
+                at[count] = j
+                count += clear[i, j]
+            some = at[:count]
+            for c in range(count):
+                x, y_slope = slopes[0, i, some[c]], slopes[1, i, some[c]]
+                along[c] = to_nodes[0, 0] * x + to_nodes[0, 1] * y_slope + middle_up
+                across[c] = to_nodes[1, 0] * x + to_nodes[1, 1] * y_slope + middle_cross
+                pixel[c] = some[c] // samples
+            _cubic(up[:count], along[:count], last_up)
+            _cubic(cross[:count], across[:count], last_cross)
+            for c in range(count):
+                first[c] = np.uint64(along[c]) * width + np.uint64(across[c])
+            for channel in range(channels):
                 for r in range(states):
-                    whole, sunlit = tables[r, 0, c], tables[r, kinds - 1, c]
-                    kept = kept_back[c % bands, i] if shaded else nothing
-                    for x in range(columns):
-                        weight = of_row[r, x]
-                        for j in range(x * samples, (x + 1) * samples):
-                            if clear[i, j]:
-                                found = _between(whole, up, cross, j, k[j], m[j])
-                                if shaded and kept[j] > 0:
-                                    found -= kept[j] * _between(sunlit, up, cross, j, k[j], m[j])
-                                sums[c, x] += weight * found
-        for c in range(channels):
+                    _between(found[:count], tables[r, 0, channel].ravel(), up, cross, first, width)
+                    if kept_back.shape[0] > 0:
+                        kept = kept_back[channel % bands, i]
+                        _between(shaded[:count], tables[r, kinds - 1, channel].ravel(), up, cross, first, width)
+                        for c in range(count):
+                            found[c] -= kept[some[c]] * shaded[c]
+                    for c in range(count):
+                        weight = np.float32(of_row[min(pixel[c], of_row.shape[0] - 1), r])
+                        sums[channel, pixel[c]] += weight * found[c]
+        for channel in range(channels):
             for x in range(columns):
-                if sums[c, x] != 0:
+                if sums[channel, x] != 0:
                     # A vanishing term can become negative by rounding.
-                    radiance[c, y, x] = max(radiance[c, y, x] + sums[c, x] * share, np.float32(0))
+                    radiance[channel, y, x] = max(radiance[channel, y, x] + sums[channel, x] * share, np.float32(0))

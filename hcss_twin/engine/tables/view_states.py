@@ -43,7 +43,10 @@ class ViewStates(ABC):
 
     @abstractmethod
     def weights(self, window: Window) -> Array:
-        """Return the weights (y, x, R) of the states in the pixels of a window of the image."""
+        """Return the weights (y, x, R) of the states in the pixels of a window of the image.
+
+        Axes of pixels that all have the same weights may have length 1.
+        """
 
 
 class OneView(ViewStates):
@@ -51,8 +54,7 @@ class OneView(ViewStates):
 
     def weights(self, window: Window) -> Array:
         """Return 1."""
-        rows, columns = (length(pixels) for pixels in window)
-        return np.ones((rows, columns, 1))
+        return np.ones((1, 1, 1))
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,7 @@ class EffectStates(ViewStates):
     def weights(self, window: Window) -> Array:
         """Return products of the weights of views and of values."""
         found = self.of_views.weights(window)
-        rows, columns = found.shape[:2]
+        rows, columns = (length(pixels) for pixels in window)
         for effect in self.effects:
             of_points = np.zeros((len(effect.nodes), rows * columns * self.samples**2))
             for group in effect.groups(self.time_s, window):
