@@ -34,12 +34,6 @@ from hcss_twin.providers import CloudGenerator, CloudLayer, Sun
 
 Thickness = NDArray[np.float32]
 
-BLOCK = 64
-"""Points of a row whose slices are added together."""
-
-_ALL = np.empty((0, 0), dtype=np.bool_)
-"""Points of which none is left out."""
-
 
 @dataclass(frozen=True)
 class SunPaths:
@@ -66,14 +60,7 @@ class SunPaths:
         """Whether all slices have the same displacement."""
         return bool(np.all(self.shifts == np.array(shift)))
 
-    def heights_m(
-        self,
-        generator: CloudGenerator,
-        time_s: float,
-        rows: slice,
-        columns: slice,
-        wanted: NDArray[np.bool_] = _ALL,
-    ) -> NDArray[np.float32]:
+    def heights_m(self, generator: CloudGenerator, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the vertical path length (y, x) in cloud of the sun's paths to the points of a window.
 
         Dividing by the cosine of the sun's zenith angle gives the path length.
@@ -82,8 +69,6 @@ class SunPaths:
         ----------
         generator : CloudGenerator
             With the method ``displaced_m`` of :class:`hcss_twin.plan.displaced_clouds.DisplacedClouds`.
-        wanted : ndarray of bool (y, x) or (0, 0)
-            Points whose paths are needed; those of others may be 0. If empty, all are.
         """
         first, last = self.shifts.min(axis=0), self.shifts.max(axis=0)
         wide = tuple(
@@ -97,7 +82,7 @@ class SunPaths:
             tops = generator.displaced_top_m(time_s, *wide, start)  # type: ignore[attr-defined]
             add_hanging(heights, thickness, tops, self.shifts - first, self.from_flat_m, self.slice_m)
             return heights
-        _add_slices(heights, np.ascontiguousarray(thickness), self.shifts - first, self.from_flat_m, self.slice_m, wanted)
+        _add_slices(heights, np.ascontiguousarray(thickness), self.shifts - first, self.from_flat_m, self.slice_m)
         return heights
 
 
@@ -116,31 +101,22 @@ def sun_paths(layer: CloudLayer, sun: Sun, point_m: float, tops_vary: bool = Fal
 
 
 @kernel()
-def _add_slices(heights, thickness, shifts, from_flat, slice_m, wanted):  # type: ignore[no-untyped-def]
-    """Add the cloud of each slice to ``heights``, in single precision like the thickness.
-
-    Points come in blocks of a row: those without a ``wanted`` point (y, x) are left out, and so are slices above the
-    thickest cloud that a block meets, which are most.
-    """
+def _add_slices(heights, thickness, shifts, from_flat, slice_m):  # type: ignore[no-untyped-def]
+    """Add the cloud of each slice to ``heights``, in single precision like the thickness."""
     full, nothing = np.float32(slice_m), np.float32(0.0)
-    rows, columns = heights.shape
-    tallest = np.zeros((thickness.shape[0], (thickness.shape[1] - 1) // BLOCK + 2), np.float32)
-    for y in range(thickness.shape[0]):
-        for block in range(tallest.shape[1] - 1):
-            tallest[y, block] = np.max(thickness[y, block * BLOCK : (block + 1) * BLOCK])
-    for y in range(rows):
-        for x in range(0, columns, BLOCK):
-            if wanted.size and not np.any(wanted[y, x : x + BLOCK]):
-                continue
-            height = heights[y, x : x + BLOCK]
-            for s in range(shifts.shape[0]):
-                down, left, near = y + shifts[s, 0], x + shifts[s, 1], np.float32(from_flat[s])
-                block = left // BLOCK
-                if max(tallest[down, block], tallest[down, block + 1]) <= near:
-                    continue
-                cloud = thickness[down, left : left + height.size]
-                for i in range(height.size):
-                    height[i] += min(max(cloud[i] - near, nothing), full)
+    tallest = np.zeros(thickness.shape[0], np.float32)
+    for y in range(tallest.size):
+        for x in range(thickness.shape[1]):
+            tallest[y] = max(tallest[y], thickness[y, x])
+    # All slices of a row, which stays in the processor's cache, before the next one.
+    for y in range(heights.shape[0]):
+        height = heights[y]
+        for s in range(shifts.shape[0]):
+            row, near = y + shifts[s, 0], np.float32(from_flat[s])
+            if tallest[row] > near:
+                cloud = thickness[row, shifts[s, 1] :]
+                for x in range(height.size):
+                    height[x] += min(max(cloud[x] - near, nothing), full)
 
 
 class ShadowStage(Stage):
@@ -177,7 +153,7 @@ class ShadowStage(Stage):
         mask = part.truth.get(SHADOW_MASK)
         if mask is None:
             mask = np.zeros(part.radiance.shape[1:], dtype=np.uint8)
-        (rows, columns), samples, in_cloud = window.inside, window.samples, shadows.in_cloud(window.window, window.clear)
+        (rows, columns), samples, in_cloud = window.inside, window.samples, shadows.in_cloud(window.window)
         kept_back = np.zeros((0, 0, 0), dtype=np.float32)
         if self._plan.waves.varies and part.radiance.size:
             window.kept_back = kept_back = np.zeros((len(self._plan.bands), *in_cloud.shape[1:]), dtype=np.float32)
@@ -251,27 +227,21 @@ class InstantShadows:
         self._plan, self._time_s, self._paths = plan, time_s, paths
         self.of_surfaces = [_of_surface(plan, of_class, effects, time_s, sun) for of_class in tables]
 
-    def in_cloud(self, window: Window, wanted: NDArray[np.bool_] = _ALL) -> Thickness:
-        """Vertical path length in each layer's cloud of the sun's paths to the points of a window (L, y, x).
-
-        If ``wanted`` (y, x) is not empty, it may be 0 at other points.
-        """
+    def in_cloud(self, window: Window) -> Thickness:
+        """Vertical path length in each layer's cloud of the sun's paths to the points of a window (L, y, x)."""
         plan, samples = self._plan, self._plan.samples_per_pixel
         heights = np.zeros((len(plan.layers), *(length(pixels) * samples for pixels in window)), dtype=np.float32)
         for layer, generator, paths in zip(heights, plan.assembly.generators, self._paths, strict=True):
             if paths is not None:
-                of_scene = partial(self._heights_m, generator, paths, wanted if plan.is_grid else _ALL)
+                of_scene = partial(self._heights_m, generator, paths)
                 layer[:] = at_rays(plan, window, self._time_s, 0.0, of_scene, interpolated)
         return heights
 
-    def _heights_m(
-        self, generator: CloudGenerator, paths: SunPaths, wanted: NDArray[np.bool_], window: Window
-    ) -> Thickness:
+    def _heights_m(self, generator: CloudGenerator, paths: SunPaths, window: Window) -> Thickness:
         """Vertical path length in a layer's cloud of the sun's paths to the points of a window of the scene's plane."""
         scene = self._plan.scene
         scene.require_in_reach(generator, window, self._time_s)
-        rows, columns = (points_of(pixels, scene.samples) for pixels in window)
-        return paths.heights_m(generator, self._time_s, rows, columns, wanted)
+        return paths.heights_m(generator, self._time_s, *(points_of(pixels, scene.samples) for pixels in window))
 
 
 def _of_surface(
@@ -314,12 +284,13 @@ def _cast(  # type: ignore[no-untyped-def]
     R) of its states.
     """
     part, depth, loss = tables
-    layers, intervals, bands, states = depth.shape[1], depth.shape[2] - 1, depth.shape[3], depth.shape[0]
+    states, layers, intervals, bands = depth.shape[0], depth.shape[1], depth.shape[2] - 1, depth.shape[3]
     share, width = 1.0 / (samples * samples), clear.shape[1]
-    # The shaded points of a row: their columns, the weights of their pixels, and where they are in the tables.
-    at, pixel, weight = np.empty(width, np.int64), np.empty(width, np.int64), np.empty(width, np.int64)
-    node, inside = np.empty(width, np.int64), np.empty(width)
-    path, sums = np.empty((bands, width)), np.empty((bands, width // samples))
+    nodes = depth.transpose(0, 1, 3, 2).copy()
+    # The shaded points of a row: their columns, pixels, places in the weights, and paths in a layer and in all.
+    at, pixel, place = np.empty(width, np.int64), np.empty(width, np.int64), np.empty(width, np.int64)
+    height, inside, first = np.empty(width), np.empty(width), np.empty(width, np.uint64)
+    in_layer, path, sums = np.empty(width), np.empty((bands, width)), np.empty((bands, width // samples))
     shaded = np.empty(width // samples, np.bool_)
     for y in range(clear.shape[0] // samples):
         of_row = weights[min(y, weights.shape[0] - 1)]
@@ -328,43 +299,46 @@ def _cast(  # type: ignore[no-untyped-def]
         for i in range(y * samples, (y + 1) * samples):
             count = 0
             for j in range(width):
-                if clear[i, j]:
-                    for n in range(layers):
-                        if in_cloud[n, i, j] > 0.0:
-                            at[count] = j
-                            count += 1
-                            break
+                tallest = in_cloud[0, i, j]
+                for n in range(1, layers):
+                    tallest = max(tallest, in_cloud[n, i, j])
+                at[count] = j
+                count += clear[i, j] and tallest > 0.0
             if count == 0:
                 continue
             for c in range(count):
                 pixel[c] = at[c] // samples
-                weight[c] = min(pixel[c], of_row.shape[0] - 1)
+                place[c] = min(pixel[c], of_row.shape[0] - 1)
                 shaded[pixel[c]] = True
             path[:, :count] = 0.0
             for n in range(layers):
                 for c in range(count):
+                    height[c] = max(in_cloud[n, i, at[c]], np.float32(0.0))
+                for c in range(count):
                     # Nodes are uniform in the square root; paths slightly beyond the last node by rounding extrapolate
                     # the last line.
-                    height = np.float64(in_cloud[n, i, at[c]])
-                    root = math.sqrt(max(height, 0.0) * part[n]) * intervals
+                    root = math.sqrt(height[c] * part[n]) * intervals
                     k = min(int(root), intervals - 1)
                     inside[c] = (root * root - k * k) / (2.0 * k + 1.0)
-                    node[c] = k if height > 0.0 else -1
+                    first[c] = k
                 for b in range(bands):
+                    in_layer[:count] = 0.0
+                    for r in range(states):
+                        line = nodes[r, n, b]
+                        for c in range(count):
+                            low = line[first[c]]
+                            found = low + inside[c] * (line[first[c] + np.uint64(1)] - low)
+                            in_layer[c] += of_row[place[c], r] * found
                     for c in range(count):
-                        if node[c] >= 0:
-                            found = 0.0
-                            for r in range(states):
-                                low = depth[r, n, node[c], b]
-                                found += of_row[weight[c], r] * (low + inside[c] * (depth[r, n, node[c] + 1, b] - low))
-                            path[b, c] += found
+                        path[b, c] += in_layer[c] if height[c] > 0.0 else 0.0
             for b in range(bands):
                 kept = path[b, :count]
                 for c in range(count):
                     kept[c] = _share_kept_back(kept[c])
                 for c in range(count):
                     sums[b, pixel[c]] += kept[c]
-                    if kept_back.shape[0] > 0:
+                if kept_back.shape[0] > 0:
+                    for c in range(count):
                         kept_back[b, i, at[c]] = kept[c]
         for x in range(shaded.size):
             if not shaded[x]:

@@ -122,18 +122,21 @@ def _cubic(weights, positions, last):  # type: ignore[no-untyped-def]
 
 @inner()
 def _between(found, table, up, cross, first, width):  # type: ignore[no-untyped-def]
-    """Set values (N,) between four nodes along either slope, from nodes ``first`` (N,) of a table of some width on."""
+    """Set values (K,) between four nodes along either slope, of which ``first`` (N,) is the first.
+
+    ``table`` has lines of some width.
+    """
     for c in range(found.size):
-        near, next_, third, far = np.float32(0), np.float32(0), np.float32(0), np.float32(0)
+        near, second, third, far = np.float32(0), np.float32(0), np.float32(0), np.float32(0)
         at = first[c]
         for a in range(4):  # the four columns at once
             weight = up[c, a]
             near += weight * table[at]
-            next_ += weight * table[at + np.uint64(1)]
+            second += weight * table[at + np.uint64(1)]
             third += weight * table[at + np.uint64(2)]
             far += weight * table[at + np.uint64(3)]
             at += width
-        found[c] = (cross[c, 0] * near + cross[c, 1] * next_) + (cross[c, 2] * third + cross[c, 3] * far)
+        found[c] = (cross[c, 0] * near + cross[c, 1] * second) + (cross[c, 2] * third + cross[c, 3] * far)
 
 
 @kernel()
@@ -149,11 +152,12 @@ def _add(  # type: ignore[no-untyped-def]
     last_up, last_cross = tables.shape[3] - 1, tables.shape[4] - 1
     middle_up, middle_cross = np.float32(0.5 * last_up), np.float32(0.5 * last_cross)
     points, bands, width = slopes.shape[2], max(kept_back.shape[0], 1), np.uint64(last_cross + 1)
-    # The clear points of a row: their columns, pixels, places in the tables, values and weights.
-    at, pixel, first = np.empty(points, np.int64), np.empty(points, np.int64), np.empty(points, np.uint64)
+    # The clear points of a row, first those in shadow: columns, pixels, places in the tables, values and weights.
+    at, pixel, first = np.empty(points, np.uint64), np.empty(points, np.uint64), np.empty(points, np.uint64)
     along, across = np.empty(points, np.float32), np.empty(points, np.float32)
-    found, shaded = np.empty(points, np.float32), np.empty(points, np.float32)
     up, cross = np.empty((points, 4), np.float32), np.empty((points, 4), np.float32)
+    found, lost = np.empty(points, np.float32), np.empty(points, np.float32)
+    dark = np.zeros(points, np.bool_)
     sums = np.empty((channels, columns), np.float32)
     states, kinds = tables.shape[:2]
     share = np.float32(1 / (samples * samples))
@@ -161,16 +165,22 @@ def _add(  # type: ignore[no-untyped-def]
         of_row = weights[min(y, weights.shape[0] - 1)]
         sums[:] = 0
         for i in range(y * samples, (y + 1) * samples):
+            for b in range(kept_back.shape[0]):
+                for j in range(points):
+                    dark[j] = kept_back[b, i, j] > 0 or (b > 0 and dark[j])
             count = 0
             for j in range(points):
                 at[count] = j
-                count += clear[i, j]
-            some = at[:count]
+                count += clear[i, j] and dark[j]
+            in_shadow = count
+            for j in range(points):
+                at[count] = j
+                count += clear[i, j] and not dark[j]
             for c in range(count):
-                x, y_slope = slopes[0, i, some[c]], slopes[1, i, some[c]]
-                along[c] = to_nodes[0, 0] * x + to_nodes[0, 1] * y_slope + middle_up
-                across[c] = to_nodes[1, 0] * x + to_nodes[1, 1] * y_slope + middle_cross
-                pixel[c] = some[c] // samples
+                x_slope, y_slope = slopes[0, i, at[c]], slopes[1, i, at[c]]
+                along[c] = to_nodes[0, 0] * x_slope + to_nodes[0, 1] * y_slope + middle_up
+                across[c] = to_nodes[1, 0] * x_slope + to_nodes[1, 1] * y_slope + middle_cross
+                pixel[c] = at[c] // np.uint64(samples)
             _cubic(up[:count], along[:count], last_up)
             _cubic(cross[:count], across[:count], last_cross)
             for c in range(count):
@@ -178,13 +188,13 @@ def _add(  # type: ignore[no-untyped-def]
             for channel in range(channels):
                 for r in range(states):
                     _between(found[:count], tables[r, 0, channel].ravel(), up, cross, first, width)
-                    if kept_back.shape[0] > 0:
-                        kept = kept_back[channel % bands, i]
-                        _between(shaded[:count], tables[r, kinds - 1, channel].ravel(), up, cross, first, width)
-                        for c in range(count):
-                            found[c] -= kept[some[c]] * shaded[c]
+                    if in_shadow:
+                        sunlit, kept = tables[r, kinds - 1, channel].ravel(), kept_back[channel % bands, i]
+                        _between(lost[:in_shadow], sunlit, up, cross, first, width)
+                        for c in range(in_shadow):
+                            found[c] -= kept[at[c]] * lost[c]
                     for c in range(count):
-                        weight = np.float32(of_row[min(pixel[c], of_row.shape[0] - 1), r])
+                        weight = np.float32(of_row[min(pixel[c], np.uint64(of_row.shape[0] - 1)), r])
                         sums[channel, pixel[c]] += weight * found[c]
         for channel in range(channels):
             for x in range(columns):
