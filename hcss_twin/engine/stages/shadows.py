@@ -286,9 +286,9 @@ def _cast(  # type: ignore[no-untyped-def]
     part, depth, loss = tables
     states, layers, intervals, bands = depth.shape[0], depth.shape[1], depth.shape[2] - 1, depth.shape[3]
     share, width = 1.0 / (samples * samples), clear.shape[1]
-    nodes = depth.transpose(0, 1, 3, 2).copy()
+    nodes, pixels = depth.transpose(0, 1, 3, 2).copy(), (np.arange(width) // samples).astype(np.uint64)
     # The shaded points of a row: their columns, pixels, places in the weights, and paths in a layer and in all.
-    at, pixel, place = np.empty(width, np.int64), np.empty(width, np.int64), np.empty(width, np.int64)
+    at, pixel, place = np.empty(width, np.uint64), np.empty(width, np.uint64), np.empty(width, np.uint64)
     height, inside, first = np.empty(width), np.empty(width), np.empty(width, np.uint64)
     in_layer, path, sums = np.empty(width), np.empty((bands, width)), np.empty((bands, width // samples))
     shaded = np.empty(width // samples, np.bool_)
@@ -307,8 +307,8 @@ def _cast(  # type: ignore[no-untyped-def]
             if count == 0:
                 continue
             for c in range(count):
-                pixel[c] = at[c] // samples
-                place[c] = min(pixel[c], of_row.shape[0] - 1)
+                pixel[c] = pixels[at[c]]
+                place[c] = min(pixel[c], np.uint64(of_row.shape[0] - 1))
                 shaded[pixel[c]] = True
             path[:, :count] = 0.0
             for n in range(layers):

@@ -157,7 +157,7 @@ def _add(  # type: ignore[no-untyped-def]
     along, across = np.empty(points, np.float32), np.empty(points, np.float32)
     up, cross = np.empty((points, 4), np.float32), np.empty((points, 4), np.float32)
     found, lost = np.empty(points, np.float32), np.empty(points, np.float32)
-    dark = np.zeros(points, np.bool_)
+    dark, pixels = np.zeros(points, np.bool_), (np.arange(points) // samples).astype(np.uint64)
     sums = np.empty((channels, columns), np.float32)
     states, kinds = tables.shape[:2]
     share = np.float32(1 / (samples * samples))
@@ -180,7 +180,7 @@ def _add(  # type: ignore[no-untyped-def]
                 x_slope, y_slope = slopes[0, i, at[c]], slopes[1, i, at[c]]
                 along[c] = to_nodes[0, 0] * x_slope + to_nodes[0, 1] * y_slope + middle_up
                 across[c] = to_nodes[1, 0] * x_slope + to_nodes[1, 1] * y_slope + middle_cross
-                pixel[c] = at[c] // np.uint64(samples)
+                pixel[c] = pixels[at[c]]
             _cubic(up[:count], along[:count], last_up)
             _cubic(cross[:count], across[:count], last_cross)
             for c in range(count):
