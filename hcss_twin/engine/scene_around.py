@@ -18,7 +18,7 @@ from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import BuiltSensor, asking
-from hcss_twin.plan.windows import Window, cut, length, relative
+from hcss_twin.plan.windows import Window, cut, length, relative, strips_around
 from hcss_twin.providers import Points
 
 __all__ = ["SceneAround"]
@@ -74,7 +74,7 @@ class SceneAround:
         if given != cube:
             wide = np.empty((radiance.shape[0], length(given[0]), length(given[1])), dtype=np.float32)
             wide[:, *relative(cube, given)] = radiance
-            for strip in _strips(given, cube):
+            for strip in strips_around(cube, given):
                 for part in self._parts(strip):
                     arrays, _ = self._maker.part(index, part, time_s=time_s)
                     wide[:, *relative(part, given)] = arrays[TOTAL]
@@ -134,18 +134,6 @@ def _as_points(drawn: Sequence[Sequence[Piece]], area: Window) -> Points | None:
         np.array([piece.rate[1] for piece in pieces]),
         np.stack([piece.radiance for piece in pieces], axis=1),
     )
-
-
-def _strips(given: Window, cube: Window) -> Iterator[Window]:
-    """Yield the areas below, above, left and right of the cube."""
-    (rows, columns), (inner_rows, inner_columns) = given, cube
-    candidates = (
-        (slice(rows.start, inner_rows.start), columns),
-        (slice(inner_rows.stop, rows.stop), columns),
-        (inner_rows, slice(columns.start, inner_columns.start)),
-        (inner_rows, slice(inner_columns.stop, columns.stop)),
-    )
-    yield from (window for window in candidates if length(window[0]) and length(window[1]))
 
 
 def tables_at(plan: Plan, tables: RadianceTables | None, instants: tuple[float, float]) -> RadianceTables | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -11,9 +12,15 @@ from numpy.typing import NDArray
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.plan.hanging_levels import Level, Met
 from hcss_twin.plan.point_shifts import PointShifts, gathered
+from hcss_twin.plan.windows import Window, length, relative, strips_around
 from hcss_twin.providers import CloudDeclaration, CloudGenerator
 
 Shift = tuple[int, int] | PointShifts
+
+SHARED = 0.25
+"""Share of a window from which what is known of it is copied."""
+
+NOWHERE: Window = slice(0, 0), slice(0, 0)
 
 
 class DisplacedClouds:
@@ -53,6 +60,7 @@ class DisplacedClouds:
             self._origin = view_shift if isinstance(view_shift, tuple) else view_shift.middle
         self._of_image, self._levels = of_image, levels
         self._summary = cached_method(self._summary_at, 1)
+        self._known: tuple[float, Window, NDArray[np.float32]] = math.nan, NOWHERE, np.empty((0, 0), np.float32)
         # The engine asks for the thickness of a window, and then for its tops.
         self._met = cached_method(self._met_in, 1)
 
@@ -136,12 +144,27 @@ class DisplacedClouds:
             If the displacement exceeds the margin.
         """
         moved = self._moved(rows, columns, shift)
-        # The sky of the generator may continue beyond the plane, like the window.
+        before_s, before, known = self._known
+        shared = _overlap(moved, before)
+        if before_s != time_s or _points(shared) < max(1.0, SHARED * _points(moved)):
+            sky = self._sky_m(time_s, moved)
+        else:
+            # The sun sees most of the clouds that the sensor sees: the rest is computed.
+            sky = np.empty([length(pixels) for pixels in moved], np.float32)
+            sky[relative(shared, moved)] = known[relative(shared, before)]
+            for strip in strips_around(shared, moved):
+                sky[relative(strip, moved)] = self._sky_m(time_s, strip)
+        if self._generator.declares.tileable:
+            self._known = time_s, moved, sky
+        return sky
+
+    def _sky_m(self, time_s: float, window: Window) -> NDArray[np.float32]:
+        """Return the thickness (y, x) in a window of the generator's plane, beyond which its sky may continue."""
         around = getattr(self._generator, "thickness_around_m", None)
         if around is not None:
-            sky: NDArray[np.float32] = around(time_s, *moved, self._summary(time_s))
+            sky: NDArray[np.float32] = around(time_s, *window, self._summary(time_s))
             return sky
-        return self._generator.thickness_m(time_s, *moved)
+        return self._generator.thickness_m(time_s, *window)
 
     def displaced_top_m(
         self, time_s: float, rows: slice, columns: slice, shift: tuple[int, int]
@@ -167,3 +190,15 @@ class DisplacedClouds:
         if self._generator.declares.tileable:
             return None
         return self._generator.frame_summary(time_s)  # type: ignore[attr-defined]
+
+
+def _overlap(window: Window, other: Window) -> Window:
+    """Return the part of a window that is in another one, of length 0 or less if there is none."""
+    rows, columns = (
+        slice(max(one.start, two.start), min(one.stop, two.stop)) for one, two in zip(window, other, strict=True)
+    )
+    return rows, columns
+
+
+def _points(window: Window) -> int:
+    return max(0, length(window[0])) * max(0, length(window[1]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -260,6 +261,15 @@ class Plan:
     def sun_matters(self) -> bool:
         """Whether the sun is above the horizon in at least one frame and its light is not omitted."""
         return self.sunlight.matters(self.sun_zenith_deg)
+
+    def sun_of_frame(self, time_s: float) -> Sun:
+        """Sun at a time; those of all frames are computed together."""
+        return self._suns.get(time_s) or self.sun_track.at(time_s)
+
+    @cached_property
+    def _suns(self) -> dict[float, Sun]:
+        of_frames = zip(*(angles.tolist() for angles in self.sun_track.positions(self.frame_times_s)), strict=True)
+        return {time_s: Sun(*sun) for time_s, sun in zip(self.frame_times_s.tolist(), of_frames, strict=True)}
 
     def sun_at(self, time_s: float) -> Sun | None:
         """Sun for radiance at a time; None below the horizon or if sunlight is omitted."""

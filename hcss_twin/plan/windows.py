@@ -47,6 +47,18 @@ def cut(window: Window, rows: int, columns: int) -> Iterator[Window]:
             yield (slice(row, min(row + rows, window[0].stop)), slice(column, min(column + columns, window[1].stop)))
 
 
+def strips_around(inner: Window, outer: Window) -> Iterator[Window]:
+    """Yield what a window has around another one inside it: below, above, left and right."""
+    (rows, columns), (inner_rows, inner_columns) = outer, inner
+    candidates = (
+        (slice(rows.start, inner_rows.start), columns),
+        (slice(inner_rows.stop, rows.stop), columns),
+        (inner_rows, slice(columns.start, inner_columns.start)),
+        (inner_rows, slice(inner_columns.stop, columns.stop)),
+    )
+    yield from (window for window in candidates if length(window[0]) and length(window[1]))
+
+
 def length(pixels: slice) -> int:
     """Number of pixels of a range."""
     return int(pixels.stop - pixels.start)

@@ -91,7 +91,7 @@ def sun_paths(layer: CloudLayer, sun: Sun, point_m: float, tops_vary: bool = Fal
     moved = displacement_m(layer.thickness_max_m, sun.zenith_deg, sun.azimuth_deg)
     count = max(1, math.ceil(float(np.max(np.abs(moved))) / point_m))
     middle = layer.base_m + layer.thickness_max_m * (np.arange(count) + 0.5) / count
-    away = np.stack([displacement_m(height, sun.zenith_deg, sun.azimuth_deg) for height in middle])
+    away = displacement_m(middle, sun.zenith_deg, sun.azimuth_deg).T
     from_base = layer.thickness_max_m * np.arange(count) / count
     from_flat = from_base if layer.anchor == "base" else from_base[::-1]
     if tops_vary:
@@ -169,7 +169,7 @@ class ShadowStage(Stage):
 
     def _shadows(self, time_s: float, key: Hashable) -> InstantShadows | None:
         """Return the shadows at a time, seen through the rays of a key."""
-        plan, sun = self._plan, self._plan.sun_track.at(time_s)
+        plan, sun = self._plan, self._plan.sun_of_frame(time_s)
         if not sun.is_up:
             return None
         paths: list[SunPaths | None] = []

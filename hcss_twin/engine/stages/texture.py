@@ -23,7 +23,7 @@ from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 
 Thickness = NDArray[np.float32]
 
-PIXELS_AT_ONCE = 2**14
+PIXELS_AT_ONCE = 2**16
 """Pixels whose states are in memory together: they fit into the processor's cache."""
 
 

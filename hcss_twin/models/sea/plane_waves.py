@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 
-ROWS, COLUMNS = 32, 256
+ROWS, COLUMNS = 32, 512
 """Size of a tile, in pixels."""
 
 _LENGTH = 2 * COLUMNS
