@@ -269,8 +269,22 @@ def _share_kept_back(path):  # type: ignore[no-untyped-def]
     power = max(path * -1.4426950408889634, -1000.0)
     whole = power + 6755399441055744.0  # 1.5 x 2^52: the last bits of the sum are the rounded power
     f = (power - (whole - 6755399441055744.0)) * 0.6931471805599453
-    rest = 1.0 + f * (1.0 + f * (1 / 2 + f * (1 / 6 + f * (1 / 24 + f * (1 / 120 + f * (1 / 720 + f * (
-        1 / 5040 + f * (1 / 40320 + f * (1 / 362880 + f / 3628800)))))))))
+    rest = 1.0 + f * (
+        1.0
+        + f
+        * (
+            1 / 2
+            + f
+            * (
+                1 / 6
+                + f
+                * (
+                    1 / 24
+                    + f * (1 / 120 + f * (1 / 720 + f * (1 / 5040 + f * (1 / 40320 + f * (1 / 362880 + f / 3628800)))))
+                )
+            )
+        )
+    )
     return 1.0 - rest * np.int64((np.float64(whole).view(np.int64) + 1023) << 52).view(np.float64)
 
 

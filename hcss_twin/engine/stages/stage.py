@@ -134,7 +134,10 @@ class PartWindow(SeenWindow):
         """The points (window rows x samples, window columns x samples) without cloud."""
         if not self.thickness_m:
             return np.ones([length(pixels) * self.samples for pixels in self.window], dtype=np.bool_)
-        return np.logical_and.reduce([thickness <= 0.0 for thickness in self.thickness_m])
+        first, *others = (thickness <= 0.0 for thickness in self.thickness_m)
+        for clear in others:
+            first &= clear
+        return first
 
     def clear_points(self, surface: int) -> NDArray[np.bool_]:
         """Return the points of a surface without cloud, as ``clear``."""

@@ -94,7 +94,7 @@ class Truth(Stage):
         if not self._layers or not self._shapes:
             return
         thickness_m, inside = window.thickness_m, window.inside
-        cloudy_points = np.any([thickness > 0 for thickness in thickness_m], axis=0)
+        cloudy_points = ~window.clear
         count = pixel_sums(cloudy_points, self._samples) if self._samples > 1 else cloudy_points
         means = [self._mean(thickness) for thickness in thickness_m]
         total = means[0] if len(means) == 1 else np.sum(means, axis=0, dtype=np.float32)
