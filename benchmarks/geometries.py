@@ -3,6 +3,7 @@
     python benchmarks/geometries.py                                       # a quarter of an hour
     python benchmarks/geometries.py --scenes stratus --number 5           # a minute
     python benchmarks/geometries.py --beside ../old --with ../old/.venv/bin/python
+    python benchmarks/geometries.py --streaming --number 5 --beside ../old   # a frame of shipped scenes
 
 One lucky geometry proves nothing: the same clouds cost between one and ten times as much under other suns, because
 sunlight needs more streams there. Seconds are those of a processor, with empty caches and kernels that are compiled
@@ -14,10 +15,12 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -45,25 +48,51 @@ COMMON: dict[str, Any] = {
     "slant": {"shadows": "off", "parallax": "off"},
     "atmosphere": {"profile": "us-standard-1976", "parameters": {"aerosol": "none"}},
 }
+SHIPPED = "shipped "
+STREAMED = ("stratus", "cumulus", "cirrus")
+"""Shipped scenes, whose frames are measured with all effects that they have by themselves."""
+
+FRAMES = 9
 SEED = 43
 
 
 def scenario(scene: str, number: int) -> dict[str, Any]:
     """Keys of a scene in one of the random geometries: times of a day in June, and views."""
+    if scene.startswith(SHIPPED):
+        return {"shipped": scene.removeprefix(SHIPPED), **_geometry(number, 1.0)}
+    return {**COMMON, **_geometry(number, 0.5 if "platform" in SCENES[scene] else 1.0), **SCENES[scene]}
+
+
+def _geometry(number: int, share: float) -> dict[str, Any]:
+    """Time and view, whose zenith is a share of its range."""
     hours, zenith, azimuth = np.random.default_rng([SEED, number]).uniform((22.5, 0.0, 0.0), (30.0, 60.0, 360.0))
     minutes = int(hours * 60.0)
     day, minutes = 20 + minutes // 1440, minutes % 1440
-    zenith *= 0.5 if "platform" in SCENES[scene] else 1.0
     return {
-        **COMMON,
         "time": f"2024-06-{day}T{minutes // 60:02d}:{minutes % 60:02d}:00Z",
-        "view": {"zenith": float(zenith), "azimuth": float(azimuth)},
-        **SCENES[scene],
+        "view": {"zenith": share * float(zenith), "azimuth": float(azimuth)},
     }
 
 
+def of_a_frame(shipped: str, keys: Mapping[str, Any]) -> float:
+    """Median seconds of a frame of a shipped scene; its tables are compiled before."""
+    from hcss_twin import Scenario, make_plan
+    from hcss_twin.engine.compile import tables_of
+    from hcss_twin.engine.stream import stream
+
+    dotted = {"time": keys["time"], **{f"view.{name}": value for name, value in keys["view"].items()}}
+    plan = make_plan(Scenario.load(shipped, {**dotted, "frames.count": FRAMES, "output.certificate": 0}))
+    each, seconds = stream(plan, tables_of(plan)), []
+    next(each)  # compiles kernels
+    for _ in range(1, FRAMES):
+        start = time.process_time()
+        next(each)
+        seconds.append(time.process_time() - start)
+    return statistics.median(seconds)
+
+
 def serve() -> None:
-    """Answer each line of keys with the seconds of its plan and its tables; nan if the scene is refused."""
+    """Answer each line of keys with the seconds of its plan and its tables, or of a frame; nan if it is refused."""
     from hcss_twin import Scenario, make_plan
     from hcss_twin.core.errors import HcssError
     from hcss_twin.engine.compile import compile_tables
@@ -71,6 +100,9 @@ def serve() -> None:
 
     for line in sys.stdin:
         keys = json.loads(line)
+        if "shipped" in keys:
+            print(of_a_frame(keys.pop("shipped"), keys), flush=True)
+            continue
         if not hasattr(section_types, "Switch"):  # versions before have these effects off
             del keys["slant"], keys["sea"]["waves"]
         start = time.process_time()
@@ -105,12 +137,16 @@ class Version:
 def main() -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scenes", nargs="+", choices=list(SCENES), default=list(SCENES))
+    parser.add_argument("--scenes", nargs="+", choices=[*SCENES, *STREAMED], help="default: all")
+    parser.add_argument("--streaming", action="store_true", help="seconds of a frame after plan and tables")
     parser.add_argument("--number", type=int, default=20, help="of geometries")
     parser.add_argument("--beside", type=Path, help="checkout of another version")
     parser.add_argument("--with", dest="python", default=sys.executable, help="the Python that has what it needs")
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
+    known = STREAMED if options.streaming else tuple(SCENES)
+    if unknown := sorted(set(options.scenes or ()).difference(known)):
+        parser.error(f"--scenes: {', '.join(unknown)} given, allowed here: {', '.join(known)}")
     if options.serve:
         serve()
         return
@@ -118,7 +154,8 @@ def main() -> None:
     if options.beside is not None:
         versions["beside"] = Version(options.python, options.beside.resolve())
     print(f"{'scene':16}{'version':10}{'median':>8}{'90 %':>8}{'largest':>9}  s of a processor")
-    for scene in options.scenes:
+    for name in options.scenes or known:
+        scene = SHIPPED + name if options.streaming else name
         found: dict[str, list[float]] = {name: [] for name in versions}
         for number in range(-1, options.number):  # the first compiles kernels
             for name, version in versions.items():
@@ -131,7 +168,7 @@ def main() -> None:
             continue
         for name, values in found.items():
             median, most, largest = np.quantile(np.array(values)[done], (0.5, 0.9, 1.0))
-            print(f"{scene:16}{name:10}{median:8.2f}{most:8.2f}{largest:9.2f}", flush=True)
+            print(f"{scene:16}{name:10}{median:8.3g}{most:8.3g}{largest:9.3g}", flush=True)
         if len(found) > 1:
             ratio = (np.array(found["here"]) / np.array(found["beside"]))[done]
             low, median, high = np.quantile(ratio, (0.0, 0.5, 1.0))

@@ -19,6 +19,7 @@ from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureF
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.clear_sky import EVEN_SKY, STEP, EvenFields, EvenSky, State
 from hcss_twin.plan.combinations import Excluded, present
+from hcss_twin.plan.windows import length
 from hcss_twin.providers import Grid, Sun
 from hcss_twin.providers.column_states import spectra_of
 from hcss_twin.scenario.scenario import Scenario
@@ -73,12 +74,16 @@ class TextureFields(EvenFields):
 
     def at(self, time_s: float, rows: slice, columns: slice) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return how far pixels (y, x) are perturbed, in steps toward warm sea and toward dry air."""
-        warmer, drier = super().at(time_s, rows, columns)
-        if self._texture.temperature_K > 0.0:
-            warmer = self._sea.at(time_s, rows, columns) / np.float32(STEP)
-        if self._texture.water_vapour > 0.0:
-            drier = self._vapour.at(time_s, rows, columns) / np.float32(-STEP)
-        return warmer, drier
+
+        def in_steps(field: TextureField, deviation: float, step: float) -> NDArray[np.float32]:
+            if deviation == 0.0:
+                return np.zeros((length(rows), length(columns)), np.float32)
+            values = field.at(time_s, rows, columns)
+            values /= np.float32(step)
+            return values
+
+        warmer = in_steps(self._sea, self._texture.temperature_K, STEP)
+        return warmer, in_steps(self._vapour, self._texture.water_vapour, -STEP)
 
 
 def change_weights(places: Sequence[float], position: Array) -> Array:

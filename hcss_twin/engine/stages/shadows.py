@@ -230,12 +230,14 @@ class InstantShadows:
     def in_cloud(self, window: Window) -> Thickness:
         """Vertical path length in each layer's cloud of the sun's paths to the points of a window (L, y, x)."""
         plan, samples = self._plan, self._plan.samples_per_pixel
-        heights = np.zeros((len(plan.layers), *(length(pixels) * samples for pixels in window)), dtype=np.float32)
-        for layer, generator, paths in zip(heights, plan.assembly.generators, self._paths, strict=True):
-            if paths is not None:
+        heights = []
+        for generator, paths in zip(plan.assembly.generators, self._paths, strict=True):
+            if paths is None:
+                heights.append(np.zeros([length(pixels) * samples for pixels in window], dtype=np.float32))
+            else:
                 of_scene = partial(self._heights_m, generator, paths)
-                layer[:] = at_rays(plan, window, self._time_s, 0.0, of_scene, interpolated)
-        return heights
+                heights.append(at_rays(plan, window, self._time_s, 0.0, of_scene, interpolated))
+        return heights[0][None] if len(heights) == 1 else np.stack(heights)
 
     def _heights_m(self, generator: CloudGenerator, paths: SunPaths, window: Window) -> Thickness:
         """Vertical path length in a layer's cloud of the sun's paths to the points of a window of the scene's plane."""

@@ -139,15 +139,14 @@ def _apply(radiance, states, sea, warmer, drier, places, square, mixed):  # type
                     for x in range(width):
                         weight[n, x] *= (q[x] - places[k]) * scale
         for c in range(radiance.shape[0]):
-            line = radiance[c, y]
+            line, s, warm = radiance[c, y], np.float32(square[c]), states[0, c, y]
+            if count == 0:
+                for x in range(width):
+                    line[x] = max(line[x] + (warm[x] - line[x]) * (t[x] * (one - s + s * t[x])), np.float32(0))
+                continue
             change[:] = 0
             if sea:
-                s, m, n2, warm = (
-                    np.float32(square[c]),
-                    np.float32(mixed[0, c]),
-                    np.float32(mixed[1, c]),
-                    states[0, c, y],
-                )
+                m, n2 = np.float32(mixed[0, c]), np.float32(mixed[1, c])
                 for x in range(width):
                     change[x] = (warm[x] - line[x]) * (t[x] * (one - s + s * t[x] + q[x] * (m + n2 * q[x])))
             for n in range(count):
