@@ -18,7 +18,7 @@ from functools import lru_cache
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from threading import Lock
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from hcss_twin.core.errors import HcssError, ProviderError
 from hcss_twin.core.memory import naming_memory, out_of_memory
@@ -26,7 +26,6 @@ from hcss_twin.core.processes import start_worker, worker_pool
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.part_sample import DrawnPixels
 from hcss_twin.engine.clouds import summaries_of
-from hcss_twin.engine.cluster import Cluster
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stages.stage import Frame
 from hcss_twin.engine.stream import PartMaker
@@ -35,6 +34,9 @@ from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from hcss_twin.engine.cluster import Cluster
 
 __all__ = ["Workers"]
 
@@ -93,6 +95,8 @@ class ClusterExecutor(Executor):
 
 @contextmanager
 def _cluster(scheduler: str) -> Iterator[tuple[Executor, int]]:
+    from hcss_twin.engine.cluster import Cluster  # only for runs on one
+
     with Cluster.connected(scheduler, HcssError, NO_WORKERS_S) as cluster:
         count = len(cluster.workers())
         if count == 0:

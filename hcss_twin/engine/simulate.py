@@ -32,7 +32,6 @@ from hcss_twin.engine.certificate.certify import certify, with_verdict
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.parts import Part, Workers, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import leaves, provenance
-from hcss_twin.engine.sense import measured_path, require_netcdf, sense_run
 from hcss_twin.engine.stages.stage import Frame
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
@@ -122,10 +121,14 @@ def run(
         If a cube cannot be written.
     """
     if plan.sensor.stages:
+        from hcss_twin.engine.sense import require_netcdf
+
         require_netcdf(output)
     _require_no_input(plan, output)
     certificate, tables = _write_clean(plan, output, progress, workers, scheduler, replace, from_curves)
     if plan.sensor.stages:
+        from hcss_twin.engine.sense import sense_run  # only for scenes with a sensor
+
         sense_run(plan, tables, output, progress)
     if certificate is not None:
         (report or _warn)(certificate)
@@ -189,6 +192,8 @@ def _require_no_input(plan: Plan, output: str | Path) -> None:
     """Refuse to overwrite the scenario or a file that it reads, naming its key; also for the sensor cube."""
     scenario, outputs = plan.scenario, [Path(output)]
     if plan.sensor.stages:
+        from hcss_twin.engine.sense import measured_path
+
         outputs.append(measured_path(Path(output)))
     keys = {
         (scenario.base / text).resolve(): scenario.field_as_typed(key)
