@@ -225,6 +225,16 @@ def test_under_a_sheet_the_path_is_as_high_as_the_sheet(azimuth):
     np.testing.assert_allclose(found, 432.1, rtol=3e-6)
 
 
+@pytest.mark.parametrize("shift", [(0, 0), (7, -5), (-20, 30), (40, 40)])
+def test_clouds_that_the_sensor_has_seen_are_the_same_for_the_sun(shift):
+    def clouds():
+        return DisplacedClouds(HandMade(lambda y, x: (y * 31.0 + x * 17.0) % 97.0, (40, 40)), (40, 40), (2, 3))
+
+    seen, window = clouds(), (slice(0, 61), slice(5, 48))
+    seen.thickness_m(0.0, slice(0, 50), slice(0, 40))
+    np.testing.assert_array_equal(seen.displaced_m(0.0, *window, shift), clouds().displaced_m(0.0, *window, shift))
+
+
 # --- whole scenes -------------------------------------------------------------------------
 
 ON = {"slant.shadows": "on", "slant.parallax": "on"}
