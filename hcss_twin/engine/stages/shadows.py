@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 from hcss_twin.cube.variables import SHADOW_MASK
 from hcss_twin.engine.scene_points import at_rays, interpolated
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
@@ -265,7 +265,7 @@ def _of_surface(
     return OfSurface((share, depths.reshape(-1, *depth.shape[1:]), losses.reshape(-1, *loss.shape[1:])), states)
 
 
-@inner(inline="always")
+@kernel(inner=True, inline="always")
 def _share_kept_back(path):  # type: ignore[no-untyped-def]
     """Return 1 - exp(-path), within 1e-12, for paths from 0; unlike the library's, it is vectorised."""
     power = max(path * -1.4426950408889634, -1000.0)

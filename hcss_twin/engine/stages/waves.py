@@ -104,7 +104,7 @@ def slopes_of(plan: Plan, shapes: WaveShapes, time_s: float, window: Window) -> 
     return at_rays(plan, window, time_s, 0.0, of_scene, nearest)
 
 
-@inner()
+@kernel(inner=True)
 def _cubic(weights, positions, last):  # type: ignore[no-untyped-def]
     """Set the weights (N, 4) of the cubic through four nodes around each position (N,), from 0, and it to the first."""
     end, two, six = np.float32(last), np.float32(2), np.float32(1 / 6)
@@ -120,7 +120,7 @@ def _cubic(weights, positions, last):  # type: ignore[no-untyped-def]
         positions[c] = first
 
 
-@inner()
+@kernel(inner=True)
 def _between(found, table, up, cross, first, width):  # type: ignore[no-untyped-def]
     """Set values (K,) between four nodes along either slope, of which ``first`` (N,) is the first.
 
