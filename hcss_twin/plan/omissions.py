@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -19,6 +19,7 @@ from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.few_columns import (
     SAFETY_FACTOR,
     SKIP_SHARE,
+    SWITCHED_OFF,
     TOO_DEAR,
     FewColumns,
     Omission,
@@ -31,6 +32,7 @@ from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.one_direction import one_direction
 from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.plan.sunlight import SunFrames, Sunlight, low_sun, toward_glint
+from hcss_twin.plan.vapour_size import size_of_vapour, typical_vapour
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -245,15 +247,29 @@ def texture_of_sea(assembly: Assembly, why: str, needs: str = "") -> Omission:
     return Omission("texture of the sea's temperature", f"{why}; {size}", bound, share, "rms", needs)
 
 
+def _even_vapour(assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omission]:
+    """Yield the texture of water vapour, if it has none: the bound is the change by three standard deviations."""
+    even = assembly.even_vapour
+    if even is None:
+        return
+    deviation = typical_vapour(assembly.grid)
+    size = size_of_vapour(assembly, suns, deviation)
+    typical = (
+        f"measured columns vary by up to {100.0 * deviation:.2g} % (standard deviation) within an image of this size, "
+        f"which is {size.kelvin:.2g} K"
+    )
+    yield omitted(Omission("texture of water vapour", "", 3.0 * size.relative, size.relative, "rms"), even, typical)
+
+
 def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omission]:
     """Yield the texture of the sea's temperature, if the sea has one temperature."""
-    why, needs = "sea.temperature_texture is 0", "sea.temperature_texture = 0.3"
+    why, needs, decision = "sea.temperature_texture is 0", "sea.temperature_texture = 0.3", SWITCHED_OFF
     if scenario.sea.temperature_texture != 0.0:
         from hcss_twin.plan.texture import why_one_temperature  # not for scenes without texture
 
-        why, needs = why_one_temperature(scenario, assembly), ""
+        why, needs, decision = why_one_temperature(scenario, assembly), "", ""
     if assembly.surface is None and why:
-        yield texture_of_sea(assembly, why, needs)
+        yield replace(texture_of_sea(assembly, why, needs), decision=decision)
 
 
 def _changes_of_air(
@@ -269,6 +285,7 @@ def _changes_of_air(
     """
     what, air = "changes of air and sea over image and frames", assembly.air_over_field
     yield from _one_sea_temperature(scenario, assembly)
+    yield from _even_vapour(assembly, [sun for _, sun in known][:1])
     texture = ", around which they have texture" if assembly.has_texture else ""
     if not air.varies:
         yield Omission(what, f"the scenario has one profile, one temperature of the sea and one wind{texture}", 0.0)

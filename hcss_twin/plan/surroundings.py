@@ -86,7 +86,7 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     elif has_usual_inversion(scenario, catalog, profile):
         profile = with_usual_inversion(scenario, profile, levels, filled)
     profile = _with_gases(scenario, profile, bound, filled)
-    textured = ["atmosphere.water_vapour_texture"] * (scenario.atmosphere.water_vapour_texture > 0.0)
+    textured = ["atmosphere.water_vapour_texture"] * ((scenario.atmosphere.water_vapour_texture or 0.0) > 0.0)
     _refuse_change(scenario, bound, textured, "water vapour")
 
     def finished(profile: Profile) -> Profile:

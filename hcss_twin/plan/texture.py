@@ -6,19 +6,30 @@ drier and moister air. Beneath thick cloud the states agree, so that the texture
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
+from functools import cache, partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.error_norm import largest_error
+from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, cells_of
+from hcss_twin.plan.accuracy import requested_accuracy
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.clear_sky import EVEN_SKY, STEP, EvenFields, EvenSky, State
-from hcss_twin.plan.combinations import Excluded, present
+from hcss_twin.plan.clear_sky import EVEN_SKY, EVEN_VAPOUR, PARABOLA, STEP, EvenFields, EvenSky, State, VapourNodes
+from hcss_twin.plan.combinations import Excluded, NotComputed, present
+from hcss_twin.plan.few_columns import few_columns
+from hcss_twin.plan.numerics import for_spectra
+from hcss_twin.plan.vapour_size import DEFAULT_VAPOUR, VapourSize, size_of_vapour
 from hcss_twin.providers import Grid, Sun
 from hcss_twin.providers.column_states import spectra_of
 from hcss_twin.scenario.scenario import Scenario
@@ -29,9 +40,6 @@ DEFAULT_K = 0.3
 
 LEAST_K = 0.02
 """Standard deviation within the image below which there is texture on request only: the noise of good sensors."""
-
-VAPOUR_PLACES = (1.0, -1.0, 2.0, -2.0)
-"""Perturbations of the vapour with tables, in steps toward dry air; the first two where a parabola is enough."""
 
 OWN_SPECTRA: Sequence[State] = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 """States whose spectra tell which wavenumbers their differences from the scene need."""
@@ -56,10 +64,20 @@ class Texture(EvenSky):
         """Return the fields of the scene."""
         return TextureFields(scenario, assembly, self)
 
+    @property
+    def finest(self) -> VapourNodes:
+        """Nodes between which the certificate interpolates: at least as many as there are tables."""
+        return nodes_between(self.vapour.kinks, FINEST)
+
+    @property
+    def expansion_states(self) -> tuple[State, ...]:
+        """States (S,) between which the certificate interpolates."""
+        return expansion_states(self.finest)
+
     def change(self, perturbation: Array, in_states: Callable[[], Array]) -> Array | float:
         """Return how quantities (N, Q, B) change at perturbations (N, 2), by the polynomial through the states."""
         warmer, drier = perturbation.T[..., None, None]
-        return Expansion(in_states())(warmer, drier)
+        return Expansion(in_states(), self.finest)(warmer, drier)
 
 
 class TextureFields(EvenFields):
@@ -77,37 +95,85 @@ class TextureFields(EvenFields):
         if self._texture.temperature_K > 0.0:
             warmer = self._sea.at(time_s, rows, columns) / np.float32(STEP)
         if self._texture.water_vapour > 0.0:
-            drier = self._vapour.at(time_s, rows, columns) / np.float32(-STEP)
+            drier = self._vapour.at(time_s, rows, columns) / np.float32(-STEP * self._texture.vapour_share)
         return warmer, drier
 
 
-def change_weights(places: Sequence[float], position: Array) -> Array:
-    """Return the weights (N, ...) of how values at N places differ from the scene, in the polynomial at a position.
+PARABOLA_SHARE = 0.25
+"""Share of the accuracy within which the interpolation between amounts of vapour is good enough."""
 
-    The polynomial is that of degree N through these values and that of the scene, at 0.
+TRIED = (-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2)
+"""Places, up to two standard deviations, at which it is tried."""
+
+SMALL = "structures within the image change less than the noise of good sensors"
+
+REACH = 2.4
+"""Places beyond which kinks do not matter: four standard deviations."""
+
+NEAR = 0.3
+"""Distance from a kink within which there is no other node: between near nodes, small errors of tables grow."""
+
+FINEST = 4
+"""Largest order of the polynomials."""
+
+
+def nodes_between(kinks: Sequence[float], order: int) -> VapourNodes:
+    """Return the nodes of an order, and of segments between kinks (ascending).
+
+    Without kinks, the order is that of the polynomial. Nodes are then the scene, at 0, and a step or two from it on
+    either side.
     """
-    weights = []
-    for node in places:
-        others = [0.0, *(other for other in places if other != node)]
-        weights.append(np.prod([(position - other) / (node - other) for other in others], axis=0))
-    return np.stack(weights)
+    around = (0.0, 1.0, -1.0, 2.0, -2.0)[: order + 1]
+    if not kinks:
+        return VapourNodes((around,))
+    ends, segments = (-math.inf, *kinks, math.inf), []
+    for low, high in pairwise(ends):
+        own = [end for end in (low, high) if math.isfinite(end)]
+        segment = own + [place for place in around if low < place < high and min(_apart(place, own)) > NEAR]
+        beyond = low + 1.0 if high == math.inf else high - 1.0 if low == -math.inf else 0.5 * (low + high)
+        if len(segment) == len(own) and (len(own) == 1 or high - low > 2.0 * NEAR):
+            segment.append(beyond)
+        segments.append(tuple(segment))
+    return VapourNodes(tuple(segments), tuple(kinks))
 
 
-EXPANSION_STATES: Sequence[State] = (
-    *((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (1.0, 1.0), (1.0, -1.0)),
-    *((0.0, vapour_place) for vapour_place in VAPOUR_PLACES),
+def _apart(place: float, others: Iterable[float]) -> list[float]:
+    return [abs(place - other) for other in others]
+
+
+def change_weights(nodes: VapourNodes, position: Array) -> Array:
+    """Return the weights (N, ...) of how values at N places differ from the scene, in the polynomials at a position."""
+    weights, places = np.zeros((len(nodes.places), *np.shape(position))), nodes.places
+    which = np.searchsorted(np.array(nodes.kinks), position)
+    for number, segment in enumerate(nodes.segments):
+        for node in segment:
+            if node:
+                others = [other for other in segment if other != node]
+                weight = np.prod([(position - other) / (node - other) for other in others], axis=0)
+                weights[places.index(node)] += np.where(which == number, weight, 0.0)
+    return weights
+
+
+BASE_STATES: Sequence[State] = (
+    *((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0)),
+    *((1.0, 1.0), (1.0, -1.0), (0.0, 1.0), (0.0, -1.0)),
 )
+
+
+def expansion_states(nodes: VapourNodes) -> tuple[State, ...]:
+    """Return the states of an :class:`Expansion`."""
+    return *BASE_STATES, *((0.0, place) for place in nodes.places)
 
 
 @dataclass(frozen=True)
 class Expansion:
-    """Values (9, ...) at :data:`EXPANSION_STATES`, and the polynomial through them.
+    """Values (S, ...) at :func:`expansion_states`, and the polynomial through them.
 
-    It has the second order of the sea and the fourth of the vapour, and the change by the sea is of second order in the
-    vapour.
+    It has the second order of the sea, and the change by the sea is of second order in the vapour.
     """
 
     values: Array
+    nodes: VapourNodes
 
     @property
     def warm(self) -> Array:
@@ -127,11 +193,11 @@ class Expansion:
         dry, moist = (self.values[3 + index] - self.values[5 + index] - self.warm for index in (0, 1))
         return np.stack((dry - moist, dry + moist)) / 2.0
 
-    def __call__(self, warmer: Array, drier: Array, places: int = len(VAPOUR_PLACES)) -> Array:
-        """Return the change at a perturbation, from some of the states of vapour only."""
-        weights = change_weights(VAPOUR_PLACES[:places], drier)
-        away = self.values[5 : 5 + places] - self.values[0]
-        of_vapour = np.sum([weight * difference for weight, difference in zip(weights, away, strict=True)], axis=0)
+    def __call__(self, warmer: Array, drier: Array) -> Array:
+        """Return the change at a perturbation."""
+        away = self.values[len(BASE_STATES) :] - self.values[0]
+        weights = change_weights(self.nodes, drier)
+        of_vapour = np.sum([weight * change for weight, change in zip(weights, away, strict=True)], axis=0)
         linear, square = self.mixed
         of_sea = warmer * (self.warm - self.square + linear * drier + square * drier**2) + warmer**2 * self.square
         change: Array = of_vapour + of_sea
@@ -178,8 +244,39 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
     return small if typical_K < LEAST_K else ""
 
 
-def plan_texture(scenario: Scenario, assembly: Assembly) -> EvenSky:
-    """Return the texture of a scene; an even sky if it has none.
+def why_even_vapour(scenario: Scenario, assembly: Assembly) -> NotComputed | None:
+    """Return why the vapour of a scene that leaves it to the plan has no texture; None if it may have one."""
+    key = f"atmosphere.water_vapour_texture = {DEFAULT_VAPOUR:g}"
+    if excluded := next(present(excluded_beside_texture(assembly)), None):
+        return NotComputed(f"the scene has {excluded.what.rstrip(',')}", f"{excluded.field}: {excluded.allowed}")
+    if hasattr(assembly.transmittance, "bound_profile"):
+        return NotComputed("the atmosphere's provider has one profile", "atmosphere.provider = 'band-model'")
+    if scenario.radiance.is_between_columns:
+        return NotComputed("light between columns is compared with air of one profile", key)
+    if any(assembly.from_images):
+        return NotComputed("clear sky of the clouds' image has a texture of its own", key)
+    if assembly.air_over_field.varies:
+        return NotComputed("each place has air of its own", key)
+    return None
+
+
+@dataclass(frozen=True)
+class VapourChoice:
+    """Size of the vapour's texture, and the amounts of vapour with tables."""
+
+    size: VapourSize
+    nodes: VapourNodes
+
+
+def plan_texture(
+    scenario: Scenario, assembly: Assembly, catalog: Catalog, suns: Sequence[Sun | None]
+) -> tuple[EvenSky, NotComputed | None]:
+    """Return the texture of a scene, an even sky if it has none; and why its vapour has none, or None.
+
+    Parameters
+    ----------
+    suns : sequence of Sun or None
+        Of some frames; empty if no radiance is requested.
 
     Raises
     ------
@@ -191,5 +288,71 @@ def plan_texture(scenario: Scenario, assembly: Assembly) -> EvenSky:
         if value:
             Excluded.require_none(f"{key} = {value:g}", excluded_beside_texture(assembly), f"{key} = 0")
     kelvin = 0.0 if why_one_temperature(scenario, assembly) else DEFAULT_K if given is None else given
-    vapour = vapour if cells_of(WATER_VAPOUR, assembly.grid) else 0.0
-    return Texture(kelvin, vapour) if kelvin or vapour else EVEN_SKY
+    sky = Texture(kelvin) if kelvin else EVEN_SKY
+    why = None if vapour else EVEN_VAPOUR if vapour == 0.0 else why_even_vapour(scenario, assembly)
+    share = math.sqrt(sum(of_cell for _, of_cell in cells_of(WATER_VAPOUR, assembly.grid)))
+    deviation = share * (DEFAULT_VAPOUR if vapour is None else vapour)
+    if why is not None or deviation == 0.0:
+        return sky, why or NotComputed(SMALL)
+    if not suns:
+        return (sky, NotComputed(SMALL)) if vapour is None else (Texture(kelvin, vapour, share), None)
+    parts = {
+        "scenario": {**json.loads(scenario.to_json()), "title": "", "seed": 0, "sensor": None},
+        "filled_in": [item.as_dict() for item in assembly.filled_in],
+        "files": dict(catalog.used),
+        "code": assembly.code,
+        "for": "texture of vapour",
+    }
+    classes = VapourChoice, VapourSize, VapourNodes
+    choose = partial(_choose_vapour, scenario, assembly, suns, deviation)
+    try:
+        choice = recall_or_compute(PLANS, result_key(parts, catalog.shelf), catalog, choose, classes)
+    except ProviderError as error:  # examined and reported with its field later
+        if vapour is not None:
+            raise
+        return sky, NotComputed(str(error))
+    if vapour is None and choice.size.kelvin < LEAST_K:
+        return sky, NotComputed(SMALL)
+    return Texture(kelvin, vapour or DEFAULT_VAPOUR, share, choice.nodes), None
+
+
+def _choose_vapour(
+    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], deviation: float
+) -> VapourChoice:
+    """Return the size of the texture of vapour, and the fewest nodes that are accurate enough in clear sky."""
+    size = size_of_vapour(assembly, suns, deviation)
+    if scenario.atmosphere.water_vapour_texture is None and size.kelvin < LEAST_K:
+        return VapourChoice(size, PARABOLA)
+    tolerance = PARABOLA_SHARE * requested_accuracy(scenario, assembly, suns).relative
+    few, step = for_spectra(assembly), STEP * deviation
+    columns = few_columns(few)
+    columns = columns.only(columns.ends[: 1 if columns.clear else None])
+
+    @cache
+    def at(drier: float) -> Array:
+        """Return the columns (T, C, B) with vapour at a place."""
+        scene = few.perturbed(0.0, 1.0 - step * drier)
+        return np.stack(columns.totals_in(scene.model, [scene.setting(sun) for sun in suns]))
+
+    def error(nodes: VapourNodes) -> float:
+        exact, away = (np.stack([at(place) for place in places]) for places in (TRIED, nodes.places))
+        weights = change_weights(nodes, np.array(TRIED))
+        return largest_error(at(0.0) + np.tensordot(weights, away - at(0.0), ((0,), (0,))), exact)
+
+    def candidates() -> Iterator[VapourNodes]:
+        yield nodes_between((), 1)
+        yield nodes_between((), 2)
+        of_provider = getattr(few.transmittance, "vapour_kinks", lambda low, high: ())
+        kinks = of_provider(max(1.0 - REACH * step, 0.0), 1.0 + REACH * step)
+        if kinks:
+            yield nodes_between(tuple(sorted((1.0 - kink) / step for kink in kinks)), 2)
+        yield nodes_between((), FINEST)
+
+    tried = []
+    for nodes in candidates():
+        tried.append((error(nodes), len(nodes.places), nodes))
+        if tried[-1][0] <= tolerance:
+            return VapourChoice(size, nodes)
+    # a higher order that is hardly better is not worth its tables
+    least = min(found for found, _, _ in tried)
+    return VapourChoice(size, next(nodes for found, _, nodes in tried if found <= 2.0 * least))

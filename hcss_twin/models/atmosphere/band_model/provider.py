@@ -324,12 +324,16 @@ def _of_the_wind(
 
 
 def _vapour_kinks(
-    inputs: AtmosphereInputs, coefficients: BandModelCoefficients, parameters: BandModelParameters, low: float, high: float
+    inputs: AtmosphereInputs,
+    coefficients: BandModelCoefficients,
+    parameters: BandModelParameters,
+    low: float,
+    high: float,
 ) -> tuple[float, ...]:
     """Return the factors on the water vapour, within a range, at which the tables of haze have a kink; ascending.
 
-    They have few humidities: haze is interpolated between those of the air at the sea, if it depends on wind, or else of
-    the whole path.
+    They have few humidities: haze is interpolated between those of the air at the sea, if it depends on wind, or else
+    of the whole path.
     """
     from scipy.optimize import brentq  # few scenes need it
 
