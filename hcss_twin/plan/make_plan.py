@@ -250,7 +250,7 @@ def _texture(
         return EVEN_SKY, EVEN_VAPOUR
     from hcss_twin.plan.texture import plan_texture  # not for scenes without texture
 
-    radiance = wants_radiance(cube_variables(scenario, assembly, True))
+    radiance = wants_radiance(cube_variables(scenario, replace(assembly, has_texture=True), True))
     of_frames = [position for _, position in suns.extremes(assembly.view)] if radiance else []
     return plan_texture(scenario, assembly, catalog, of_frames[:1])
 

@@ -258,7 +258,9 @@ def _even_vapour(assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omi
         f"measured columns vary by up to {100.0 * deviation:.2g} % (standard deviation) within an image of this size, "
         f"which is {size.kelvin:.2g} K"
     )
-    yield omitted(Omission("texture of water vapour", "", 3.0 * size.relative, size.relative, "rms"), even, typical)
+    texture = Omission("texture of water vapour", "", 3.0 * size.relative, size.relative, "rms")
+    told = omitted(texture, even, typical)
+    yield replace(told, decision=told.decision or TOO_DEAR) if even.needs else told
 
 
 def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omission]:

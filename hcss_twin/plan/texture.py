@@ -41,7 +41,7 @@ DEFAULT_K = 0.3
 LEAST_K = 0.02
 """Standard deviation within the image below which there is texture on request only: the noise of good sensors."""
 
-OWN_SPECTRA: Sequence[State] = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+OWN_SPECTRA: Sequence[State] = ((1.0, 0.0), (0.0, 1.0))
 """States whose spectra tell which wavenumbers their differences from the scene need."""
 
 
@@ -104,6 +104,10 @@ PARABOLA_SHARE = 0.25
 
 TRIED = (-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2)
 """Places, up to two standard deviations, at which it is tried."""
+
+TEXTURE_OF_IMAGE = "clear sky of the clouds' image has a texture of its own"
+
+OWN_VIEWS = "tables toward each view would take several times as long"
 
 SMALL = "structures within the image change less than the noise of good sensors"
 
@@ -240,23 +244,22 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
     if light.is_between_columns:
         return "light between columns is compared with a sea of one temperature"
     if any(assembly.from_images):
-        return "clear sky of the clouds' image has a texture of its own"
+        return TEXTURE_OF_IMAGE
     return small if typical_K < LEAST_K else ""
 
 
 def why_even_vapour(scenario: Scenario, assembly: Assembly) -> NotComputed | None:
     """Return why the vapour of a scene that leaves it to the plan has no texture; None if it may have one."""
-    key = f"atmosphere.water_vapour_texture = {DEFAULT_VAPOUR:g}"
     if excluded := next(present(excluded_beside_texture(assembly)), None):
-        return NotComputed(f"the scene has {excluded.what.rstrip(',')}", f"{excluded.field}: {excluded.allowed}")
+        return NotComputed(f"the scene has {excluded.what.rstrip(',')}")
     if hasattr(assembly.transmittance, "bound_profile"):
-        return NotComputed("the atmosphere's provider has one profile", "atmosphere.provider = 'band-model'")
+        return NotComputed("the atmosphere's provider has one profile")
     if scenario.radiance.is_between_columns:
-        return NotComputed("light between columns is compared with air of one profile", key)
+        return NotComputed("light between columns is compared with air of one profile")
     if any(assembly.from_images):
-        return NotComputed("clear sky of the clouds' image has a texture of its own", key)
-    if assembly.air_over_field.varies:
-        return NotComputed("each place has air of its own", key)
+        return NotComputed(TEXTURE_OF_IMAGE)
+    if assembly.air_over_field.varies or assembly.lines_of_sight is not None or assembly.directions is not None:
+        return NotComputed(OWN_VIEWS, f"atmosphere.water_vapour_texture = {DEFAULT_VAPOUR:g}")
     return None
 
 
@@ -342,9 +345,8 @@ def _choose_vapour(
     def candidates() -> Iterator[VapourNodes]:
         yield nodes_between((), 1)
         yield nodes_between((), 2)
-        of_provider = getattr(few.transmittance, "vapour_kinks", lambda low, high: ())
-        kinks = of_provider(max(1.0 - REACH * step, 0.0), 1.0 + REACH * step)
-        if kinks:
+        of_provider = getattr(few.transmittance, "vapour_kinks", None)
+        if of_provider and (kinks := of_provider(max(1.0 - REACH * step, 0.0), 1.0 + REACH * step)):
             yield nodes_between(tuple(sorted((1.0 - kink) / step for kink in kinks)), 2)
         yield nodes_between((), FINEST)
 

@@ -14,8 +14,8 @@ from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.providers import Grid, Sun
 
 DEFAULT_VAPOUR = 0.05
-"""Relative standard deviation over some hundred km where a scenario gives none: with it, brightness temperatures at 10.8
-and 12.0 um have the structure functions of cloud-free pixels in 11 SEVIRI scenes."""
+"""Relative standard deviation over some hundred km where a scenario gives none: with it, brightness temperatures at
+10.8 and 12.0 um have the structure functions of cloud-free pixels in 11 SEVIRI scenes."""
 
 OUTER_M = 320e3
 """Wavelength of the largest structures."""

@@ -164,7 +164,7 @@ def test_a_pixel_has_the_radiance_of_a_scene_with_its_sea_and_vapour(textured) -
 
 @pytest.mark.long
 def test_the_stated_error_covers_the_kink_of_haze_at_70_percent_humidity() -> None:
-    """By day in 2.7-3.0 um at 5 N the path passes 70 % with 7 % less vapour: haze swells otherwise below."""
+    """By day in 2.7-3.0 um at 5 N the path passes 70 and 80 % within the texture: haze swells otherwise below."""
     place, time = {"latitude": 5.0, "longitude": -150.0}, "2024-04-20T12:30:00+10:00"
     changes = {"time": time, "place": place, "view": {"zenith": 0.0}, "bands": ["swir-2.7-3.0"]}
     vapour = {"atmosphere": {"water_vapour_texture": 0.05}}
