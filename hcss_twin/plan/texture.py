@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from functools import cache, partial
 from itertools import pairwise
@@ -114,35 +114,31 @@ SMALL = "structures within the image change less than the noise of good sensors"
 REACH = 2.4
 """Places beyond which kinks do not matter: four standard deviations."""
 
+END = 1.8
+"""Place of the last node beyond the last kink: three standard deviations."""
+
 NEAR = 0.3
-"""Distance from a kink within which there is no other node: between near nodes, small errors of tables grow."""
+"""Least distance of nodes: between nearer ones, small errors of their tables grow."""
 
 FINEST = 4
-"""Largest order of the polynomials."""
+"""Largest order of the polynomials without kinks."""
 
 
 def nodes_between(kinks: Sequence[float], order: int) -> VapourNodes:
     """Return the nodes of an order, and of segments between kinks (ascending).
 
-    Without kinks, the order is that of the polynomial. Nodes are then the scene, at 0, and a step or two from it on
-    either side.
+    Without kinks, the nodes are the scene, at 0, and a step or two from it on either side. With kinks, a segment has
+    its ends and, above order 1, a node between: the scene, if it is there.
     """
-    around = (0.0, 1.0, -1.0, 2.0, -2.0)[: order + 1]
     if not kinks:
-        return VapourNodes((around,))
-    ends, segments = (-math.inf, *kinks, math.inf), []
-    for low, high in pairwise(ends):
-        own = [end for end in (low, high) if math.isfinite(end)]
-        segment = own + [place for place in around if low < place < high and min(_apart(place, own)) > NEAR]
-        beyond = low + 1.0 if high == math.inf else high - 1.0 if low == -math.inf else 0.5 * (low + high)
-        if len(segment) == len(own) and (len(own) == 1 or high - low > 2.0 * NEAR):
-            segment.append(beyond)
-        segments.append(tuple(segment))
+        return VapourNodes(((0.0, 1.0, -1.0, 2.0, -2.0)[: order + 1],))
+    first, last = min(-END, kinks[0] - 2.0 * NEAR), max(END, kinks[-1] + 2.0 * NEAR)
+    segments = []
+    for low, high in pairwise((first, *kinks, last)):
+        has_scene = low + NEAR < 0.0 < high - NEAR
+        between = (0.0,) if has_scene else (0.5 * (low + high),) * (order > 1 and high - low > 2.0 * NEAR)
+        segments.append((low, high, *between))
     return VapourNodes(tuple(segments), tuple(kinks))
-
-
-def _apart(place: float, others: Iterable[float]) -> list[float]:
-    return [abs(place - other) for other in others]
 
 
 def change_weights(nodes: VapourNodes, position: Array) -> Array:
@@ -347,7 +343,8 @@ def _choose_vapour(
         yield nodes_between((), 2)
         of_provider = getattr(few.transmittance, "vapour_kinks", None)
         if of_provider and (kinks := of_provider(max(1.0 - REACH * step, 0.0), 1.0 + REACH * step)):
-            yield nodes_between(tuple(sorted((1.0 - kink) / step for kink in kinks)), 2)
+            places = tuple(sorted((1.0 - kink) / step for kink in kinks))
+            yield from (nodes_between(places, order) for order in (1, 2))
         yield nodes_between((), FINEST)
 
     tried = []
