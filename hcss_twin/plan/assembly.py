@@ -99,6 +99,8 @@ class Assembly:
         Whether clear sky has texture.
     even_vapour : NotComputed or None
         Why water vapour has none.
+    climate_at : callable or None
+        Returns air and sea at a latitude and longitude near the image; None if the scenario gives both.
     alterations : tuple of (SectionEffect, float)
         Effects of other packages, each with one value everywhere.
     """
@@ -143,6 +145,7 @@ class Assembly:
     reach_m: tuple[float, float] | None = None
     has_texture: bool = False
     even_vapour: NotComputed | None = None
+    climate_at: Callable[[float, float], AirOverField.Air] | None = None
     alterations: tuple[tuple[SectionEffect, float], ...] = ()
 
     @property

@@ -15,6 +15,7 @@ from hcss_twin.cube.variables import SHADOW_MASK, TERM_PREFIX, VariableSpec
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.climate_over_image import climate_over_image
 from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.few_columns import (
     SAFETY_FACTOR,
@@ -287,9 +288,11 @@ def _changes_of_air(
     """
     what, air = "changes of air and sea over image and frames", assembly.air_over_field
     yield from _one_sea_temperature(scenario, assembly)
-    yield from _even_vapour(assembly, [sun for _, sun in known][:1])
+    first = [sun for _, sun in known][:1]
+    yield from _even_vapour(assembly, first)
     texture = ", around which they have texture" if assembly.has_texture else ""
     if not air.varies:
+        yield from climate_over_image(assembly, columns, first)
         yield Omission(what, f"the scenario has one profile, one temperature of the sea and one wind{texture}", 0.0)
         return
     sea = "wind" if air.of(assembly.view).sea is not None else "temperature of the sea and one wind"
