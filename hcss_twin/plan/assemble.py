@@ -153,8 +153,8 @@ def assemble(
         kelvin = there.sea_temperature_K
         return replace(air, sea=_sea_model(of_models, scenario, catalog, around, kelvin), sea_temperature_K=kelvin)
 
-    of_climatology = scenario.atmosphere.profile is None and not hasattr(transmittance, "bound_profile")
-    by_place = climate is None and not over_field.varies and (of_climatology or scenario.sea.temperature is None)
+    given = scenario.atmosphere.profile is not None and scenario.sea.temperature is not None
+    by_place = climate is None and not (over_field.varies or around.is_bound or given)
     radiance = scenario.radiance
     generators, slant = generators_of([LayerBrightness(model_at, setting, index) for index in range(len(layers))])
     builder.raise_problems()
@@ -201,6 +201,7 @@ def assemble(
         air_over_field=over_field,
         family=family,
         built=built,
+        has_bound_air=around.is_bound,
         climate_at=climate_at if by_place else None,
     )
 

@@ -99,6 +99,8 @@ class Assembly:
         Whether clear sky has texture.
     even_vapour : NotComputed or None
         Why water vapour has none.
+    has_bound_air : bool
+        Whether the transmittance provider supports no other profile.
     climate_at : callable or None
         Returns air and sea at a latitude and longitude near the image; None if the scenario gives both.
     alterations : tuple of (SectionEffect, float)
@@ -145,6 +147,7 @@ class Assembly:
     reach_m: tuple[float, float] | None = None
     has_texture: bool = False
     even_vapour: NotComputed | None = None
+    has_bound_air: bool = False
     climate_at: Callable[[float, float], AirOverField.Air] | None = None
     alterations: tuple[tuple[SectionEffect, float], ...] = ()
 

@@ -22,9 +22,7 @@ __all__ = ["climate_over_image"]
 ON_REQUEST = "on request"
 """Decision of the user: a scenario gives one place, and can give profiles of several."""
 
-NEEDS = (
-    "atmosphere.profile: profiles of several places, for the air, and surfaces: a map, for the sea: no key computes it"
-)
+NEEDS = "profiles of several places and a map of the sea's temperature: no key computes it"
 
 
 def climate_over_image(assembly: Assembly, columns: FewColumns, suns: Sequence[Sun | None]) -> Iterator[Omission]:
@@ -58,7 +56,7 @@ def _along_axes(
     suns: Sequence[Sun | None],
     climate_at: Callable[[float, float], AirOverField.Air],
 ) -> Iterator[Array]:
-    """Yield the relative change of columns (S, C, B) to the edge along either axis, on a side that has a climatology."""
+    """Yield the relative change of columns (S, C, B) to the edge along either axis, on a side with a climatology."""
     ends, model = columns.only(columns.ends), assembly.model
     settings = [assembly.setting(sun) for sun in suns]
     here = np.stack(ends.totals_in(model, settings))

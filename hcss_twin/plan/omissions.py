@@ -253,13 +253,16 @@ def _even_vapour(assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omi
     even = assembly.even_vapour
     if even is None:
         return
-    deviation = typical_vapour(assembly.grid)
+    what, deviation = "texture of water vapour", typical_vapour(assembly.grid)
+    if assembly.has_bound_air:  # nothing else can be computed, not even its size
+        yield Omission(what, even.why, None)
+        return
     size = size_of_vapour(assembly, suns, deviation)
     typical = (
         f"measured columns vary by up to {100.0 * deviation:.2g} % (standard deviation) within an image of this size, "
         f"which is {size.kelvin:.2g} K"
     )
-    texture = Omission("texture of water vapour", "", 3.0 * size.relative, size.relative, "rms")
+    texture = Omission(what, "", 3.0 * size.relative, size.relative, "rms")
     told = omitted(texture, even, typical)
     yield replace(told, decision=told.decision or TOO_DEAR) if even.needs else told
 
@@ -330,6 +333,10 @@ def _sunlight(sun: SunFrames, radiance: bool, sunlight: Sunlight) -> Iterator[Om
         yield Omission("sunlight", "in every band it is less than a tenth of the accuracy asked for", sunlight.share)
 
 
+OTHER_TOP_M = 100.0
+"""Depth by which the temperature of other cloud tops is told."""
+
+
 def _clouds(assembly: Assembly) -> Iterator[Omission]:
     if not assembly.layers:
         yield Omission("cloud optics and cloudy columns", "the scenario has no cloud layer", 0.0)
@@ -339,5 +346,10 @@ def _clouds(assembly: Assembly) -> Iterator[Omission]:
     for layer, generator, cloudy in zip(assembly.layers, assembly.generators, assembly.cloudy_layers, strict=True):
         if several and assembly.has_cloud and not cloudy:
             yield Omission(f"columns with {layer.name}", "its coverage is 0", 0.0)
+        if cloudy and layer.anchor == "top" and getattr(generator, "cloud_top_range_m", None) is None:
+            top, below = (float(assembly.profile.temperature_at(layer.top_m - depth)) for depth in (0.0, OTHER_TOP_M))
+            why = f"all lie at {layer.top_m:.0f} m; {OTHER_TOP_M:.0f} m lower ones are {below - top:+.2g} K warmer"
+            needs = "a generator whose clouds have tops of their own: no key computes it"
+            yield Omission(f"tops of {layer.name} at altitudes of their own", why, None, needs=needs)
         for what, why in getattr(generator, "skipped", ()):
             yield Omission(f"{layer.name}: {what}" if several else what, why, None)

@@ -51,6 +51,8 @@ class Surroundings:
         Applies the water vapour and gases of the scenario to a profile of the field.
     levels : PlaceLevels
         Of the air, for clouds whose altitudes follow them.
+    is_bound : bool
+        Whether the transmittance provider supports no other profile.
     """
 
     profile: Profile
@@ -60,6 +62,7 @@ class Surroundings:
     field: ProfileField | None
     finished: Callable[[Profile], Profile]
     levels: PlaceLevels
+    is_bound: bool
 
 
 def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) -> Surroundings:
@@ -93,7 +96,7 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
         return _with_gases(scenario, _scaled(scenario, profile, bound), bound, [])
 
     temperature, wind = _sea(scenario, climatology, filled)
-    return Surroundings(profile, temperature, wind, tuple(filled), field, finished, levels)
+    return Surroundings(profile, temperature, wind, tuple(filled), field, finished, levels, bound is not None)
 
 
 def air_unlike_sea(profile: Profile, sea_temperature_K: float) -> tuple[str, ...]:

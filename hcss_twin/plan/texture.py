@@ -248,7 +248,7 @@ def why_even_vapour(scenario: Scenario, assembly: Assembly) -> NotComputed | Non
     """Return why the vapour of a scene that leaves it to the plan has no texture; None if it may have one."""
     if excluded := next(present(excluded_beside_texture(assembly)), None):
         return NotComputed(f"the scene has {excluded.what.rstrip(',')}")
-    if hasattr(assembly.transmittance, "bound_profile"):
+    if assembly.has_bound_air:
         return NotComputed("the atmosphere's provider has one profile")
     if scenario.radiance.is_between_columns:
         return NotComputed("light between columns is compared with air of one profile")

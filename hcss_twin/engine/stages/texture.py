@@ -17,8 +17,9 @@ from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.frame_look_up import FrameLookUp, FrameLookUps
 from hcss_twin.engine.tables.point_axis import PointAxis
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.clear_sky import VapourNodes
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.texture import Texture, VapourNodes
+from hcss_twin.plan.texture import Texture
 from hcss_twin.plan.windows import Window, length, points_of
 
 Thickness = NDArray[np.float32]
