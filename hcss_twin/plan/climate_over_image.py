@@ -44,7 +44,7 @@ def climate_over_image(assembly: Assembly, columns: FewColumns, suns: Sequence[S
         f"those of the climatology at its centre are everywhere; toward a corner they change by {kelvin:.2g} K",
         SAFETY_FACTOR * corner,
         corner / 3.0**0.5,
-        "rms over the image, at most",
+        f"rms over the image, at most; {kelvin:.2g} K toward a corner",
         NEEDS,
         ON_REQUEST,
     )

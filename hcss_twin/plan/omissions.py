@@ -245,7 +245,9 @@ def texture_of_sea(assembly: Assembly, why: str, needs: str = "") -> Omission:
     share = float(warmer / sea - 1.0)
     size = f"measured seas vary by up to {typical_K:.2g} K (standard deviation) within an image of this size"
     bound, needs = 3.0 * share, needs if share else ""
-    return Omission("texture of the sea's temperature", f"{why}; {size}", bound, share, "rms", needs)
+    return Omission(
+        "texture of the sea's temperature", f"{why}; {size}", bound, share, f"rms, {typical_K:.2g} K", needs
+    )
 
 
 def _even_vapour(assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omission]:
@@ -262,7 +264,7 @@ def _even_vapour(assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omi
         f"measured columns vary by up to {100.0 * deviation:.2g} % (standard deviation) within an image of this size, "
         f"which is {size.kelvin:.2g} K"
     )
-    texture = Omission(what, "", 3.0 * size.relative, size.relative, "rms")
+    texture = Omission(what, "", 3.0 * size.relative, size.relative, f"rms, {size.kelvin:.2g} K")
     told = omitted(texture, even, typical)
     yield replace(told, decision=told.decision or TOO_DEAR) if even.needs else told
 
@@ -348,7 +350,7 @@ def _clouds(assembly: Assembly) -> Iterator[Omission]:
             yield Omission(f"columns with {layer.name}", "its coverage is 0", 0.0)
         if cloudy and layer.anchor == "top" and getattr(generator, "cloud_top_range_m", None) is None:
             top, below = (float(assembly.profile.temperature_at(layer.top_m - depth)) for depth in (0.0, OTHER_TOP_M))
-            why = f"all lie at {layer.top_m:.0f} m; {OTHER_TOP_M:.0f} m lower ones are {below - top:+.2g} K warmer"
+            why = f"all lie at {layer.top_m:.0f} m; {OTHER_TOP_M:.0f} m lower ones differ by {below - top:+.2g} K"
             needs = "a generator whose clouds have tops of their own: no key computes it"
             yield Omission(f"tops of {layer.name} at altitudes of their own", why, None, needs=needs)
         for what, why in getattr(generator, "skipped", ()):
