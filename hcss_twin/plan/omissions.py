@@ -250,8 +250,12 @@ def texture_of_sea(assembly: Assembly, why: str, needs: str = "") -> Omission:
     )
 
 
+RAREST = 5.0
+"""Standard deviations of vapour that no pixel exceeds: of a normal distribution, one in two million does."""
+
+
 def _even_vapour(assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omission]:
-    """Yield the texture of water vapour, if it has none: the bound is the change by three standard deviations."""
+    """Yield the texture of water vapour, if it has none."""
     even = assembly.even_vapour
     if even is None:
         return
@@ -264,7 +268,7 @@ def _even_vapour(assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omi
         f"measured columns vary by up to {100.0 * deviation:.2g} % (standard deviation) within an image of this size, "
         f"which is {size.kelvin:.2g} K"
     )
-    texture = Omission(what, "", 3.0 * size.relative, size.relative, f"rms, {size.kelvin:.2g} K")
+    texture = Omission(what, "", RAREST * size.relative, size.relative, f"rms, {size.kelvin:.2g} K")
     told = omitted(texture, even, typical)
     yield replace(told, decision=told.decision or TOO_DEAR) if even.needs else told
 

@@ -332,8 +332,8 @@ def test_vapour_has_texture_by_default_or_the_plan_says_why_not_and_how_many_kel
     (omission,) = omitted
     assert why in omission.why
     assert omission.why.endswith(" K")
-    assert omission.bound == pytest.approx(3.0 * omission.estimate)
-    assert 0.0 < omission.bound < 0.05
+    assert omission.sense.endswith(" K")
+    assert 0.0 < 3.0 * omission.estimate < omission.bound < 0.1
 
 
 def test_the_size_that_is_stated_is_that_of_a_scene_with_as_much_less_vapour() -> None:
