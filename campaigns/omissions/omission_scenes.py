@@ -19,7 +19,13 @@ PIXELS = 72
 BANDS = ([2.75, 2.8], [3.7, 3.8], [10.5, 11.0])
 CLOUDS = ("stratus", "cumulus", "cirrus")
 CHEAP = {"radiance.model": "as-printed", "optics.provider": "mie"}
-OFF = {"slant.shadows": "off", "slant.parallax": "off", "sea.waves": "off"}
+OFF = {
+    "slant.shadows": "off",
+    "slant.parallax": "off",
+    "sea.waves": "off",
+    "sea.temperature_texture": 0.0,
+    "atmosphere.water_vapour_texture": 0.0,
+}
 """What each scene is computed without."""
 ACCURACY = 1e-4
 ROUNDING = 2.5e-7
@@ -31,6 +37,8 @@ SWITCHES: dict[str, dict[str, Any]] = {
     "parallax of clouds": {"slant.parallax": "on"},
     "shadows of clouds on the sea": {"slant.shadows": "on"},
     "waves as shapes": {"sea.waves": "on"},
+    "texture of the sea's temperature": {"sea.temperature_texture": 0.3},
+    "texture of water vapour": {"atmosphere.water_vapour_texture": 0.05},
 }
 """Keys that compute what is omitted."""
 

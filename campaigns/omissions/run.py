@@ -39,9 +39,10 @@ def table(known: dict[str, list[dict[str, Any]]]) -> Iterator[dict[str, str]]:
         yield line(f"{what} ({len(own)} scenes)", pixels, beyond, "largest change / (bound + table error)", changes)
     waves = [1.0 - row["within_estimate"] for row in rows if row["what"] == "waves as shapes"]
     yield line("waves beyond their estimate (scenes)", len(waves), 0, "share of pixels", waves)
-    ratios = [row["rms"] / row["estimate"] for row in rows if row["what"] == "parallax of clouds"]
-    above = sum(each > 1.0 for each in ratios)
-    yield line("parallax beyond its estimate (scenes)", len(ratios), above, "rms / estimate", ratios)
+    for what in sorted({row["what"] for row in rows if row["rms"] is not None}):
+        ratios = [row["rms"] / row["estimate"] for row in rows if row["what"] == what and row["estimate"]]
+        above = sum(each > 1.0 for each in ratios)
+        yield line(f"{what} beyond its estimate (scenes)", len(ratios), above, "rms / estimate", ratios)
 
 
 def main() -> None:

@@ -26,7 +26,7 @@ from hcss_twin.plan.clouds import assemble_layers, build_generators, wind_veloci
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.optics import default_optics, particle_optics
 from hcss_twin.plan.slant_paths import GridSight, SlantPaths
-from hcss_twin.plan.surroundings import Surroundings
+from hcss_twin.plan.surroundings import Surroundings, surroundings
 from hcss_twin.providers import ColumnSetting, Grid, Motion, RadianceInputs, RadianceModel, SeaInputs, SeaModel, View
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
@@ -146,6 +146,15 @@ def assemble(
         sea_of_model = partial(_sea_model, of_models, scenario, catalog, around)  # as above: no cycle
         return family.sharing(model, (level, sunlight_steps), setting, sea_of_model)
 
+    def climate_at(latitude_deg: float, longitude_deg: float) -> AirOverField.Air:
+        place = scenario.place.model_copy(update={"latitude": latitude_deg, "longitude": longitude_deg})
+        there = surroundings(scenario.model_copy(update={"place": place}), catalog, None)
+        air = air_with_provider(of_models, scenario, catalog, there, there.profile)
+        kelvin = there.sea_temperature_K
+        return replace(air, sea=_sea_model(of_models, scenario, catalog, around, kelvin), sea_temperature_K=kelvin)
+
+    given = scenario.atmosphere.profile is not None and scenario.sea.temperature is not None
+    by_place = climate is None and not (over_field.varies or around.is_bound or given)
     radiance = scenario.radiance
     generators, slant = generators_of([LayerBrightness(model_at, setting, index) for index in range(len(layers))])
     builder.raise_problems()
@@ -192,6 +201,8 @@ def assemble(
         air_over_field=over_field,
         family=family,
         built=built,
+        has_bound_air=around.is_bound,
+        climate_at=climate_at if by_place else None,
     )
 
 

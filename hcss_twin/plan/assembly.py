@@ -15,6 +15,7 @@ from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.builder import Built
+from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.directions import sun_toward
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.hanging_levels import spanning
@@ -96,6 +97,12 @@ class Assembly:
         How far the ground that is seen reaches from the centre along x and y; None: as far as the grid.
     has_texture : bool
         Whether clear sky has texture.
+    even_vapour : NotComputed or None
+        Why water vapour has none.
+    has_bound_air : bool
+        Whether the transmittance provider supports no other profile.
+    climate_at : callable or None
+        Returns air and sea at a latitude and longitude near the image; None if the scenario gives both.
     alterations : tuple of (SectionEffect, float)
         Effects of other packages, each with one value everywhere.
     """
@@ -139,6 +146,9 @@ class Assembly:
     directions: Directions | None = None
     reach_m: tuple[float, float] | None = None
     has_texture: bool = False
+    even_vapour: NotComputed | None = None
+    has_bound_air: bool = False
+    climate_at: Callable[[float, float], AirOverField.Air] | None = None
     alterations: tuple[tuple[SectionEffect, float], ...] = ()
 
     @property

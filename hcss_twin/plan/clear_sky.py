@@ -5,7 +5,7 @@ What a texture adds, its fields and the polynomials between its states, is in :m
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.effects import Effect
 from hcss_twin.scenario.scenario import Scenario
 
@@ -22,6 +23,30 @@ STEP = 3.0**0.5
 
 State: TypeAlias = tuple[float, float]
 """Perturbation in steps: of the sea toward warm, of the vapour toward dry."""
+
+
+@dataclass(frozen=True)
+class VapourNodes:
+    """Perturbations of the vapour with tables; a polynomial joins those of each segment, and the scene itself, at 0.
+
+    Attributes
+    ----------
+    segments : tuple of tuple of float
+        Places of the nodes of each segment, in steps toward dry air, the moistest segment first.
+    kinks : tuple of float
+        Where one segment ends and the next begins, ascending: radiance has kinks there.
+    """
+
+    segments: tuple[tuple[float, ...], ...]
+    kinks: tuple[float, ...] = ()
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Places of all nodes but the scene itself, each once."""
+        return tuple(dict.fromkeys(place for segment in self.segments for place in segment if place))
+
+
+PARABOLA = VapourNodes(((0.0, 1.0, -1.0),))
 
 
 class EvenFields:
@@ -43,6 +68,10 @@ class EvenSky(Effect):
         Standard deviation of the sea's temperature.
     water_vapour : float
         That of the vapour at all levels, relative.
+    vapour_share : float
+        Share of the latter within the image, which has no longer wavelengths than itself.
+    vapour : VapourNodes
+        Amounts of vapour with tables.
     """
 
     kind = "texture"
@@ -50,11 +79,18 @@ class EvenSky(Effect):
 
     temperature_K: float = 0.0
     water_vapour: float = 0.0
+    vapour_share: float = 1.0
+    vapour: VapourNodes = PARABOLA
 
     @property
     def steps(self) -> tuple[float, float]:
         """Perturbation of the tables: K, and share of the vapour."""
-        return STEP * self.temperature_K, STEP * self.water_vapour
+        return STEP * self.temperature_K, STEP * self.water_vapour * self.vapour_share
+
+    @property
+    def expansion_states(self) -> Sequence[State]:
+        """States between which the certificate interpolates."""
+        return ()
 
     def without_flat(self, state: State) -> State:
         """Return a state without what has no texture."""
@@ -86,9 +122,13 @@ class EvenSky(Effect):
         Parameters
         ----------
         in_states : callable
-            Computes them (9, N, Q, B) at :data:`.texture.EXPANSION_STATES`; not called without texture.
+            Computes them (S, N, Q, B) at :attr:`.texture.Texture.expansion_states`; not called without texture.
         """
         return 0.0
 
 
 EVEN_SKY = EvenSky()
+
+EVEN_VAPOUR = NotComputed(
+    "atmosphere.water_vapour_texture is 0", "atmosphere.water_vapour_texture = 0.05", switched_off=True
+)

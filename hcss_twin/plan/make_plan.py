@@ -22,7 +22,8 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import numbered
-from hcss_twin.plan.clear_sky import EVEN_SKY, EvenSky
+from hcss_twin.plan.clear_sky import EVEN_SKY, EVEN_VAPOUR, EvenSky
+from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.land import land_share
 from hcss_twin.plan.lines_of_sight import SunTrack, detector_notes
@@ -121,8 +122,9 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
             samples_per_pixel=given.samples_per_pixel,
             reach_m=given.reach_m(float(times[0]), float(times[-1])),
         )
-    texture = _texture(scenario, assembly)
-    assembly = replace(assembly, has_texture=texture.varies)
+    suns = SunFrames(track, times, zenith, azimuth)
+    texture, even_vapour = _texture(scenario, assembly, catalog, suns)
+    assembly = replace(assembly, has_texture=texture.varies, even_vapour=even_vapour)
     beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns)
     assembly = replace(assembly, slant=assembly.slant.beside("shadows", beside_shadows))
     probe_last_frame(assembly, float(times[-1]))
@@ -134,7 +136,6 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     assembly = replace(assembly, slant=assembly.slant.beside("shadows", excluded_beside_instants(sensor)))
     doubts = examine_geometry(json.loads(scenario.to_json()), sensor.stages) if sensor.stages else ()
     probes = _probes(scenario, assembly, catalog, sensor.stages)
-    suns = SunFrames(track, times, zenith, azimuth)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
         tops_at = _at_extreme_tops(assembly)
         effects = section_effects(scenario, catalog)
@@ -243,12 +244,16 @@ def _cloud_tops(
     return tuple(plan_tops(scenario, assembly, index, accuracy, sun) for index in assembly.hanging_layers)
 
 
-def _texture(scenario: Scenario, assembly: Assembly) -> EvenSky:
+def _texture(
+    scenario: Scenario, assembly: Assembly, catalog: Catalog, suns: SunFrames
+) -> tuple[EvenSky, NotComputed | None]:
     if scenario.sea.temperature_texture == scenario.atmosphere.water_vapour_texture == 0.0:
-        return EVEN_SKY
+        return EVEN_SKY, EVEN_VAPOUR
     from hcss_twin.plan.texture import plan_texture  # not for scenes without texture
 
-    return plan_texture(scenario, assembly)
+    radiance = wants_radiance(cube_variables(scenario, replace(assembly, has_texture=True), True))
+    of_frames = [position for _, position in suns.extremes(assembly.view)] if radiance else []
+    return plan_texture(scenario, assembly, catalog, of_frames[:1])
 
 
 def _on_land(share: float) -> tuple[str, ...]:

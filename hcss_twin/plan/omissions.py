@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -15,10 +15,12 @@ from hcss_twin.cube.variables import SHADOW_MASK, TERM_PREFIX, VariableSpec
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.climate_over_image import climate_over_image
 from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.few_columns import (
     SAFETY_FACTOR,
     SKIP_SHARE,
+    SWITCHED_OFF,
     TOO_DEAR,
     FewColumns,
     Omission,
@@ -31,6 +33,7 @@ from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.one_direction import one_direction
 from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.plan.sunlight import SunFrames, Sunlight, low_sun, toward_glint
+from hcss_twin.plan.vapour_size import size_of_vapour, typical_vapour
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -242,18 +245,43 @@ def texture_of_sea(assembly: Assembly, why: str, needs: str = "") -> Omission:
     share = float(warmer / sea - 1.0)
     size = f"measured seas vary by up to {typical_K:.2g} K (standard deviation) within an image of this size"
     bound, needs = 3.0 * share, needs if share else ""
-    return Omission("texture of the sea's temperature", f"{why}; {size}", bound, share, "rms", needs)
+    return Omission(
+        "texture of the sea's temperature", f"{why}; {size}", bound, share, f"rms, {typical_K:.2g} K", needs
+    )
+
+
+RAREST = 5.0
+"""Standard deviations of vapour that no pixel exceeds: of a normal distribution, one in two million does."""
+
+
+def _even_vapour(assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omission]:
+    """Yield the texture of water vapour, if it has none."""
+    even = assembly.even_vapour
+    if even is None:
+        return
+    what, deviation = "texture of water vapour", typical_vapour(assembly.grid)
+    if assembly.has_bound_air:  # nothing else can be computed, not even its size
+        yield Omission(what, even.why, None)
+        return
+    size = size_of_vapour(assembly, suns, deviation)
+    typical = (
+        f"measured columns vary by up to {100.0 * deviation:.2g} % (standard deviation) within an image of this size, "
+        f"which is {size.kelvin:.2g} K"
+    )
+    texture = Omission(what, "", RAREST * size.relative, size.relative, f"rms, {size.kelvin:.2g} K")
+    told = omitted(texture, even, typical)
+    yield replace(told, decision=told.decision or TOO_DEAR) if even.needs else told
 
 
 def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omission]:
     """Yield the texture of the sea's temperature, if the sea has one temperature."""
-    why, needs = "sea.temperature_texture is 0", "sea.temperature_texture = 0.3"
+    why, needs, decision = "sea.temperature_texture is 0", "sea.temperature_texture = 0.3", SWITCHED_OFF
     if scenario.sea.temperature_texture != 0.0:
         from hcss_twin.plan.texture import why_one_temperature  # not for scenes without texture
 
-        why, needs = why_one_temperature(scenario, assembly), ""
+        why, needs, decision = why_one_temperature(scenario, assembly), "", ""
     if assembly.surface is None and why:
-        yield texture_of_sea(assembly, why, needs)
+        yield replace(texture_of_sea(assembly, why, needs), decision=decision)
 
 
 def _changes_of_air(
@@ -269,8 +297,11 @@ def _changes_of_air(
     """
     what, air = "changes of air and sea over image and frames", assembly.air_over_field
     yield from _one_sea_temperature(scenario, assembly)
+    first = [sun for _, sun in known][:1]
+    yield from _even_vapour(assembly, first)
     texture = ", around which they have texture" if assembly.has_texture else ""
     if not air.varies:
+        yield from climate_over_image(assembly, columns, first)
         yield Omission(what, f"the scenario has one profile, one temperature of the sea and one wind{texture}", 0.0)
         return
     sea = "wind" if air.of(assembly.view).sea is not None else "temperature of the sea and one wind"
@@ -308,6 +339,10 @@ def _sunlight(sun: SunFrames, radiance: bool, sunlight: Sunlight) -> Iterator[Om
         yield Omission("sunlight", "in every band it is less than a tenth of the accuracy asked for", sunlight.share)
 
 
+OTHER_TOP_M = 100.0
+"""Depth by which the temperature of other cloud tops is told."""
+
+
 def _clouds(assembly: Assembly) -> Iterator[Omission]:
     if not assembly.layers:
         yield Omission("cloud optics and cloudy columns", "the scenario has no cloud layer", 0.0)
@@ -317,5 +352,10 @@ def _clouds(assembly: Assembly) -> Iterator[Omission]:
     for layer, generator, cloudy in zip(assembly.layers, assembly.generators, assembly.cloudy_layers, strict=True):
         if several and assembly.has_cloud and not cloudy:
             yield Omission(f"columns with {layer.name}", "its coverage is 0", 0.0)
+        if cloudy and layer.anchor == "top" and getattr(generator, "cloud_top_range_m", None) is None:
+            top, below = (float(assembly.profile.temperature_at(layer.top_m - depth)) for depth in (0.0, OTHER_TOP_M))
+            why = f"all lie at {layer.top_m:.0f} m; {OTHER_TOP_M:.0f} m lower ones differ by {below - top:+.2g} K"
+            needs = "a generator whose clouds have tops of their own: no key computes it"
+            yield Omission(f"tops of {layer.name} at altitudes of their own", why, None, needs=needs)
         for what, why in getattr(generator, "skipped", ()):
             yield Omission(f"{layer.name}: {what}" if several else what, why, None)

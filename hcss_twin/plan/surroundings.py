@@ -51,6 +51,8 @@ class Surroundings:
         Applies water vapour, inversion and gases of the scenario to a profile of the field.
     levels : PlaceLevels
         Of the air, for clouds whose altitudes follow them.
+    is_bound : bool
+        Whether the transmittance provider supports no other profile.
     """
 
     profile: Profile
@@ -60,6 +62,7 @@ class Surroundings:
     field: ProfileField | None
     finished: Callable[[Profile], Profile]
     levels: PlaceLevels
+    is_bound: bool
 
 
 def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) -> Surroundings:
@@ -86,7 +89,7 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
     elif has_usual_inversion(scenario, catalog, profile):
         profile = with_usual_inversion(scenario, profile, levels, filled)
     profile = _with_gases(scenario, profile, bound, filled)
-    textured = ["atmosphere.water_vapour_texture"] * (scenario.atmosphere.water_vapour_texture > 0.0)
+    textured = ["atmosphere.water_vapour_texture"] * ((scenario.atmosphere.water_vapour_texture or 0.0) > 0.0)
     _refuse_change(scenario, bound, textured, "water vapour")
 
     def finished(profile: Profile) -> Profile:
@@ -96,7 +99,7 @@ def surroundings(scenario: Scenario, catalog: Catalog, bound: Profile | None) ->
         return _with_gases(scenario, profile, bound, [])
 
     temperature, wind = _sea(scenario, climatology, filled)
-    return Surroundings(profile, temperature, wind, tuple(filled), field, finished, levels)
+    return Surroundings(profile, temperature, wind, tuple(filled), field, finished, levels, bound is not None)
 
 
 def air_unlike_sea(profile: Profile, sea_temperature_K: float) -> tuple[str, ...]:

@@ -6,19 +6,30 @@ drier and moister air. Beneath thick cloud the states agree, so that the texture
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
+from functools import cache, partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.error_norm import largest_error
+from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, cells_of
+from hcss_twin.plan.accuracy import requested_accuracy
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.clear_sky import EVEN_SKY, STEP, EvenFields, EvenSky, State
-from hcss_twin.plan.combinations import Excluded, present
+from hcss_twin.plan.clear_sky import EVEN_SKY, EVEN_VAPOUR, PARABOLA, STEP, EvenFields, EvenSky, State, VapourNodes
+from hcss_twin.plan.combinations import Excluded, NotComputed, present
+from hcss_twin.plan.few_columns import few_columns
+from hcss_twin.plan.numerics import for_spectra
+from hcss_twin.plan.vapour_size import DEFAULT_VAPOUR, VapourSize, size_of_vapour
 from hcss_twin.plan.windows import length
 from hcss_twin.providers import Grid, Sun
 from hcss_twin.providers.column_states import spectra_of
@@ -31,10 +42,7 @@ DEFAULT_K = 0.3
 LEAST_K = 0.02
 """Standard deviation within the image below which there is texture on request only: the noise of good sensors."""
 
-VAPOUR_PLACES = (1.0, -1.0, 2.0, -2.0)
-"""Perturbations of the vapour with tables, in steps toward dry air; the first two where a parabola is enough."""
-
-OWN_SPECTRA: Sequence[State] = ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+OWN_SPECTRA: Sequence[State] = ((1.0, 0.0), (0.0, 1.0))
 """States whose spectra tell which wavenumbers their differences from the scene need."""
 
 
@@ -57,10 +65,20 @@ class Texture(EvenSky):
         """Return the fields of the scene."""
         return TextureFields(scenario, assembly, self)
 
+    @property
+    def finest(self) -> VapourNodes:
+        """Nodes between which the certificate interpolates: at least as many as there are tables."""
+        return nodes_between(self.vapour.kinks, FINEST)
+
+    @property
+    def expansion_states(self) -> tuple[State, ...]:
+        """States (S,) between which the certificate interpolates."""
+        return expansion_states(self.finest)
+
     def change(self, perturbation: Array, in_states: Callable[[], Array]) -> Array | float:
         """Return how quantities (N, Q, B) change at perturbations (N, 2), by the polynomial through the states."""
         warmer, drier = perturbation.T[..., None, None]
-        return Expansion(in_states())(warmer, drier)
+        return Expansion(in_states(), self.finest)(warmer, drier)
 
 
 class TextureFields(EvenFields):
@@ -82,37 +100,86 @@ class TextureFields(EvenFields):
             values /= np.float32(step)
             return values
 
-        warmer = in_steps(self._sea, self._texture.temperature_K, STEP)
-        return warmer, in_steps(self._vapour, self._texture.water_vapour, -STEP)
+        texture = self._texture
+        warmer = in_steps(self._sea, texture.temperature_K, STEP)
+        return warmer, in_steps(self._vapour, texture.water_vapour, -STEP * texture.vapour_share)
 
 
-def change_weights(places: Sequence[float], position: Array) -> Array:
-    """Return the weights (N, ...) of how values at N places differ from the scene, in the polynomial at a position.
+PARABOLA_SHARE = 0.25
+"""Share of the accuracy within which the interpolation between amounts of vapour is good enough."""
 
-    The polynomial is that of degree N through these values and that of the scene, at 0.
+TRIED = (-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2)
+"""Places, up to two standard deviations, at which it is tried."""
+
+TEXTURE_OF_IMAGE = "clear sky of the clouds' image has a texture of its own"
+
+OWN_VIEWS = "tables toward each view would take several times as long"
+
+SMALL = "structures within the image change less than the noise of good sensors"
+
+REACH = 2.4
+"""Places beyond which kinks do not matter: four standard deviations."""
+
+END = 1.8
+"""Place of the last node beyond the last kink: three standard deviations."""
+
+NEAR = 0.3
+"""Least distance of nodes: between nearer ones, small errors of their tables grow."""
+
+FINEST = 4
+"""Largest order of the polynomials without kinks."""
+
+
+def nodes_between(kinks: Sequence[float], order: int) -> VapourNodes:
+    """Return the nodes of an order, and of segments between kinks (ascending).
+
+    Without kinks, the nodes are the scene, at 0, and a step or two from it on either side. With kinks, a segment has
+    its ends and, above order 1, a node between: the scene, if it is there.
     """
-    weights = []
-    for node in places:
-        others = [0.0, *(other for other in places if other != node)]
-        weights.append(np.prod([(position - other) / (node - other) for other in others], axis=0))
-    return np.stack(weights)
+    if not kinks:
+        return VapourNodes(((0.0, 1.0, -1.0, 2.0, -2.0)[: order + 1],))
+    first, last = min(-END, kinks[0] - 2.0 * NEAR), max(END, kinks[-1] + 2.0 * NEAR)
+    segments = []
+    for low, high in pairwise((first, *kinks, last)):
+        has_scene = low + NEAR < 0.0 < high - NEAR
+        between = (0.0,) if has_scene else (0.5 * (low + high),) * (order > 1 and high - low > 2.0 * NEAR)
+        segments.append((low, high, *between))
+    return VapourNodes(tuple(segments), tuple(kinks))
 
 
-EXPANSION_STATES: Sequence[State] = (
-    *((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (1.0, 1.0), (1.0, -1.0)),
-    *((0.0, vapour_place) for vapour_place in VAPOUR_PLACES),
+def change_weights(nodes: VapourNodes, position: Array) -> Array:
+    """Return the weights (N, ...) of how values at N places differ from the scene, in the polynomials at a position."""
+    weights, places = np.zeros((len(nodes.places), *np.shape(position))), nodes.places
+    which = np.searchsorted(np.array(nodes.kinks), position)
+    for number, segment in enumerate(nodes.segments):
+        for node in segment:
+            if node:
+                others = [other for other in segment if other != node]
+                weight = np.prod([(position - other) / (node - other) for other in others], axis=0)
+                weights[places.index(node)] += np.where(which == number, weight, 0.0)
+    return weights
+
+
+BASE_STATES: Sequence[State] = (
+    *((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0)),
+    *((1.0, 1.0), (1.0, -1.0), (0.0, 1.0), (0.0, -1.0)),
 )
+
+
+def expansion_states(nodes: VapourNodes) -> tuple[State, ...]:
+    """Return the states of an :class:`Expansion`."""
+    return *BASE_STATES, *((0.0, place) for place in nodes.places)
 
 
 @dataclass(frozen=True)
 class Expansion:
-    """Values (9, ...) at :data:`EXPANSION_STATES`, and the polynomial through them.
+    """Values (S, ...) at :func:`expansion_states`, and the polynomial through them.
 
-    It has the second order of the sea and the fourth of the vapour, and the change by the sea is of second order in the
-    vapour.
+    It has the second order of the sea, and the change by the sea is of second order in the vapour.
     """
 
     values: Array
+    nodes: VapourNodes
 
     @property
     def warm(self) -> Array:
@@ -132,11 +199,11 @@ class Expansion:
         dry, moist = (self.values[3 + index] - self.values[5 + index] - self.warm for index in (0, 1))
         return np.stack((dry - moist, dry + moist)) / 2.0
 
-    def __call__(self, warmer: Array, drier: Array, places: int = len(VAPOUR_PLACES)) -> Array:
-        """Return the change at a perturbation, from some of the states of vapour only."""
-        weights = change_weights(VAPOUR_PLACES[:places], drier)
-        away = self.values[5 : 5 + places] - self.values[0]
-        of_vapour = np.sum([weight * difference for weight, difference in zip(weights, away, strict=True)], axis=0)
+    def __call__(self, warmer: Array, drier: Array) -> Array:
+        """Return the change at a perturbation."""
+        away = self.values[len(BASE_STATES) :] - self.values[0]
+        weights = change_weights(self.nodes, drier)
+        of_vapour = np.sum([weight * change for weight, change in zip(weights, away, strict=True)], axis=0)
         linear, square = self.mixed
         of_sea = warmer * (self.warm - self.square + linear * drier + square * drier**2) + warmer**2 * self.square
         change: Array = of_vapour + of_sea
@@ -177,12 +244,42 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
     if light.is_between_columns:
         return "light between columns is compared with a sea of one temperature"
     if any(assembly.from_images):
-        return "clear sky of the clouds' image has a texture of its own"
+        return TEXTURE_OF_IMAGE
     return small if typical_K < LEAST_K else ""
 
 
-def plan_texture(scenario: Scenario, assembly: Assembly) -> EvenSky:
-    """Return the texture of a scene; an even sky if it has none.
+def why_even_vapour(scenario: Scenario, assembly: Assembly) -> NotComputed | None:
+    """Return why the vapour of a scene that leaves it to the plan has no texture; None if it may have one."""
+    if excluded := next(present(excluded_beside_texture(assembly)), None):
+        return NotComputed(f"the scene has {excluded.what.rstrip(',')}")
+    if assembly.has_bound_air:
+        return NotComputed("the atmosphere's provider has one profile")
+    if scenario.radiance.is_between_columns:
+        return NotComputed("light between columns is compared with air of one profile")
+    if any(assembly.from_images):
+        return NotComputed(TEXTURE_OF_IMAGE)
+    if assembly.air_over_field.varies or assembly.lines_of_sight is not None or assembly.directions is not None:
+        return NotComputed(OWN_VIEWS, f"atmosphere.water_vapour_texture = {DEFAULT_VAPOUR:g}")
+    return None
+
+
+@dataclass(frozen=True)
+class VapourChoice:
+    """Size of the vapour's texture, and the amounts of vapour with tables."""
+
+    size: VapourSize
+    nodes: VapourNodes
+
+
+def plan_texture(
+    scenario: Scenario, assembly: Assembly, catalog: Catalog, suns: Sequence[Sun | None]
+) -> tuple[EvenSky, NotComputed | None]:
+    """Return the texture of a scene, an even sky if it has none; and why its vapour has none, or None.
+
+    Parameters
+    ----------
+    suns : sequence of Sun or None
+        Of some frames; empty if no radiance is requested.
 
     Raises
     ------
@@ -194,5 +291,71 @@ def plan_texture(scenario: Scenario, assembly: Assembly) -> EvenSky:
         if value:
             Excluded.require_none(f"{key} = {value:g}", excluded_beside_texture(assembly), f"{key} = 0")
     kelvin = 0.0 if why_one_temperature(scenario, assembly) else DEFAULT_K if given is None else given
-    vapour = vapour if cells_of(WATER_VAPOUR, assembly.grid) else 0.0
-    return Texture(kelvin, vapour) if kelvin or vapour else EVEN_SKY
+    sky = Texture(kelvin) if kelvin else EVEN_SKY
+    why = None if vapour else EVEN_VAPOUR if vapour == 0.0 else why_even_vapour(scenario, assembly)
+    share = math.sqrt(sum(of_cell for _, of_cell in cells_of(WATER_VAPOUR, assembly.grid)))
+    deviation = share * (DEFAULT_VAPOUR if vapour is None else vapour)
+    if why is not None or deviation == 0.0:
+        return sky, why or NotComputed(SMALL)
+    if not suns:
+        return (sky, NotComputed(SMALL)) if vapour is None else (Texture(kelvin, vapour, share), None)
+    parts = {
+        "scenario": {**json.loads(scenario.to_json()), "title": "", "seed": 0, "sensor": None},
+        "filled_in": [item.as_dict() for item in assembly.filled_in],
+        "files": dict(catalog.used),
+        "code": assembly.code,
+        "for": "texture of vapour",
+    }
+    classes = VapourChoice, VapourSize, VapourNodes
+    choose = partial(_choose_vapour, scenario, assembly, suns, deviation)
+    try:
+        choice = recall_or_compute(PLANS, result_key(parts, catalog.shelf), catalog, choose, classes)
+    except ProviderError as error:  # examined and reported with its field later
+        if vapour is not None:
+            raise
+        return sky, NotComputed(str(error))
+    if vapour is None and choice.size.kelvin < LEAST_K:
+        return sky, NotComputed(SMALL)
+    return Texture(kelvin, vapour or DEFAULT_VAPOUR, share, choice.nodes), None
+
+
+def _choose_vapour(
+    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], deviation: float
+) -> VapourChoice:
+    """Return the size of the texture of vapour, and the fewest nodes that are accurate enough in clear sky."""
+    size = size_of_vapour(assembly, suns, deviation)
+    if scenario.atmosphere.water_vapour_texture is None and size.kelvin < LEAST_K:
+        return VapourChoice(size, PARABOLA)
+    tolerance = PARABOLA_SHARE * requested_accuracy(scenario, assembly, suns).relative
+    few, step = for_spectra(assembly), STEP * deviation
+    columns = few_columns(few)
+    columns = columns.only(columns.ends[: 1 if columns.clear else None])
+
+    @cache
+    def at(drier: float) -> Array:
+        """Return the columns (T, C, B) with vapour at a place."""
+        scene = few.perturbed(0.0, 1.0 - step * drier)
+        return np.stack(columns.totals_in(scene.model, [scene.setting(sun) for sun in suns]))
+
+    def error(nodes: VapourNodes) -> float:
+        exact, away = (np.stack([at(place) for place in places]) for places in (TRIED, nodes.places))
+        weights = change_weights(nodes, np.array(TRIED))
+        return largest_error(at(0.0) + np.tensordot(weights, away - at(0.0), ((0,), (0,))), exact)
+
+    def candidates() -> Iterator[VapourNodes]:
+        yield nodes_between((), 1)
+        yield nodes_between((), 2)
+        of_provider = getattr(few.transmittance, "vapour_kinks", None)
+        if of_provider and (kinks := of_provider(max(1.0 - REACH * step, 0.0), 1.0 + REACH * step)):
+            places = tuple(sorted((1.0 - kink) / step for kink in kinks))
+            yield from (nodes_between(places, order) for order in (1, 2))
+        yield nodes_between((), FINEST)
+
+    tried = []
+    for nodes in candidates():
+        tried.append((error(nodes), len(nodes.places), nodes))
+        if tried[-1][0] <= tolerance:
+            return VapourChoice(size, nodes)
+    # a higher order that is hardly better is not worth its tables
+    least = min(found for found, _, _ in tried)
+    return VapourChoice(size, next(nodes for found, _, nodes in tried if found <= 2.0 * least))

@@ -116,6 +116,13 @@ class TransmittanceOptions(Protocol):
         """
         ...
 
+    def vapour_kinks(self, low: float, high: float) -> Sequence[float]:
+        """Return at which factors on all water vapour, in (low, high), optical depths have kinks, ascending.
+
+        Where water vapour has texture, tables are joined there. Without this method there are no kinks.
+        """
+        ...
+
     @staticmethod
     def bound_profile(parameters: Any, catalog: Catalog) -> Profile:
         """Return the only profile for which the provider's data are valid.

@@ -179,6 +179,7 @@ OPTIONAL_MEMBERS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "absorber_amounts": (callable, "a method"),
     "transmittance_of_amounts": (callable, "a method"),
     "scattering_of_amounts": (callable, "a method"),
+    "vapour_kinks": (callable, "a method"),
     "bound_profile": (callable, "a static method"),
     "thread_safe": (lambda value: isinstance(value, bool), "True or False"),
     "model_errors": (callable, "a method"),

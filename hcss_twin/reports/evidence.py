@@ -354,7 +354,7 @@ def tags_of(attributes: Mapping[str, Any], sun_zenith_deg: Limits | None) -> fro
         "elements": bool(scenario.get("elements")),
         "sensor": SENSOR_ATTRIBUTE in attributes,
         "aerosol": aerosol != "none",
-        "vapour texture": bool(air.get("water_vapour_texture")),
+        "vapour texture": air.get("water_vapour_texture") != 0.0,
         "inversion": air.get("inversion") != "off",
         "no inversion": air.get("inversion") == "off",
     }

@@ -92,12 +92,13 @@ class Atmosphere(ScenarioSection):
         le=100,
         description="Column of water vapour to scale the profile to, kg m-2; excludes water_vapour_scale.",
     )
-    water_vapour_texture: Fraction = Field(
-        0.0,
+    water_vapour_texture: Fraction | None = Field(
+        None,
         ge=0,
         le=0.2,
         description="Relative standard deviation of the water vapour around that of the profile over some hundred km, "
-        "the same at all levels: a random field that drifts with `motion.wind_speed`; 0: one profile.",
+        "the same at all levels: a random field that drifts with `motion.wind_speed`, in wavelengths up to the image's "
+        "size; 0: one profile; default: 0.05 where the scene can have it and that is 0.02 K or more within the image.",
     )
     inversion: InversionSection | Literal["off"] | None = Field(
         None,

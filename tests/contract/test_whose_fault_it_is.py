@@ -58,6 +58,7 @@ MEMBERS = {
     ("atmosphere", "absorber_amounts"): ((PATHS,), "paths of length 2"),
     ("atmosphere", "transmittance_of_amounts"): ((NU, np.ones((2, 7))), "amounts of shape (2, 7)"),
     ("atmosphere", "scattering_of_amounts"): ((NU, np.ones((2, 7))), "amounts of shape (2, 7)"),
+    ("atmosphere", "vapour_kinks"): ((0.8, 1.2), "low = 0.8, high = 1.2"),
     ("radiance", "columns"): ((STATES, NU), f"states a ColumnStates, {SPECTRAL}"),
     ("elements", "pixels"): ((0.0, *WINDOW, None), "scene = None"),
     ("surfaces", "surface"): ((0.0, *WINDOW), "time_s = 0.0"),

@@ -67,7 +67,7 @@ def test_a_run_with_kept_tables_imports_no_reader_no_plotter_and_no_solver(tmp_p
 def modules_of_a_plain_scene(tmp_path_factory):
     """What a process has imported after it has computed a scene of clouds over open sea, nothing kept."""
     folder = tmp_path_factory.mktemp("plain")
-    plain = SCENARIO | {"sea.temperature_texture": 0}
+    plain = SCENARIO | {"sea.temperature_texture": 0, "atmosphere.water_vapour_texture": 0}
     code = f"import hcss_twin, json, sys\nhcss_twin.simulate(hcss_twin.Scenario.load('stratus', {plain!r}))\n"
     code += "print(json.dumps(sorted(sys.modules)))"
     return json.loads(python(code, cwd=folder, HCSS_CACHE_DIR=folder / "cache").stdout.splitlines()[-1])

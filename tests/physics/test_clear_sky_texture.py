@@ -14,10 +14,16 @@ from hcss_twin import Scenario, ScenarioError, simulate
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.engine.tables.columns import BandColumns
 from hcss_twin.engine.tables.texture import OverWarmerSea
+from hcss_twin.models.atmosphere.band_model.provider import BandModelTransmittance
+from hcss_twin.models.atmosphere.gases import with_factors
+from hcss_twin.models.atmosphere.profile_file import load_profile
 from hcss_twin.models.clouds.fractal.expected_variogram import KernelCorrelation
+from hcss_twin.models.parameters import BandModelParameters
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, TextureShape
+from hcss_twin.physics.paths import to_space
 from hcss_twin.plan.make_plan import make_plan
-from hcss_twin.providers import Grid
+from hcss_twin.plan.texture import change_weights, nodes_between
+from hcss_twin.providers import AtmosphereInputs, Grid
 
 SIZE = 192
 BASE = {
@@ -165,9 +171,50 @@ def test_a_pixel_has_the_radiance_of_a_scene_with_its_sea_and_vapour(textured) -
         np.testing.assert_allclose(textured.radiance.values[0][:, place[0], place[1]], exact, rtol=4e-4)
 
 
+def test_the_slope_of_optical_depth_jumps_at_the_kinks_of_haze_and_nowhere_else() -> None:
+    profile, wavenumber, path = load_profile("tropical", Catalog()), np.array([3500.0]), [to_space(0.0, 30.0)]
+
+    def provider(factor: float) -> BandModelTransmittance:
+        air = AtmosphereInputs(with_factors(profile, {"h2o": factor}), Catalog())
+        return BandModelTransmittance(air, BandModelParameters())
+
+    low, high = 0.8, 1.2
+    kinks = provider(1.0).vapour_kinks(low, high)
+    assert len(kinks) == 2
+
+    def depth(factor: float) -> float:
+        return -float(np.log(provider(factor).transmittance(wavenumber, path)[0, 0]))
+
+    def bend(factor: float) -> float:
+        step = 2e-3
+        return abs(depth(factor + step) - 2.0 * depth(factor) + depth(factor - step)) / step
+
+    smooth = [bend(factor) for factor in (low, 0.5 * sum(kinks), high)]
+    assert min(map(bend, kinks)) > 5.0 * max(smooth)
+
+
+@pytest.mark.parametrize("kinks", [(), (-0.4, 0.9), (0.02,), (1.5, 1.6)])
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_polynomials_between_kinks_meet_their_nodes_and_the_scene_is_unchanged(kinks: tuple, order: int) -> None:
+    nodes = nodes_between(kinks, order)
+    weights = change_weights(nodes, np.array([0.0, *nodes.places]))
+    if any(0.0 in segment for segment in nodes.segments):
+        np.testing.assert_array_equal(weights[:, 0], 0.0)
+    np.testing.assert_allclose(weights[:, 1:], np.eye(len(nodes.places)), atol=1e-12)
+    inside = np.linspace(-2.0, 2.0, 41)
+    bent = (
+        sum(np.abs(np.array([*inside, *nodes.places]) - kink) for kink in kinks)
+        + 1.0
+        + 0.5 * np.array([*inside, *nodes.places])
+    )
+    at_scene = 1.0 + sum(abs(kink) for kink in kinks)
+    change = (bent[41:] - at_scene) @ change_weights(nodes, inside)
+    np.testing.assert_allclose(change, bent[:41] - at_scene, atol=1e-12)
+
+
 @pytest.mark.long
 def test_the_stated_error_covers_the_kink_of_haze_at_70_percent_humidity() -> None:
-    """By day in 2.7-3.0 um at 5 N the path passes 70 % with 7 % less vapour: haze swells otherwise below."""
+    """By day in 2.7-3.0 um at 5 N the path passes 70 and 80 % within the texture: haze swells otherwise below."""
     place, time = {"latitude": 5.0, "longitude": -150.0}, "2024-04-20T12:30:00+10:00"
     changes = {"time": time, "place": place, "view": {"zenith": 0.0}, "bands": ["swir-2.7-3.0"]}
     vapour = {"atmosphere": {"water_vapour_texture": 0.05}}
@@ -289,8 +336,48 @@ def test_the_sea_has_texture_by_default_and_the_plan_says_where_not(changes: dic
         assert plan.texture.temperature_K == 0.3
         assert not omitted
         return
-    assert not plan.texture.varies
+    assert plan.texture.temperature_K == 0.0
     (omission,) = omitted
     assert why in omission.why
     assert 0.0 < omission.bound < 0.05
     assert bool(omission.needs) == ("is 0" in why)
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({}, ""),
+        ({"atmosphere": {"water_vapour_texture": 0.0}}, "atmosphere.water_vapour_texture is 0"),
+        ({"image": {"rows": 64, "columns": 64, "pixel_size": 20.0}}, "less than the noise of good sensors"),
+        ({"surfaces": {}}, "a map of the ground"),
+        ({"image": {"pixel_size": 100.0}, "platform": {"altitude": 800e3}}, "tables toward each view"),
+    ],
+    ids=["default", "off", "small image", "map", "views"],
+)
+def test_vapour_has_texture_by_default_or_the_plan_says_why_not_and_how_many_kelvin(changes: dict, why: str) -> None:
+    cheap = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}, "sea": {"model": "cox-munk"}}
+    plan = make_plan(scene(**cheap, **changes))
+    omitted = [each for each in plan.omissions if each.what == "texture of water vapour"]
+    if not why:
+        assert plan.texture.water_vapour == 0.05
+        assert not omitted
+        return
+    assert plan.texture.water_vapour == 0.0
+    (omission,) = omitted
+    assert why in omission.why
+    assert omission.why.endswith(" K")
+    assert omission.sense.endswith(" K")
+    assert 0.0 < 3.0 * omission.estimate < omission.bound < 0.1
+
+
+def test_the_size_that_is_stated_is_that_of_a_scene_with_as_much_less_vapour() -> None:
+    cheap = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}, "sea": {"model": "cox-munk"}}
+    even = {"sea": cheap["sea"] | {"temperature_texture": 0.0}, "bands": [[10.3, 11.3]]}
+    small = {"image": {"rows": 4, "columns": 4, "pixel_size": 100e3}}  # so that all structures are within
+    without, drier = (
+        scene(**{**cheap, **even, **small}, atmosphere={"water_vapour_texture": 0.0, "water_vapour_scale": each})
+        for each in (1.0, 0.95)
+    )
+    (omission,) = [each for each in make_plan(without).omissions if each.what == "texture of water vapour"]
+    before, after = (float(simulate(each).radiance.values.mean()) for each in (without, drier))
+    assert omission.estimate == pytest.approx(abs(after / before - 1.0), rel=0.1)

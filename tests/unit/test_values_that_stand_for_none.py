@@ -6,16 +6,18 @@ import pytest
 from hcss_twin.engine.tables.radiance_tables import NO_TEXTURE, NO_WAVES
 from hcss_twin.plan.clear_sky import EVEN_SKY
 from hcss_twin.plan.sunlight import COMPUTED, Sunlight
-from hcss_twin.plan.texture import EXPANSION_STATES, Texture
+from hcss_twin.plan.texture import Texture, expansion_states, nodes_between
 
 
 def test_an_even_sky_is_texture_without_deviations():
     flat = Texture(0.0, 0.0)
     assert EVEN_SKY.steps == flat.steps == (0.0, 0.0)
-    assert {EVEN_SKY.without_flat(state) for state in EXPANSION_STATES} == {(0.0, 0.0)}
+    states = expansion_states(nodes_between((-0.4, 0.9), 4))
+    assert {EVEN_SKY.without_flat(state) for state in states} == {(0.0, 0.0)}
+    assert EVEN_SKY.expansion_states == ()
     fields = EVEN_SKY.fields(None, None).at(0.0, slice(2, 5), slice(0, 4))
     assert [(field.shape, field.dtype, np.any(field)) for field in fields] == [((3, 4), np.float32, False)] * 2
-    same = np.broadcast_to(np.random.default_rng(0).random((5, 2, 3)), (len(EXPANSION_STATES), 5, 2, 3))
+    same = np.broadcast_to(np.random.default_rng(0).random((5, 2, 3)), (len(flat.expansion_states), 5, 2, 3))
     assert np.all(flat.change(np.ones((5, 2)), lambda: same) == EVEN_SKY.change(np.ones((5, 2)), lambda: same))
 
 

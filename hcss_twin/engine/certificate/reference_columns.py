@@ -195,7 +195,7 @@ class References:
         return self.recalled(plan, compute, thickness_m, suns, views, same)
 
     def perturbed(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views = ()) -> Array:
-        """Return terms (9, N, K, B) of columns (N, L) at :data:`hcss_twin.plan.texture.EXPANSION_STATES`.
+        """Return terms (S, N, K, B) of columns (N, L) at :attr:`hcss_twin.plan.texture.Texture.expansion_states`.
 
         They are of a coarse level of the radiance model: only their differences, a percent of the radiance, are used.
         """
@@ -343,13 +343,13 @@ def _few_clouds(thickness_m: Array, suns: Suns) -> tuple[NDArray[np.intp], Array
 
 
 def _perturbed_terms(plan: Plan, thickness_m: Array, suns: Suns, views: Views, known: Array | None) -> Array:
-    """Return terms (9, N, K, B) in the states of the texture, from spectra (N, K, V) of the scene if they are known."""
-    from hcss_twin.plan.texture import EXPANSION_STATES, sea_factors  # not for scenes without texture
+    """Return terms (S, N, K, B) in the states of the texture, from spectra (N, K, V) of the scene if they are known."""
+    from hcss_twin.plan.texture import sea_factors  # not for scenes without texture
 
     texture, grid, few = plan.texture, plan.spectral_grid, for_spectra(plan.assembly)
     derived = texture.water_vapour == 0.0 and texture.sea_is_proportional(few)
     known, terms = known if derived else None, dict[tuple[float, float], Array]()
-    for state in dict.fromkeys(map(texture.without_flat, EXPANSION_STATES)):  # that of the scene first
+    for state in dict.fromkeys(map(texture.without_flat, texture.expansion_states)):  # that of the scene first
         scene = texture.perturbed(few, state) if any(state) else few
         if known is None:
             spectra = _spectra(scene, grid.wavenumber_cm1, thickness_m, suns, views)
@@ -358,7 +358,7 @@ def _perturbed_terms(plan: Plan, thickness_m: Array, suns: Suns, views: Views, k
             factors = {sun: sea_factors(few, scene, grid.wavenumber_cm1, sun) for sun in dict.fromkeys(suns)}
             spectra = known * np.stack([factors[sun] for sun in suns])
         terms[state] = spectra @ grid.weights_cm1.T
-    return np.stack([terms[texture.without_flat(state)] for state in EXPANSION_STATES])
+    return np.stack([terms[texture.without_flat(state)] for state in texture.expansion_states])
 
 
 def level_change(

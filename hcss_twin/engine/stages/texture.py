@@ -17,8 +17,9 @@ from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.frame_look_up import FrameLookUp, FrameLookUps
 from hcss_twin.engine.tables.point_axis import PointAxis
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
+from hcss_twin.plan.clear_sky import VapourNodes
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.texture import VAPOUR_PLACES, Texture
+from hcss_twin.plan.texture import Texture
 from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
 
 Thickness = NDArray[np.float32]
@@ -62,6 +63,7 @@ class TextureStage(Stage):
             self._states = [
                 FrameLookUps(plan, _in_state(tables, number), axes) for number in range(len(tables.texture.states))
             ]
+            self._vapour = _as_arrays(texture.vapour if texture.water_vapour > 0.0 else VapourNodes(()))
             self._square, self._mixed = of_sea.texture.square.ravel(), of_sea.texture.mixed.reshape(2, -1)
         self._look_ups = cached_method(self._look_ups_at, 1)
 
@@ -95,7 +97,6 @@ class TextureStage(Stage):
         look_ups = self._look_ups(time_s, self._plan.rays.frame_key(time_s))
         samples = self._plan.samples_per_pixel
         sea = self._texture.temperature_K > 0.0
-        places = np.array(VAPOUR_PLACES[: len(look_ups) - sea], np.float32)
         step = max(1, PIXELS_AT_ONCE // warmer.shape[1])
         memory = np.empty((len(look_ups), radiance.shape[0], min(step, warmer.shape[0]), warmer.shape[1]), np.float32)
         for first in range(0, warmer.shape[0], step):
@@ -105,7 +106,7 @@ class TextureStage(Stage):
             for look_up, state in zip(look_ups, states, strict=True):
                 look_up.of_part(inside).fill(state, [layer[points] for layer in thickness_m], samples)
             strip_radiance = radiance[:, in_part[0].start + strip.start : in_part[0].start + strip.stop, in_part[1]]
-            _apply(strip_radiance, states, sea, warmer[strip], drier[strip], places, self._square, self._mixed)
+            _apply(strip_radiance, states, sea, warmer[strip], drier[strip], *self._vapour, self._square, self._mixed)
 
     def _look_ups_at(self, time_s: float, key: Hashable) -> list[FrameLookUp]:
         """Return the look-up in each state at a time, seen through the rays of a key."""
@@ -119,36 +120,58 @@ def _in_state(tables: RadianceTables, number: int) -> RadianceTables:
     return replace(tables, tables=tables.texture.states[number])
 
 
+def _as_arrays(nodes: VapourNodes) -> tuple[NDArray[np.float32], NDArray[np.intp], NDArray[np.float32]]:
+    """Return the place of each node of each segment, its number among the states, and the ends of the segments.
+
+    The scene is number -1; unused elements are -2.
+    """
+    most = max(map(len, nodes.segments), default=0)
+    places = np.zeros((len(nodes.segments), most), np.float32)
+    numbers = np.full(places.shape, -2, np.intp)
+    for segment, own in enumerate(nodes.segments):
+        places[segment, : len(own)] = own
+        numbers[segment, : len(own)] = [nodes.places.index(place) if place else -1 for place in own]
+    return places, numbers, np.array([-np.inf, *nodes.kinks, np.inf], np.float32)
+
+
 @kernel()
-def _apply(radiance, states, sea, warmer, drier, places, square, mixed):  # type: ignore[no-untyped-def]
+def _apply(radiance, states, sea, warmer, drier, places, numbers, ends, square, mixed):  # type: ignore[no-untyped-def]
     """Change pixels (C, y, x) along the polynomials through the scene and its states (N, C, y, x).
 
-    The first state is the warmer sea, if it has texture; its parabola has the curvature of clear sky. The others are at
-    ``places`` of the vapour.
+    The first state is the warmer sea, if it has texture; its parabola has the curvature of clear sky. The others are
+    amounts of vapour: those of segment s are at ``places[s]``, and have the ``numbers[s]`` among them.
     """
-    one, count, width = np.float32(1), places.size, radiance.shape[2]
+    one, count, width = np.float32(1), states.shape[0] - int(sea), radiance.shape[2]
     weight, change = np.empty((count, width), np.float32), np.empty(width, np.float32)
+    of_node = np.empty(width, np.float32)
     for y in range(radiance.shape[1]):
         t, q = warmer[y], drier[y]
-        for n in range(count):
-            for x in range(width):
-                weight[n, x] = q[x] / places[n]
-            for k in range(count):
-                if k != n:
-                    scale = one / (places[n] - places[k])
-                    for x in range(width):
-                        weight[n, x] *= (q[x] - places[k]) * scale
+        weight[:] = 0
+        for s in range(numbers.shape[0]):
+            low, high = ends[s], ends[s + 1]
+            for n in range(numbers.shape[1]):
+                if numbers[s, n] < 0:
+                    continue
+                of_node[:] = 1
+                for k in range(numbers.shape[1]):
+                    if k != n and numbers[s, k] != -2:
+                        place, scale = places[s, k], one / (places[s, n] - places[s, k])
+                        for x in range(width):
+                            of_node[x] *= (q[x] - place) * scale
+                total = weight[numbers[s, n]]
+                for x in range(width):
+                    total[x] += of_node[x] if low < q[x] <= high else np.float32(0)
         for c in range(radiance.shape[0]):
-            line, s, warm = radiance[c, y], np.float32(square[c]), states[0, c, y]
+            line, s2, warm = radiance[c, y], np.float32(square[c]), states[0, c, y]
             if count == 0:
                 for x in range(width):
-                    line[x] = max(line[x] + (warm[x] - line[x]) * (t[x] * (one - s + s * t[x])), np.float32(0))
+                    line[x] = max(line[x] + (warm[x] - line[x]) * (t[x] * (one - s2 + s2 * t[x])), np.float32(0))
                 continue
             change[:] = 0
             if sea:
                 m, n2 = np.float32(mixed[0, c]), np.float32(mixed[1, c])
                 for x in range(width):
-                    change[x] = (warm[x] - line[x]) * (t[x] * (one - s + s * t[x] + q[x] * (m + n2 * q[x])))
+                    change[x] = (warm[x] - line[x]) * (t[x] * (one - s2 + s2 * t[x] + q[x] * (m + n2 * q[x])))
             for n in range(count):
                 state, factor = states[states.shape[0] - count + n, c, y], weight[n]
                 for x in range(width):

@@ -299,8 +299,8 @@ class TextureTables:
     Attributes
     ----------
     states : tuple of tuple of InstantTable
-        For each perturbed state, at each time node: the warmer sea, if its temperature has texture, then those of
-        :data:`hcss_twin.plan.texture.VAPOUR_PLACES` that are used.
+        For each perturbed state, at each time node: the warmer sea, if its temperature has texture, then the amounts of
+        vapour of the plan.
     square : ndarray (Q, B)
         Part of the difference by a warmer sea that is quadratic in the perturbation, of the clear column.
     mixed : ndarray (2, Q, B)

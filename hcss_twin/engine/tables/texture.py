@@ -15,7 +15,7 @@ from hcss_twin.engine.tables.radiance_tables import InstantTable, TextureTables
 from hcss_twin.engine.tables.tensor_train import TensorTrain, total
 from hcss_twin.plan.clear_sky import State
 from hcss_twin.plan.plan import Plan
-from hcss_twin.plan.texture import EXPANSION_STATES, VAPOUR_PLACES, Expansion, sea_factors
+from hcss_twin.plan.texture import Expansion, expansion_states, sea_factors
 from hcss_twin.providers import ColumnSetting, Sun
 
 Thickness = NDArray[np.float32]
@@ -23,13 +23,8 @@ Thickness = NDArray[np.float32]
 TOLERANCE = 0.1
 """Share of the accuracy for columns of a perturbed state that are derived from those of the scene."""
 
-PARABOLA_SHARE = 0.25
-"""Share of the accuracy up to which two states of vapour are enough."""
-
-_VAPOURS = -1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2
-_TRIED = tuple(zip((1.2, 0.6, -0.6, 0.6, -0.6, 0.6, -0.6, -1.2), _VAPOURS, strict=True))
-"""States up to two standard deviations of both, whose clear radiance tests the interpolation. Haze is a table of
-relative humidity: where that of the path passes 70 or 80 %, sunlight that it scatters has a kink of largest error."""
+_TRIED = (1.2, -1.2), (-0.6, -0.6), (0.6, 0.6), (-1.2, 1.2)
+"""States up to two standard deviations of both, whose clear radiance tests the interpolation."""
 
 
 def compile_texture(
@@ -47,7 +42,7 @@ def compile_texture(
     """
     plan, texture = columns.plan, columns.plan.texture
     columns_in: dict[State, BandColumns] = {(0.0, 0.0): columns}
-    middle, known, most = len(settings) // 2, dict[State, Array](), len(VAPOUR_PLACES)
+    middle, known = len(settings) // 2, dict[State, Array]()
 
     def in_state(state: State, setting: ColumnSetting) -> ColumnSetting:
         return columns_in[state].plan.assembly.like(setting)
@@ -60,11 +55,10 @@ def compile_texture(
             known[state] = columns.quantities.of(columns_in[state].clear([in_state(state, settings[middle])])[0])
         return known[state]
 
-    clear = Expansion(np.stack([clear_in(state) for state in EXPANSION_STATES]))
+    nodes = texture.vapour
+    clear = Expansion(np.stack([clear_in(state) for state in expansion_states(nodes)]), nodes)
     tried = {texture.without_flat(state): clear_in(state) for state in (_TRIED if texture.water_vapour else _TRIED[:1])}
-    errors = {places: _error(clear, tried, places) for places in (2, most)}
-    # At a kink a higher order is no better.
-    places = most if errors[2] > PARABOLA_SHARE * plan.accuracy.relative and errors[most] < 0.5 * errors[2] else 2
+    error = _error(clear, tried)
     tolerance, tables = TOLERANCE * plan.budget.thickness, list[tuple[InstantTable, ...]]()
     if texture.temperature_K > 0.0:
         warm = columns_in[1.0, 0.0]
@@ -83,12 +77,12 @@ def compile_texture(
             for scene in exact
         ]
         tables.append(columns_in[1.0, 0.0].tables(perturbed, over_warm))
-    for vapour_place in VAPOUR_PLACES[: places if texture.water_vapour else 0]:
+    for vapour_place in nodes.places if texture.water_vapour else ():
         drier = columns_in[0.0, vapour_place]
         in_drier = [in_state((0.0, vapour_place), setting) for setting in settings]
         tables.append(drier.tables(drier.exact(axes, in_drier, tolerance, [exact]), in_drier))
     mixed = np.stack([_ratio(mixed_terms, clear.warm) for mixed_terms in clear.mixed])
-    return TextureTables(tuple(tables), _ratio(clear.square, clear.warm), mixed, errors[places] + tolerance)
+    return TextureTables(tuple(tables), _ratio(clear.square, clear.warm), mixed, error + tolerance)
 
 
 class OverWarmerSea(BandColumns):
@@ -108,9 +102,9 @@ class OverWarmerSea(BandColumns):
         return terms
 
 
-def _error(clear: Expansion, tried: Mapping[State, Array], places: int) -> float:
+def _error(clear: Expansion, tried: Mapping[State, Array]) -> float:
     """Largest error of the total of the clear column in the tried states."""
-    guess = np.stack([clear.values[0] + clear(np.array(warmer), np.array(drier), places) for warmer, drier in tried])
+    guess = np.stack([clear.values[0] + clear(np.array(warmer), np.array(drier)) for warmer, drier in tried])
     return largest_error(guess[:, 0], np.stack(list(tried.values()))[:, 0])
 
 

@@ -33,6 +33,7 @@ BESIDE = {
     "frames": {"count": 1},
     "accuracy": 1e-2,
     "sea": {"temperature_texture": 0.0, "waves": "off"},
+    "atmosphere": {"water_vapour_texture": 0.0},
 }
 """Pixels of 1.4 km and more, seen at zenith angles around 25 degrees from the east."""
 

@@ -34,6 +34,7 @@ def scene(kind="paper-stratus", pixels=SIZE, samples=1, pixel_m=100.0, **overrid
         "clouds": {"type": kind, "coverage": 0.5, "coverage_mode": "field"},
         "slant": {"shadows": "off", "parallax": "off"},
         "sea": SEA,
+        "atmosphere": {"water_vapour_texture": 0.0},
         "output": {"certificate": 0},
     }
     return hcss_twin.Scenario.model_validate(scenario | FAST | overrides)

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.atmosphere.band_model.absorber_density import level_state, surface_humidity_percent
 from hcss_twin.models.atmosphere.band_model.absorption import (
@@ -21,14 +24,18 @@ from hcss_twin.models.atmosphere.band_model.absorption import (
 )
 from hcss_twin.models.atmosphere.band_model.layers import LayeredAir
 from hcss_twin.models.atmosphere.band_model.single_scattering import Illumination, ScatteredSunlight
+from hcss_twin.models.atmosphere.gases import with_factors
 from hcss_twin.models.atmosphere.native_grid import NativeWindow, native_window
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import COEFFICIENTS, DEFAULT_VISIBILITY_KM, NAVY_MARITIME, BandModelParameters
-from hcss_twin.physics.paths import SPACE, Leg, Path
+from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.thermal_scattering import scattered_share
 from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs, ModelError
 from hcss_twin.providers.declarations import Note
+
+if TYPE_CHECKING:
+    from hcss_twin.models.atmosphere.band_model.navy_maritime import NavyTables
 
 Nodes = NDArray[np.intp]
 
@@ -81,6 +88,8 @@ class BandModelTransmittance:
         catalog = inputs.catalog
         coefficients = catalog.shelf.parsed(catalog.find(parameters.file, "atmospheres", ".nc"), read_coefficients)
         sea_air, self._of_wind = "", parameters.aerosol == NAVY_MARITIME
+        if parameters.aerosol != "none":
+            self.vapour_kinks = partial(_vapour_kinks, inputs, coefficients, parameters)
         if self._of_wind:
             coefficients, visibility_km, sea_air = _of_the_wind(inputs, coefficients, parameters)
             parameters = parameters.model_copy(update={"visibility_km": visibility_km})
@@ -282,6 +291,12 @@ class BandModelTransmittance:
         return self._absorption.transmittance(amounts, humidity, nodes).reshape(count, rays, -1)
 
 
+def _navy_tables(catalog: Catalog) -> NavyTables:
+    from hcss_twin.models.atmosphere.band_model import navy_maritime  # only for scenes that use it
+
+    return navy_maritime.read_navy_maritime(catalog.find(navy_maritime.FILE, "atmospheres", ".nc"))
+
+
 def _of_the_wind(
     inputs: AtmosphereInputs, coefficients: BandModelCoefficients, parameters: BandModelParameters
 ) -> tuple[BandModelCoefficients, float, str]:
@@ -295,7 +310,7 @@ def _of_the_wind(
     humidity = surface_humidity_percent(profile, coefficients)
     character = parameters.air_mass_character or navy_maritime.DEFAULT_CHARACTER
     air = navy_maritime.SeaAir(wind, wind if day is None else day, humidity, character)
-    tables = navy_maritime.read_navy_maritime(catalog.find(navy_maritime.FILE, "atmospheres", ".nc"))
+    tables = _navy_tables(catalog)
     aerosol, visibility_km = navy_maritime.with_navy_maritime(
         coefficients.aerosol, tables, air, parameters.visibility_km
     )
@@ -306,6 +321,38 @@ def _of_the_wind(
         f"{humidity:.0f} %{beyond}; "
     )
     return replace(coefficients, aerosol=aerosol), visibility_km, state
+
+
+def _vapour_kinks(
+    inputs: AtmosphereInputs,
+    coefficients: BandModelCoefficients,
+    parameters: BandModelParameters,
+    low: float,
+    high: float,
+) -> tuple[float, ...]:
+    """Return the factors on the water vapour, within a range, at which the tables of haze have a kink; ascending.
+
+    They have few humidities: haze is interpolated between those of the air at the sea, if it depends on wind, or else
+    of the whole path.
+    """
+    from scipy.optimize import brentq  # few scenes need it
+
+    def humidity_percent(factor: float) -> float:
+        profile = with_factors(inputs.profile, {"h2o": factor})
+        if parameters.aerosol == NAVY_MARITIME:
+            return surface_humidity_percent(profile, coefficients)
+        air = LayeredAir(level_state(profile, coefficients, parameters), parameters.earth_radius_m)
+        return float(absorption.humidity_percent(air.amounts([to_space(0.0, 0.0)]))[0])
+
+    absorption, nodes = Absorption(coefficients, parameters.aerosol), 100.0 - np.exp(coefficients.aerosol.ln_dryness)
+    if parameters.aerosol == NAVY_MARITIME:
+        nodes = _navy_tables(inputs.catalog).humidity_percent
+    driest, moistest = humidity_percent(low), humidity_percent(high)
+    return tuple(
+        float(brentq(lambda factor, node=node: humidity_percent(factor) - node, low, high, xtol=1e-4))
+        for node in nodes.tolist()
+        if driest < node < moistest
+    )
 
 
 def _check(leg: Leg) -> None:

@@ -108,6 +108,13 @@ class GuardedTransmittance(Guard):
         shape = (2, len(amounts))
         return self._spectral("scattering_of_amounts", shape, POSITIVE, wavenumber_cm1, amounts)
 
+    def _checked_vapour_kinks(self, low: float, high: float) -> tuple[float, ...]:
+        value = self._call("vapour_kinks", low, high)
+        kinks = self._array("vapour_kinks()", value, np.shape(value)[:1])
+        if np.any(np.diff(kinks, prepend=low, append=high) <= 0.0):
+            raise self._refuse("vapour_kinks()", f"ascending factors in ({low:g}, {high:g})", str(kinks.tolist()))
+        return tuple(kinks.tolist())
+
     def _checked_path_radiance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         return self._spectral("path_radiance", (len(paths),), POSITIVE, wavenumber_cm1, paths)
 

@@ -291,7 +291,7 @@ def _checked_plan(scenario: Scenario, accuracies: tuple[float | str, ...], say: 
     if plan.texture.varies:
         textures = {
             "sea.temperature_texture": scenario.sea.temperature_texture or 0.0,
-            "atmosphere.water_vapour_texture": scenario.atmosphere.water_vapour_texture,
+            "atmosphere.water_vapour_texture": scenario.atmosphere.water_vapour_texture or 0.0,
         }
         message = "given, but reference columns have no texture: errors would be those of another scene; allowed: 0"
         problems = [Problem(key, f"{value:g} {message}") for key, value in textures.items() if value > 0.0]
@@ -404,8 +404,9 @@ def _text(accuracy: float | str) -> str:
 
 def _at(scenario: Scenario, accuracy: float | str, pixels: int) -> Scenario:
     values = {"accuracy": accuracy, "output.certificate": pixels}
-    if scenario.sea.temperature_texture is None:  # reference columns have no texture
-        values["sea.temperature_texture"] = 0.0
+    # reference columns have no texture
+    values["sea.temperature_texture"] = scenario.sea.temperature_texture or 0.0
+    values["atmosphere.water_vapour_texture"] = scenario.atmosphere.water_vapour_texture or 0.0
     return changed(scenario, values)
 
 

@@ -45,6 +45,8 @@ def compare(
         If the scene has no cloud, several points for each pixel, or no radiance.
     """
     scenario = _with(scenario, "sea", "temperature_texture", scenario.sea.temperature_texture or 0.0)
+    vapour = scenario.atmosphere.water_vapour_texture or 0.0
+    scenario = _with(scenario, "atmosphere", "water_vapour_texture", vapour)
     plan = make_plan(scenario)
     if reason := _not_comparable(plan):
         raise LightError(reason)

@@ -31,11 +31,11 @@ _STILL_M = 1.0
 def excluded_beside_climate(scenario: Scenario) -> tuple[Excluded, ...]:
     """Return what cannot be computed with air and sea by latitude."""
     air, sea, without = scenario.atmosphere, scenario.sea, "to leave it out"
-    texture = (sea.temperature_texture or 0.0) > 0.0
+    texture, vapour = ((each or 0.0) > 0.0 for each in (sea.temperature_texture, air.water_vapour_texture))
     return (
         Excluded("atmosphere.profile", air.profile is not None, "another profile", without),
         Excluded("atmosphere.inversion", air.inversion is not None, "an inversion", without),
-        Excluded("atmosphere.water_vapour_texture", air.water_vapour_texture > 0.0, "texture of vapour", "0"),
+        Excluded("atmosphere.water_vapour_texture", vapour, "texture of vapour", "0"),
         Excluded("sea.temperature", sea.temperature is not None, "another temperature", without),
         Excluded("sea.temperature_texture", texture, "texture of the sea", "0"),
         Excluded("surfaces", scenario.surfaces is not None, "a map of the ground", "sea everywhere"),

@@ -14,7 +14,7 @@ def excluded_by_scenario(scenario: Scenario) -> tuple[Excluded, ...]:
     """Return what a scenario has that fast frames cannot show: beyond one layer of cloud over the sea, nearly all."""
     sea, slant, count = scenario.sea, scenario.slant, len(scenario.clouds.layers)
     texture = (sea.temperature_texture or 0.0) > 0.0
-    vapour = scenario.atmosphere.water_vapour_texture > 0.0
+    vapour = (scenario.atmosphere.water_vapour_texture or 0.0) > 0.0
     speed = scenario.motion.platform_speed != 0.0
     return (
         Excluded("clouds.layers", count != 1, f"{count} layers of cloud", "one layer"),

@@ -31,7 +31,7 @@ Method = Literal["auto", "fast", "cube"]
 
 _ONE_TEMPERATURE = "fast frames have a sea of one temperature"
 
-_NOT_FAST = ("shadows of clouds on the sea", "waves as shapes")
+_NOT_FAST = ("shadows of clouds on the sea", "waves as shapes", "texture of water vapour")
 
 
 class LiveTwin:
@@ -174,7 +174,7 @@ class LiveTwin:
         plan = make_plan(_of_columns(scenario))
         if self._excludes(excluded_by_plan(plan)):
             return None
-        by_default = (scenario.slant.shadows, scenario.sea.waves)
+        by_default = (scenario.slant.shadows, scenario.sea.waves, scenario.atmosphere.water_vapour_texture or "auto")
         wanted = [what for what, value in zip(_NOT_FAST, by_default, strict=True) if value == "auto"]
         omissions = tuple(item for item in plan.omissions if item.what in wanted and item.bound != 0.0)
         if plan.texture.varies:
@@ -196,4 +196,5 @@ def _of_columns(scenario: Scenario) -> Scenario:
     for section, name in (("slant", "shadows"), ("slant", "parallax"), ("sea", "waves")):
         if data[section][name] == "auto":
             data[section][name] = "off"
+    data["atmosphere"]["water_vapour_texture"] = data["atmosphere"]["water_vapour_texture"] or 0.0
     return Scenario.from_dict(data, base=scenario.base, origin=scenario.origin)
