@@ -20,7 +20,8 @@ class Effect:
     Attributes
     ----------
     kind : str
-        By which the engine finds the stage that applies it to frames.
+        By which the engine finds the stage that applies it to frames, and its tables; views, tops and effects of points
+        have axes of the look-up instead.
     varies : bool
         Whether pixels differ by it; one that stands for a scene without the effect is not among ``plan.effects``.
     """

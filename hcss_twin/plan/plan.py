@@ -227,7 +227,7 @@ class Plan:
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        """What lets pixels differ beyond their clouds, in the order in which it changes their radiance."""
+        """What lets pixels differ beyond their clouds; what stages read and write decides their order."""
         shadows = [Shadows()] * self.has_shadows
         of_columns = self.light, *self.surfaces, *self.tops, *self.point_effects, self.views, self.texture
         return tuple(effect for effect in (*of_columns, *shadows, self.waves, self.sensor) if effect.varies)

@@ -59,7 +59,7 @@ class ClearPoints:
     """Finds waves and shadows at the points of pixels."""
 
     def __init__(self, scene: SceneTables) -> None:
-        self._plan, self._tables, self._effects = scene.plan, scene.of_sea, scene.effects
+        self._plan, self._tables, self._effects = scene.plan, scene.of_sea, scene.point_effects
         self._shadows = [ShadowStage(scene.plan, [])] * scene.plan.has_shadows
 
     def of_pixel(self, time_s: float, row: int, column: int, view: View) -> list[ClearPoint] | None:

@@ -41,7 +41,7 @@ class SceneTables:
         return [axis for axis in self.axes if axis.name == name]
 
     @property
-    def effects(self) -> list[Any]:
+    def point_effects(self) -> list[Any]:
         """Return the axes of effects of points, which change clear sky, too."""
         return [axis for axis in self.axes if axis.in_clear_sky]
 
@@ -150,13 +150,13 @@ def _shadows(_: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.shadows import ShadowStage
 
     of_surfaces = ([tables.shadows for tables in of_class if tables.shadows] for of_class in scene.of_surfaces)
-    yield ShadowStage(scene.plan, list(of_surfaces), scene.effects)
+    yield ShadowStage(scene.plan, list(of_surfaces), scene.point_effects)
 
 
 def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.waves import WaveStage
 
-    yield WaveStage(scene.plan, waves, scene.of_sea, scene.sea, scene.effects)
+    yield WaveStage(scene.plan, waves, scene.of_sea, scene.sea, scene.point_effects)
 
 
 STAGES_OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {

@@ -1,7 +1,7 @@
 """Stages: what makes the pixels of a frame, one after another.
 
 A part of a frame is computed window by window. Each stage finds what the stages before it have made of a window, and
-changes it: clouds are looked up in tables, light between columns and texture follow, then surfaces, shadows, waves and
+changes it: clouds are looked up in tables, then come light between columns, surfaces, texture, shadows, waves and
 elements; variables that need whole parts come last. Each declares what it reads and writes, from which this order
 follows. A scene has only the stages that it needs (:mod:`.scene_stages`).
 """

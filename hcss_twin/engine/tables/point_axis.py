@@ -1,6 +1,7 @@
 """Axes along which the points of a scene differ beyond their clouds: tables at a few nodes, and weights of each point.
 
-Surfaces, altitudes of cloud tops, directions of view and whatever a package adds are such axes. A scene has tables for
+Surfaces, altitudes of cloud tops and whatever a package adds are such axes; views have nodes in two dimensions of
+their own (:mod:`.over_views`). A scene has tables for
 all combinations of their nodes; a point is interpolated between those around its own state. The certificate solves the
 columns of each point in its exact state.
 """

@@ -152,7 +152,7 @@ class PrintedColumns:
         }
 
     def _cloud(self, layer: CloudLayer, wavenumber_cm1: Array, thickness_m: Array) -> _Cloud:
-        """Clouds of one layer of ``thickness_m`` (N,) > 0, seen through air alone: eq 8 and eq 15."""
+        """Clouds of one layer of ``thickness_m`` (N,) > 0, seen through air alone: eq 8, eq 15 and eq 16."""
         setting = self._setting
         scattering = self._inputs.optics.single_scattering(layer.microphysics, wavenumber_cm1)
         # Columns of equal thickness, common with two layers, share everything; columns with equal cloud-top altitude
