@@ -30,7 +30,7 @@ SCENE = {
     "frames.count": 1,
     "output.variables": ["radiance", "cloud_thickness"],
 }
-"""Changes of the shipped scene ``stratus``."""
+"""Changes of the shipped scene ``stratus``: by night, a cloud of one temperature, an even sea."""
 
 STREAMS, MOMENTS, PARTS = 32, 300, 8
 
@@ -42,19 +42,21 @@ def by_hand(thickness_m: float) -> float:
     air, profile, (layer,) = scene.transmittance, scene.profile, scene.layers
     # 2. Wavenumbers of the band and their weights: response times width (models/radiance/spectral_grid.py).
     wavenumber, (weight,) = scene.spectral_grid.wavenumber_cm1, scene.spectral_grid.weights_cm1
-    # 3. The air that is seen begins at the sea, or at the top of the cloud (providers/clouds.py).
+    # 3. The lower end of the air that is seen: the sea, or the top of the cloud (providers/clouds.py).
     bottom = float(layer.cloud_top_m(np.array([thickness_m]))[0]) if thickness_m else 0.0
     # 4. Thin parts of the air above it, from the ground up, and the temperature of each (physics/profile.py).
     levels = np.append(bottom, profile.altitude_m[profile.altitude_m > bottom])
     levels = np.unique(np.concatenate([np.linspace(*ends, PARTS + 1) for ends in pairwise(levels)]))
     black = np.array([planck(wavenumber, profile.temperature_at(z)) for z in 0.5 * (levels[1:] + levels[:-1])])
-    # 5. Transmittance from each level to space: absorber amounts add along a path (models/atmosphere/band_model/).
+    # 5. Transmittance from each level to space (models/atmosphere/band_model/); no legs: 1.
     to_sensor = air.transmittance(wavenumber, [to_space(float(z), 0.0) for z in levels[:-1]] + [Path()])
     # 6. Emission of the air upward: what each part emits times what passes the parts above it
     #    (models/radiance/physical/air.py).
     upward = np.sum(black * np.diff(to_sensor, axis=0), axis=0)
-    # 7. The sky above the ground toward some zenith angles: the same parts, downward, and on to the sensor, because
-    #    transmittances of bands do not multiply (models/radiance/physical/tracing.py).
+    # 7. The sky as it is seen from that lower end, at several zenith angles: each part emits down to the lower end,
+    #    where the light turns up to the sensor. The transmittance of that whole path is computed, and that of the way
+    #    up is divided off: what comes down lacks the wavelengths that air absorbs, so that transmittances of bands do
+    #    not multiply (models/radiance/physical/tracing.py).
     cosines = np.append(1.0, 0.5 + 0.5 * np.polynomial.legendre.leggauss(STREAMS // 2)[0])
     sky = np.empty((cosines.size, wavenumber.size))
     for number, zenith in enumerate(np.degrees(np.arccos(cosines))):
@@ -65,9 +67,10 @@ def by_hand(thickness_m: float) -> float:
     sea = planck(wavenumber, scene.sea_temperature_K)
     if not thickness_m:
         return float((upward + (emissivity * sea + (1.0 - emissivity) * sky[0]) * to_sensor[0]) @ weight)
-    # 9. The cloud: Mie theory (models/optics/mie.py), then multiple scattering; the package has adding-doubling
-    #    (physics/multiple_scattering/), here it is discrete ordinates of another code, for each wavenumber. The sea
-    #    mirrors what the cloud sends down; the air below the top of the cloud is left out.
+    # 9. The cloud. Mie theory gives extinction, albedo and phase function of its droplets (models/optics/mie.py).
+    #    PythonicDISORT computes multiple scattering; the package has adding-doubling (physics/multiple_scattering/).
+    #    The sea mirrors what the cloud sends straight down, and shines evenly: it reflects 1 % there. The air below the
+    #    top of the cloud is left out.
     optics = scene.optics.single_scattering(layer.microphysics, wavenumber)
     depth, cloud = optics.extinction_m1 * thickness_m, planck(wavenumber, layer.temperature_K)
     leaving = np.empty(wavenumber.size)
@@ -76,7 +79,7 @@ def by_hand(thickness_m: float) -> float:
         _, downward = leaving_cloud(*of_cloud, below=0.0)
         ground = emissivity[v] * sea[v] + (1.0 - emissivity[v]) * downward
         leaving[v], _ = leaving_cloud(*of_cloud, below=ground)
-    # 10. Add up, and sum over the band (engine/tables/columns.py); tables over thickness follow (engine/tables/).
+    # 10. Add up, and sum over the band (engine/tables/columns.py).
     return float((upward + leaving * to_sensor[0]) @ weight)
 
 
