@@ -1,4 +1,4 @@
-"""``hcss skies``: list the examples, and make one from a satellite image."""
+"""``hcss skies``: examples of skies, made from satellite images; simulations of clouds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import Number, Output
+from hcss_twin.cli.options import Number, Output, Stop
 
 if TYPE_CHECKING:
     from hcss_skies.missing import Missing
@@ -43,7 +43,7 @@ def metres(_context: click.Context, _option: click.Parameter, text: str | None) 
 
 @click.group()
 def skies() -> None:
-    """List examples of skies, or make one from an image."""
+    """List examples of skies, make one from an image, or simulate clouds."""
 
 
 @skies.command(name="list")
@@ -151,3 +151,62 @@ def import_image(
     click.echo(described(example.detail))
     for note in done.notes:
         click.echo(f"note: {note}")
+
+
+@skies.command()
+@click.argument("case")
+@click.option("-o", "--output", type=Output(dir_okay=False), help="NetCDF file; default: the case's name with .nc.")
+@click.option("--columns", type=int, nargs=2, metavar="NX NY", help="Cells along x and y in the place of the case's.")
+@click.option("--side", callback=metres, metavar="LENGTH", help="Side of a cell in the place of the case's.")
+@click.option("--hours", type=Number(0.0, 240.0, min_open=True), help="Duration in the place of the case's.")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), help="Of the noise at the start.")
+@click.option("--precision", type=click.Choice(["single", "double"]), help="Of the fields; default: the case's.")
+@click.option("--restart", is_flag=True, help="Begin again where an interrupted run would be continued.")
+@click.option("--force", is_flag=True, help="Replace an existing file.")
+@click.pass_context
+def simulate(
+    context: click.Context,
+    case: str,
+    output: Path | None,
+    columns: tuple[int, int] | None,
+    side: float | None,
+    hours: float | None,
+    seed: int | None,
+    precision: str | None,
+    restart: bool,
+    force: bool,
+) -> None:
+    """Compute the clouds of CASE by large-eddy simulation: a shipped case, or a TOML file.
+
+    An interrupted run is continued by the same command, with the same bits. The file has pictures of water path, optical
+    thickness, top and base, and statistics. hcss skies cases lists the shipped cases.
+    """
+    from functools import partial
+
+    from hcss_skies.les.case import read_case
+    from hcss_skies.les.run import simulate_case
+
+    grid = {"columns": list(columns) if columns else None, "side_m": side}
+    changed: dict[str, object] = {
+        "grid": {name: value for name, value in grid.items() if value is not None},
+        "output": {} if hours is None else {"hours": hours},
+        **({} if seed is None else {"seed": seed}),
+        **({} if precision is None else {"precision": precision}),
+    }
+    read = read_case(case, **changed)
+    path = output or Path(f"{Path(case).stem}.nc")
+    Output.require_writable([path], force, form="NetCDF")
+    progress = partial(context.ensure_object(Stop).progress, label="simulating")
+    model = simulate_case(read, path, progress, restart)
+    click.echo(f"{path}: {read.title}; {model.steps} steps to {model.time_s / 3600:g} h, {model.liquid.size} cells")
+
+
+@skies.command()
+def cases() -> None:
+    """List the shipped cases of simulations."""
+    from hcss_skies.les.case import read_case, shipped
+
+    for name in shipped():
+        case = read_case(name)
+        side = " x ".join(f"{n * case.grid.side_m / 1e3:g}" for n in case.grid.columns)
+        click.echo(f"{name:16} {case.title}: {side} km, {case.grid.side_m:g} m, {case.output.hours:g} h")

@@ -1,0 +1,170 @@
+"""The run of a case: time steps, pictures, statistics, checkpoints, and the file that is left."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hcss_skies.les import clouds, statistics
+from hcss_skies.les.case import Case
+from hcss_skies.les.checkpoint import Checkpoint
+from hcss_skies.les.model import Model
+from hcss_twin.core.files import Writing
+from hcss_twin.providers import HcssError, NetcdfFile
+
+FORMAT = "hcss_skies_simulation"
+"""Global attribute of output files; its value is the version of their format."""
+
+SAVE_EVERY_S = 120.0
+"""Seconds of the clock between checkpoints."""
+
+WATER_LIMIT = {"single": 1e-5, "double": 1e-10}
+"""Water that a step may make or lose by rounding, as a part of all water."""
+
+PICTURES = {
+    "liquid_water_path": ("g m-2", "cloud water of the column"),
+    "optical_thickness": ("1", "optical thickness of cloud droplets, visible"),
+    "cloud_top": ("m", "top of the highest cloudy cell; missing without cloud"),
+    "cloud_base": ("m", "base of the lowest cloudy cell; missing without cloud"),
+}
+"""Fields of pictures with units and description."""
+
+Progress = Callable[[Iterable[float], int], Iterator[float]]
+"""Shows the progress of an iteration over a number of times."""
+
+
+@dataclass(frozen=True)
+class Times:
+    """When a run looks at its state: whole numbers of seconds from the start."""
+
+    pictures: list[float]
+    statistics: list[float]
+
+    @classmethod
+    def of_case(cls, case: Case) -> Times:
+        """Return the times of a case; the last statistics are those of the end."""
+        out = case.output
+        end = 3600.0 * out.hours
+        first = 3600.0 * out.first_picture_hours
+        pictures = [float(t) for t in np.arange(first, end + 1e-6, out.picture_s)]
+        means = [float(t) for t in np.arange(0.0, end + 1e-6, out.statistics_s)]
+        return cls(pictures, means if means[-1] == end else [*means, end])
+
+    @property
+    def all(self) -> list[float]:
+        """All times, ascending."""
+        return sorted({*self.pictures, *self.statistics})
+
+
+def simulate_case(case: Case, output: Path, progress: Progress, restart: bool = False) -> Model:
+    """Run a case, or go on with it, and write its file; return the last state.
+
+    Parameters
+    ----------
+    case : Case
+        What to simulate.
+    output : Path
+        NetCDF file.
+    progress : callable
+        Shows the progress over the times of the case that are left.
+    restart : bool
+        Forget what an earlier run left.
+
+    Raises
+    ------
+    HcssError
+        If the state is not finite, or water is made or lost; what was computed before stays for the next run.
+    """
+    Writing(output, HcssError, "NetCDF").check()
+    model, times, checkpoint = Model(case), Times.of_case(case), Checkpoint(output, case)
+    if checkpoint.exists() and not restart:
+        checkpoint.load(model)
+    else:
+        checkpoint.start()
+        _look(model, times, checkpoint)
+    left = [t for t in times.all if t > model.time_s]
+    saved = time.monotonic()
+    try:
+        for until in progress(left, len(left)):
+            model.run_until(until)
+            _require_budget(model)
+            _look(model, times, checkpoint)
+            if time.monotonic() - saved > SAVE_EVERY_S:
+                checkpoint.save(model)
+                saved = time.monotonic()
+    except KeyboardInterrupt:
+        # within a step the state is neither the old nor the new one: the last checkpoint is what is left
+        if checkpoint.exists():
+            raise
+        checkpoint.remove()
+        raise
+    checkpoint.save(model)
+    _write(output, model, times, checkpoint)
+    checkpoint.remove()
+    return model
+
+
+def _require_budget(model: Model) -> None:
+    error = model.budget.water_error
+    limit = WATER_LIMIT[model.case.precision]
+    if not abs(error) <= limit:
+        raise HcssError(
+            f"{model.case.title}: a step of {model.step_s:.3g} s at {model.time_s:.0f} s changed the water of the box by "
+            f"{error:.2g} of it without a source; allowed: {limit:g}"
+        )
+
+
+def _look(model: Model, times: Times, checkpoint: Checkpoint) -> None:
+    if model.time_s in times.pictures:
+        checkpoint.keep("picture", times.pictures.index(model.time_s), clouds.picture(model))
+    if model.time_s in times.statistics:
+        means = {**statistics.profiles(model), **statistics.series(model)}
+        checkpoint.keep("statistics", times.statistics.index(model.time_s), means)
+
+
+def _write(output: Path, model: Model, times: Times, checkpoint: Checkpoint) -> None:
+    """Write the output from the parts of the run."""
+    case, mesh = model.case, model.mesh
+    side = mesh.side_m
+    with Writing(output, HcssError, "NetCDF") as draft, NetcdfFile(draft, "w") as file:
+        file.setncatts(
+            {
+                "title": case.title, "source": f"Large-eddy simulation by hcss-skies. {case.source}", FORMAT: 1,
+                "Conventions": "CF-1.8", "case": case.model_dump_json(), "precision": case.precision,
+                "frame_m_s": np.array(case.air.frame_m_s),
+            }
+        )  # fmt: skip
+        axes = {
+            "time": (np.array(times.pictures), "s", "time of pictures since the start"),
+            "statistics_time": (np.array(times.statistics), "s", "time of statistics since the start"),
+            "z": (mesh.centres_m, "m", "height of cell centres"),
+            "y": (side * (np.arange(mesh.columns[1]) + 0.5), "m", "distance along y in the moving frame; periodic"),
+            "x": (side * (np.arange(mesh.columns[0]) + 0.5), "m", "distance along x in the moving frame; periodic"),
+        }
+        for name, (values, units, what) in axes.items():
+            file.createDimension(name, len(values))
+            _variable(file, name, "f8", (name,), units, what)[:] = values
+        profile = {"density": ("kg m-3", model.reference.density), "pressure": ("Pa", model.reference.pressure_Pa)}
+        for name, (units, values) in profile.items():
+            _variable(file, name, "f8", ("z",), units, f"{name} of the reference state")[:] = values
+        means = [checkpoint.kept("statistics", n) for n in range(len(times.statistics))]
+        for table, shape in ((statistics.PROFILES, ("statistics_time", "z")), (statistics.SERIES, ("statistics_time",))):
+            for name, (units, what) in table.items():
+                target = f"mean_{name}" if name in ("theta_l", "u", "v") else name
+                _variable(file, target, "f8", shape, units, what)[:] = np.stack([each[name] for each in means])
+        for name, (units, what) in PICTURES.items():
+            _variable(file, name, "f4", ("time", "y", "x"), units, what)
+        for n in range(len(times.pictures)):
+            for name, field in checkpoint.kept("picture", n).items():
+                file.variables[name][n] = field
+
+
+def _variable(file: Any, name: str, kind: str, axes: tuple[str, ...], units: str, what: str) -> Any:
+    variable = file.createVariable(name, kind, axes, zlib=len(axes) > 1, fill_value=np.nan if kind == "f4" else None)
+    variable.setncatts({"units": units, "long_name": what})
+    return variable
