@@ -159,6 +159,7 @@ def import_image(
 @click.option("--columns", type=int, nargs=2, metavar="NX NY", help="Cells along x and y in the place of the case's.")
 @click.option("--side", callback=metres, metavar="LENGTH", help="Side of a cell in the place of the case's.")
 @click.option("--hours", type=Number(0.0, 240.0, min_open=True), help="Duration in the place of the case's.")
+@click.option("--spin-up", type=Number(0.0, 240.0), metavar="HOURS", help="Before the first picture; default: the case's.")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), help="Of the noise at the start.")
 @click.option("--precision", type=click.Choice(["single", "double"]), help="Of the fields; default: the case's.")
 @click.option("--restart", is_flag=True, help="Begin again where an interrupted run would be continued.")
@@ -171,6 +172,7 @@ def simulate(
     columns: tuple[int, int] | None,
     side: float | None,
     hours: float | None,
+    spin_up: float | None,
     seed: int | None,
     precision: str | None,
     restart: bool,
@@ -186,10 +188,12 @@ def simulate(
     from hcss_skies.les.case import read_case
     from hcss_skies.les.run import simulate_case
 
-    grid = {"columns": list(columns) if columns else None, "side_m": side}
+    sections = {
+        "grid": {"columns": list(columns) if columns else None, "side_m": side},
+        "output": {"hours": hours, "spin_up_hours": spin_up},
+    }
     changed: dict[str, object] = {
-        "grid": {name: value for name, value in grid.items() if value is not None},
-        "output": {} if hours is None else {"hours": hours},
+        **{name: {key: v for key, v in fields.items() if v is not None} for name, fields in sections.items()},
         **({} if seed is None else {"seed": seed}),
         **({} if precision is None else {"precision": precision}),
     }

@@ -142,10 +142,16 @@ class OutputSection(_Section):
     """When to look."""
 
     hours: Positive
-    first_picture_hours: float = Field(0.0, ge=0.0, description="Pictures before are spin-up and not kept.")
+    spin_up_hours: float = Field(0.0, ge=0.0, description="Pictures before are spin-up and not kept.")
     picture_s: Positive = 60.0
     statistics_s: Positive = 300.0
     droplets_cm3: Positive = Field(100.0, description="For the optical thickness.")
+
+    @model_validator(mode="after")
+    def _has_pictures(self) -> OutputSection:
+        if self.spin_up_hours > self.hours:
+            raise ValueError(f"spin_up_hours {self.spin_up_hours:g}: must not be above hours {self.hours:g}")
+        return self
 
 
 class Case(_Section):

@@ -50,7 +50,7 @@ class Times:
         """Return the times of a case; the last statistics are those of the end."""
         out = case.output
         end = 3600.0 * out.hours
-        first = 3600.0 * out.first_picture_hours
+        first = 3600.0 * out.spin_up_hours
         pictures = [float(t) for t in np.arange(first, end + 1e-6, out.picture_s)]
         means = [float(t) for t in np.arange(0.0, end + 1e-6, out.statistics_s)]
         return cls(pictures, means if means[-1] == end else [*means, end])
@@ -78,7 +78,7 @@ def simulate_case(case: Case, output: Path, progress: Progress, restart: bool = 
     Raises
     ------
     HcssError
-        If the state is not finite, or water is made or lost; what was computed before stays for the next run.
+        If the state is not finite, or water is made or lost; the last checkpoint stays.
     """
     Writing(output, HcssError, "NetCDF").check()
     model, times, checkpoint = Model(case), Times.of_case(case), Checkpoint(output, case)
@@ -97,11 +97,10 @@ def simulate_case(case: Case, output: Path, progress: Progress, restart: bool = 
             if time.monotonic() - saved > SAVE_EVERY_S:
                 checkpoint.save(model)
                 saved = time.monotonic()
-    except KeyboardInterrupt:
-        # within a step the state is neither the old nor the new one: the last checkpoint is what is left
-        if checkpoint.exists():
-            raise
-        checkpoint.remove()
+    except BaseException:
+        # within a step the state is neither the old nor the new one: what is left is the last checkpoint, if there is one
+        if not checkpoint.exists():
+            checkpoint.remove()
         raise
     checkpoint.save(model)
     _write(output, model, times, checkpoint)
