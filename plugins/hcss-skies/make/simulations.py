@@ -1,7 +1,7 @@
 """Compare simulations of published cases with what their publications found: ``python make/simulations.py FILE ...``.
 
-The published numbers were written before the first run. They are of the intercomparisons, whose models disagree among one
-another; figures were not digitised. Files are those of ``hcss skies simulate CASE``.
+The published numbers were written before the first run. They are of the intercomparisons, whose models disagree among
+one another; figures were not digitised. Files are those of ``hcss skies simulate CASE``.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ PUBLISHED = {
 
 
 def measured(file: netCDF4.Dataset, kind: str) -> dict[str, float]:
-    """Return the numbers of a run: means over the last 3 h (BOMEX) or 2 h (DYCOMS), or the last half of shorter runs."""
+    """Return the numbers of a run: means over the last 3 h (BOMEX) or 2 h (DYCOMS), or half of shorter ones."""
 
     def of(name: str) -> NDArray[np.float64]:
         return np.asarray(file.variables[name][:], float)

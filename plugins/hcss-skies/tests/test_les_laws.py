@@ -10,6 +10,8 @@ from les_cases import DRY, case
 FLUX, LAPSE, BEGIN = 0.1, 0.006, 400.0
 """Surface flux (K m/s), stratification above (K/m), and initial depth (m) of the boundary layer."""
 
+CENTRES = 50.0 * np.arange(40) + 25.0
+
 
 @pytest.fixture(scope="module")
 def convection():
@@ -33,13 +35,25 @@ def convection():
     return model, np.mean(heights), np.mean(variance, 0), np.mean(fluxes, 0)
 
 
-def test_a_dry_boundary_layer_grows_faster_than_by_encroachment_and_not_much(convection):
-    _, depth, *_ = convection
-    # h^2 = h_0^2 + 2 (1 + 2 A) F t / lapse; A = 0: encroachment, A = .2: usual entrainment (H. Tennekes, J. Atmos. Sci.
-    # 30, 558 (1973), eq. 13); the mean of the last half hour
-    grown = [np.sqrt(BEGIN**2 + 2.0 * (1.0 + 2.0 * a) * FLUX / LAPSE * 4500.0) for a in (0.0, 0.2, 0.4)]
-    assert grown[0] < depth < grown[2]
-    assert depth == pytest.approx(grown[1], rel=0.08)
+def test_a_dry_boundary_layer_grows_a_little_faster_than_by_encroachment(convection):
+    _, depth, _, flux = convection
+    # h^2 = h_0^2 + 2 F t / lapse without entrainment; with it, the flux is least at 1.15 times this height, the
+    # gradient greatest at 1.25 times (J. R. Garcia and J. P. Mellado, J. Atmos. Sci. 71, 1935 (2014)); the mean of the
+    # last half hour
+    encroached = np.sqrt(BEGIN**2 + 2.0 * FLUX / LAPSE * 4500.0)
+    assert 1.05 < CENTRES[flux.argmin()] / encroached < 1.25
+    assert 1.1 < depth / encroached < 1.4
+
+
+def test_entrainment_into_a_dry_boundary_layer_warms_it_more_than_the_surface(convection):
+    model, *_ = convection
+    middle = (CENTRES > 150.0) & (CENTRES < 400.0)
+    warmed = model.theta_l.mean((0, 1), dtype=float)[middle].mean()
+    # of the mixed layer: lapse times what its height rises, with a part A of the surface flux from above, 0 to .25
+    least, most = (
+        LAPSE * (np.sqrt(BEGIN**2 + 2.0 * (1.0 + 2.0 * a) * FLUX / LAPSE * 5400.0) - BEGIN) for a in (0.0, 0.25)
+    )
+    assert least < warmed < most
 
 
 def test_the_heat_of_a_dry_boundary_layer_is_that_of_the_surface_flux(convection):
@@ -50,22 +64,25 @@ def test_the_heat_of_a_dry_boundary_layer_is_that_of_the_surface_flux(convection
 
 
 def test_updraughts_of_a_dry_boundary_layer_follow_the_convective_velocity(convection):
-    _, depth, variance, flux = convection
+    _, _, variance, flux = convection
+    depth = CENTRES[flux.argmin()]
     scale = (GRAVITY / 300.0 * FLUX * depth) ** (1.0 / 3.0)
-    # w'^2 / w*^2 = 1.8 (z/h)^(2/3) (1 - .8 z/h)^2, at most .43 (D. H. Lenschow et al., J. Atmos. Sci. 37, 1313 (1980), eq. 11)
-    assert variance.max() / scale**2 == pytest.approx(0.43, abs=0.1)
-    centres = 50.0 * np.arange(40) + 25.0
-    assert 0.2 < centres[variance.argmax()] / depth < 0.6
-    # the flux at the inversion is -.1 to -.3 of that at the surface (same, fig. 4; resolved part)
-    assert -0.3 < flux.min() / FLUX < -0.05
-    middle = (centres > 0.3 * depth) & (centres < 0.7 * depth)
-    np.testing.assert_allclose(flux[middle], FLUX * (1.0 - 1.2 * centres[middle] / depth), atol=0.15 * FLUX)
+    # w'^2 / w*^2 = 1.8 (z/h)^(2/3) (1 - .8 z/h)^2, at most .46 (D. H. Lenschow et al., J. Atmos. Sci. 37, 1313 (1980),
+    # eq. 11)
+    shape = 1.8 * (CENTRES / depth) ** (2.0 / 3.0) * (1.0 - 0.8 * CENTRES / depth) ** 2
+    assert variance.max() / scale**2 == pytest.approx(shape[depth > CENTRES].max(), rel=0.25)
+    assert 0.2 < CENTRES[variance.argmax()] / depth < 0.6
+    # the flux at the inversion is -.1 to -.2 of that at the surface, and linear between
+    assert -0.2 < flux.min() / FLUX < -0.07
+    middle = (0.3 * depth < CENTRES) & (0.7 * depth > CENTRES)
+    np.testing.assert_allclose(flux[middle], FLUX * (1.0 - 1.15 * CENTRES[middle] / depth), atol=0.1 * FLUX)
 
 
 def density_current(side_m):
-    """The front (m from the middle) and the coldest theta (K) of a falling cold bubble after 900 s.
+    """The front of -1 K (m from the middle) of a falling cold bubble after 900 s.
 
-    J. M. Straka et al., Int. J. Numer. Methods Fluids 17, 1 (1993): a bubble of -15 K, 4 km wide and 2 km high, at 3 km.
+    J. M. Straka et al., Int. J. Numer. Methods Fluids 17, 1 (1993): a bubble of -15 K, 4 km wide and 2 km high, at 3
+    km.
     """
     columns = int(51200 / side_m)
     current = case_of(
@@ -89,15 +106,17 @@ def density_current(side_m):
     outside = np.flatnonzero(right & (lowest < -1.0))[-1]
     front = x[outside] + side_m * (lowest[outside] + 1.0) / (lowest[outside] - lowest[outside + 1])
     np.testing.assert_allclose(lowest, lowest[::-1], atol=0.2)
-    return front, model.theta_l.min()
+    return front
 
 
-def test_the_front_of_a_density_current_is_where_published_models_have_it():
-    front, coldest = density_current(200.0)
-    print(front, coldest)
+REFERENCE_FRONT_M = 15537.0
+"""Of the reference of 25 m (Straka et al. 1993), with a viscosity of 75 m2 s-1; coarser models lag behind."""
+
+
+def test_the_front_of_a_density_current_lags_little_behind_the_reference():
+    assert -0.08 < density_current(200.0) / REFERENCE_FRONT_M - 1.0 < 0.0
 
 
 @pytest.mark.long
-def test_the_front_of_a_finer_density_current_is_where_the_reference_has_it():
-    front, coldest = density_current(100.0)
-    print(front, coldest)
+def test_the_front_of_a_finer_density_current_lags_less():
+    assert -0.04 < density_current(100.0) / REFERENCE_FRONT_M - 1.0 < 0.0

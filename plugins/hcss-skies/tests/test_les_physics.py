@@ -75,7 +75,9 @@ def test_cooling_by_radiation_adds_up_to_the_published_fluxes():
     faces = np.linspace(0.0, 1500.0, 151)
     centres = 0.5 * (faces[1:] + faces[:-1])
     density, exner = np.full(150, 1.12), np.full(150, 0.98)
-    liquid = np.broadcast_to(np.where((centres > 600) & (centres < 840), 0.45 * (centres - 600) / 240, 0.0), (2, 2, 150))
+    liquid = np.broadcast_to(
+        np.where((centres > 600) & (centres < 840), 0.45 * (centres - 600) / 240, 0.0), (2, 2, 150)
+    )
     water = np.broadcast_to(np.where(centres < 840.0, 9.0, 1.5), (2, 2, 150))
     heating, mean = np.zeros((2, 2, 150)), np.zeros(150)
     law = (70.0, 22.0, 85.0, 1.0, 3.75e-6, 1.12, 8.0)
@@ -125,7 +127,8 @@ def test_rain_keeps_water_and_heat():
     mass = 1.1 * 50.0 * 1e-3
     before = mass * (12.0 * 6 + sum(rain))
     assert mass * (water + after).sum() + fallen == pytest.approx(before, rel=1e-12)
-    assert fallen > 0.0 and after.min() >= 0.0
+    assert fallen > 0.0
+    assert after.min() >= 0.0
     # what evaporates or condenses warms by its latent heat: theta_l + L/(cp Pi) q_t is kept, the negative rain apart
     filled = np.array([0, 0, 0, 0, 0, -0.01])
     np.testing.assert_allclose(theta, LATENT / CP / exner * 1e-3 * (12.0 + filled - water), rtol=1e-9, atol=1e-15)
@@ -156,7 +159,8 @@ def test_every_step_explains_its_water_and_heat(precision, limit):
         assert abs(budget.heat_K_kg_m2 - budget.expected_heat_K_kg_m2) < limit * 300.0 * model.mass.sum()
         assert min(model.water.min(), model.liquid.min(), model.rain.min()) >= 0.0
     # something happened: cloud, rain and fluxes
-    assert model.liquid.max() > 0.1 and model.rain.max() > 1e-3
+    assert model.liquid.max() > 0.1
+    assert model.rain.max() > 1e-3
     assert np.abs(budget.water_kg_m2) > 1e-6
 
 

@@ -159,7 +159,9 @@ def import_image(
 @click.option("--columns", type=int, nargs=2, metavar="NX NY", help="Cells along x and y in the place of the case's.")
 @click.option("--side", callback=metres, metavar="LENGTH", help="Side of a cell in the place of the case's.")
 @click.option("--hours", type=Number(0.0, 240.0, min_open=True), help="Duration in the place of the case's.")
-@click.option("--spin-up", type=Number(0.0, 240.0), metavar="HOURS", help="Before the first picture; default: the case's.")
+@click.option(
+    "--spin-up", type=Number(0.0, 240.0), metavar="HOURS", help="Before the first picture; default: the case's."
+)
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), help="Of the noise at the start.")
 @click.option("--precision", type=click.Choice(["single", "double"]), help="Of the fields; default: the case's.")
 @click.option("--restart", is_flag=True, help="Begin again where an interrupted run would be continued.")
@@ -180,15 +182,15 @@ def simulate(
 ) -> None:
     """Compute the clouds of CASE by large-eddy simulation: a shipped case, or a TOML file.
 
-    An interrupted run is continued by the same command, with the same bits. The file has pictures of water path, optical
-    thickness, top and base, and statistics. hcss skies cases lists the shipped cases.
+    An interrupted run is continued by the same command, with the same bits. The file has pictures of water path,
+    optical thickness, top and base, and statistics. hcss skies cases lists the shipped cases.
     """
     from functools import partial
 
     from hcss_skies.les.case import read_case
     from hcss_skies.les.run import simulate_case
 
-    sections = {
+    sections: dict[str, dict[str, object]] = {
         "grid": {"columns": list(columns) if columns else None, "side_m": side},
         "output": {"hours": hours, "spin_up_hours": spin_up},
     }

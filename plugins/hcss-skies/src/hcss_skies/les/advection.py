@@ -3,7 +3,8 @@
 d(rho q)/dt = -div(rho U q). The value of q on a face is upwind and weighted among three parabolas by their smoothness
 (Jiang and Shu 1996, J. Comput. Phys. 126, 202, eq. 2.10 to 2.17); its dissipation is the model of the turbulence below
 the grid (Pressel et al. 2017, JAMES 9, 1342). What leaves a cell enters its neighbour, so that the integral of rho q is
-kept to rounding. On a stretched grid the interpolation is in the index, not in height: of lower order, still conservative.
+kept to rounding. On a stretched grid the interpolation is in the index, not in height: of lower order, still
+conservative.
 
 The kernels run along z, which is innermost: values of a face are selected by the sign of the wind, without a branch, so
 that compilers make vector code.
@@ -48,9 +49,7 @@ def weno5(a: Any, b: Any, c: Any, d: Any, e: Any, weno: Any) -> Any:
     a1 = six * a1 * a1
     a2 = three * a2 * a2
     change = (
-        a0 * (s0 * third + half * (c - b))
-        + a1 * (half * (d - c) - s1 * sixth)
-        + a2 * (half * (d - c) - s2 * sixth)
+        a0 * (s0 * third + half * (c - b)) + a1 * (half * (d - c) - s1 * sixth) + a2 * (half * (d - c) - s2 * sixth)
     )
     return c + change / (a0 + a1 + a2)
 
@@ -72,7 +71,17 @@ def upwind(speed: Any, q: Any, weno: Any) -> Any:
 
 @kernel(fastmath=FAST, error_model="numpy")
 def advect(
-    q: Any, u: Any, v: Any, w: Any, di: int, dj: int, density: Any, per_mass: Any, per_side: Any, tendency: Any, weno: Any
+    q: Any,
+    u: Any,
+    v: Any,
+    w: Any,
+    di: int,
+    dj: int,
+    density: Any,
+    per_mass: Any,
+    per_side: Any,
+    tendency: Any,
+    weno: Any,
 ) -> None:
     """Add the advection of a scalar, or of u or v, to its tendency.
 

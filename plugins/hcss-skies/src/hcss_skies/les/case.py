@@ -5,6 +5,7 @@ Profiles are lists of [height in m, value], linear between, constant beyond.
 
 from __future__ import annotations
 
+import itertools
 import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
@@ -20,7 +21,7 @@ CASES = Path(__file__).parent / "cases"
 
 
 def _ascending(pairs: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    if not pairs or any(b[0] <= a[0] for a, b in zip(pairs, pairs[1:], strict=False)):
+    if not pairs or any(b[0] <= a[0] for a, b in itertools.pairwise(pairs)):
         raise ValueError("heights must ascend, and there must be at least one")
     return pairs
 
@@ -50,7 +51,7 @@ class GridSection(_Section):
         if self.sponge_bottom_m >= self.top_m:
             raise ValueError(f"sponge_bottom_m {self.sponge_bottom_m:g}: must be below top_m {self.top_m:g}")
         depths = [depth for _, depth in self.spacing_m] if isinstance(self.spacing_m, list) else [self.spacing_m]
-        if min(depths) <= 0.0 or not 6 <= self.top_m / max(depths) or self.top_m / min(depths) > 2000:
+        if min(depths) <= 0.0 or not self.top_m / max(depths) >= 6 or self.top_m / min(depths) > 2000:
             raise ValueError(f"spacing_m {self.spacing_m}: must give 6 to 2000 levels below top_m {self.top_m:g}")
         return self
 
@@ -84,12 +85,14 @@ class AirSection(_Section):
 class ForcingSection(_Section):
     """What the air around the box does."""
 
-    coriolis_s: float = Field(0.0, ge=-1.5e-4, le=1.5e-4)
+    coriolis_s: float = Field(default=0.0, ge=-1.5e-4, le=1.5e-4)
     geostrophic_u_m_s: Pairs = [(0.0, 0.0)]
     geostrophic_v_m_s: Pairs = [(0.0, 0.0)]
-    subsidence_m_s: Pairs = Field([(0.0, 0.0)], description="Vertical speed of the air around, negative downward.")
-    theta_l_K_day: Pairs = Field([(0.0, 0.0)], description="Tendency of theta_l: radiation and advection.")
-    water_g_kg_day: Pairs = Field([(0.0, 0.0)], description="Tendency of total water: advection.")
+    subsidence_m_s: Pairs = Field(
+        default=[(0.0, 0.0)], description="Vertical speed of the air around, negative downward."
+    )
+    theta_l_K_day: Pairs = Field(default=[(0.0, 0.0)], description="Tendency of theta_l: radiation and advection.")
+    water_g_kg_day: Pairs = Field(default=[(0.0, 0.0)], description="Tendency of total water: advection.")
 
 
 class SurfaceSection(_Section):
@@ -114,7 +117,9 @@ class SurfaceSection(_Section):
         ):
             given = [name for name in choices if getattr(self, name) is not None]
             if len(given) != 1:
-                raise ValueError(f"flux of {what}: {', '.join(given) or 'nothing'} given, allowed: one of {', '.join(choices)}")
+                raise ValueError(
+                    f"flux of {what}: {', '.join(given) or 'nothing'} given, allowed: one of {', '.join(choices)}"
+                )
         if self.sea_K is None and (self.heat_coefficient is not None or self.water_coefficient is not None):
             raise ValueError("sea_K: missing, needed by heat_coefficient and water_coefficient")
         return self
@@ -220,4 +225,5 @@ def case_of(table: dict[str, object], name: str) -> Case:
 def at_heights(pairs: Pairs, heights_m: Array) -> Array:
     """Return a profile at heights."""
     x, y = np.array(pairs, float).T
-    return np.interp(heights_m, x, y)
+    values: Array = np.interp(heights_m, x, y)
+    return values

@@ -1,7 +1,7 @@
 """A run in pieces: what a killed run leaves, so that the next one goes on with the same bits.
 
-Beside the output ``clouds.nc`` is a folder ``clouds.nc.run`` with the last state, and with the pictures and statistics so
-far, one file for each time. Every file is whole or absent. The folder goes when the output is written.
+Beside the output ``clouds.nc`` is a folder ``clouds.nc.run`` with the last state, and with the pictures and statistics
+so far, one file for each time. Every file is whole or absent. The folder goes when the output is written.
 """
 
 from __future__ import annotations
@@ -65,7 +65,11 @@ class Checkpoint:
     def save(self, model: Model) -> None:
         """Write the state."""
         numbers = np.array([model.time_s, model.step_s, model.steps, model.rain_on_sea_kg_m2])
-        arrays = {"case": np.array(self._case), "numbers": numbers, **{f"field_{n}": f for n, f in model.fields.items()}}
+        arrays = {
+            "case": np.array(self._case),
+            "numbers": numbers,
+            **{f"field_{n}": f for n, f in model.fields.items()},
+        }
         Writing(self._state, HcssError).arrays(arrays)
 
     def load(self, model: Model) -> None:

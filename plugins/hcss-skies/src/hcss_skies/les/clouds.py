@@ -1,8 +1,8 @@
 """What is seen from above: water path, optical thickness, top and base of the clouds of a state.
 
-The optical thickness is the sum of 3/2 rho q_c dz / (rho_w r_e) over a column, with the effective radius of N droplets of
-one gamma distribution, r_e^3 = 3 rho q_c / (4 pi rho_w N k), k = .80 (G. M. Martin et al., J. Atmos. Sci. 51, 1823 (1994),
-eq. 11, maritime air).
+The optical thickness is the sum of 3/2 rho q_c dz / (rho_w r_e) over a column, with the effective radius of N droplets
+of one gamma distribution, r_e^3 = 3 rho q_c / (4 pi rho_w N k), k = .80 (G. M. Martin et al., J. Atmos. Sci. 51, 1823
+(1994), maritime air).
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ def extinction(model: Model) -> Array:
 def picture(model: Model) -> dict[str, np.ndarray[Any, np.dtype[np.float32]]]:
     """Return fields (ny, nx), y along rows: liquid_water_path, optical_thickness, cloud_top, cloud_base.
 
-    Top and base are those of the highest and the lowest cell with :data:`CLOUDY_G_KG`, the faces of the cells; NaN where
-    there is none.
+    Top and base are those of the highest and the lowest cell with :data:`CLOUDY_G_KG`, the faces of the cells; NaN
+    where there is none.
     """
     mesh, liquid = model.mesh, model.liquid
     cloudy = liquid > CLOUDY_G_KG

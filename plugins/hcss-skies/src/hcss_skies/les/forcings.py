@@ -1,8 +1,8 @@
-"""What the air around the box does to it: subsidence, given tendencies, the earth's rotation; and the sponge at the lid.
+"""What the air around the box does to it: subsidence, given tendencies, the earth's rotation; the sponge at the lid.
 
-d q/dt = S(z) - w_s dq/dz - a (q - mean q), du/dt = f (v - v_g), dv/dt = -f (u - u_g), dw/dt = -a w. Subsidence w_s is upwind
-and acts on the field itself: on its mean alone, it would not compress the inversion where it is bent. The sponge (rate a)
-absorbs waves below the lid (Klemp and Lilly 1978, JAS 35, 78) and keeps the means.
+d q/dt = S(z) - w_s dq/dz - a (q - mean q), du/dt = f (v - v_g), dv/dt = -f (u - u_g), dw/dt = -a w. Subsidence w_s is
+upwind and acts on the field itself: on its mean alone, it would not compress the inversion where it is bent. The sponge
+(rate a) absorbs waves below the lid (Klemp and Lilly 1978, JAS 35, 78) and keeps the means.
 """
 
 from __future__ import annotations
@@ -72,7 +72,9 @@ def add_large_scale(q: Any, mean: Any, source: Any, weights: Any, sponge: Any, t
 
 
 @kernel(fastmath=FAST, error_model="numpy")
-def add_rotation(u: Any, v: Any, rotation: Any, u_away: Any, v_away: Any, quarter: Any, u_rate: Any, v_rate: Any) -> None:
+def add_rotation(
+    u: Any, v: Any, rotation: Any, u_away: Any, v_away: Any, quarter: Any, u_rate: Any, v_rate: Any
+) -> None:
     """Add f (v - v_g) and -f (u - u_g) to the tendencies; each component is the mean of its four faces around.
 
     Parameters

@@ -1,8 +1,8 @@
 """The staggered grid (Arakawa C): scalars in cells, each velocity component on the faces that it crosses.
 
 Fields have the axes (x, y, z), z innermost. ``u[i, j, k]`` is on the lower x face of cell (i, j, k), ``v`` on the lower
-y face; ``w[i, j, k]`` is on the lower z face and has one more level, so that ``w[..., 0]`` is the sea and ``w[..., -1]``
-the lid. x and y are periodic.
+y face; ``w[i, j, k]`` is on the lower z face and has one more level, so that ``w[..., 0]`` is the sea and ``w[...,
+-1]`` the lid. x and y are periodic.
 """
 
 from __future__ import annotations

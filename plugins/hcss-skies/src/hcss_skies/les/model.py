@@ -1,8 +1,8 @@
 """The state of a simulation and its time step.
 
-du/dt = -div(rho U u) / rho - grad phi + b z + f (v - v_g) + drag, and so for v, w, theta_l, q_t and q_r, with three stages of
-Runge and Kutta (L. J. Wicker and W. C. Skamarock, Mon. Weather Rev. 130, 2088 (2002), eq. 3): q1 = q + dt/3 R(q),
-q2 = q + dt/2 R(q1), q(t + dt) = q + dt R(q2). Each stage ends with the pressure's projection.
+du/dt = -div(rho U u) / rho - grad phi + b z + f (v - v_g) + drag, and so for v, w, theta_l, q_t and q_r, with three
+stages of Runge and Kutta (L. J. Wicker and W. C. Skamarock, Mon. Weather Rev. 130, 2088 (2002), eq. 3): q1 = q + dt/3
+R(q), q2 = q + dt/2 R(q1), q(t + dt) = q + dt R(q2). Each stage ends with the pressure's projection.
 """
 
 from __future__ import annotations
@@ -262,11 +262,11 @@ class Model:
         if not math.isfinite(rate):
             self._not_finite()
         longest = min(self.case.longest_step_s, self.case.courant / max(rate, 1e-9))
-        longest = min(longest, 1.2 * self.step_s) if self.step_s else min(longest, 1.0)
+        longest = float(min(longest, 1.2 * self.step_s if self.step_s else 1.0))
         if longest < 1e-3:
             raise HcssError(
-                f"{self.case.title}: the winds at {self.time_s:.0f} s allow steps of {longest:.2g} s; allowed: 0.001 s and "
-                f"more; the fastest is {max(float(np.abs(f).max()) for f in (self.u, self.v, self.w)):.3g} m/s"
+                f"{self.case.title}: the winds at {self.time_s:.0f} s allow steps of {longest:.2g} s; allowed: 0.001 s "
+                f"and more; the fastest is {max(float(np.abs(f).max()) for f in (self.u, self.v, self.w)):.3g} m/s"
             )
         return longest
 
@@ -308,7 +308,11 @@ class Model:
         self._require_water()
         after = self._content()
         self.budget = Budget(
-            after[0] - before[0], seconds * expected[0] - fallen, after[1] - before[1], seconds * expected[1] + warmed, after[0]
+            after[0] - before[0],
+            seconds * expected[0] - fallen,
+            after[1] - before[1],
+            seconds * expected[1] + warmed,
+            after[0],
         )
         self.time_s += seconds
         self.step_s = seconds
@@ -368,10 +372,8 @@ class Model:
             forcings.add_large_scale(
                 fields[name], means[name].astype(kind), self._sources[name].astype(kind), weights, sponge, rates[name]
             )
-        advection.advect_w(
-            self.w, self.u, self.v, self._below, self._above, self._density, self._per_mass_w, self._per_side, rates["w"],
-            self._weno,
-        )  # fmt: skip
+        around = self._below, self._above, self._density, self._per_mass_w, self._per_side
+        advection.advect_w(self.w, self.u, self.v, *around, rates["w"], self._weno)
         forcings.damp(self.w, self._sponge_w, rates["w"])
         add_buoyancy(self.theta_v, self._mean_theta_v.astype(kind), self._per_theta, rates["w"])
         forcing = self.case.forcing

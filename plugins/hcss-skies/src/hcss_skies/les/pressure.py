@@ -1,7 +1,7 @@
-"""The pressure that keeps the wind free of divergence: div(rho U) = 0 (anelastic, Ogura and Phillips 1962, JAS 19, 173).
+"""The pressure that keeps the wind free of divergence: div(rho U) = 0 (Ogura and Phillips 1962, JAS 19, 173).
 
-Fourier transforms along x and y leave one tridiagonal system along z for each pair of wavenumbers, of the operator that is
-exactly the discrete divergence of the discrete gradient. Always in double precision.
+Fourier transforms along x and y leave one tridiagonal system along z for each pair of wavenumbers, of the operator that
+is exactly the discrete divergence of the discrete gradient. Always in double precision.
 """
 
 from __future__ import annotations

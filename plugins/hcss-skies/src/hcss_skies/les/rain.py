@@ -1,8 +1,8 @@
 """Warm rain with one moment: it forms from cloud water, falls, and evaporates below clouds.
 
-Autoconversion 1350 q_c^2.47 N^-1.79 and accretion 67 (q_c q_r)^1.15 (M. Khairoutdinov and Y. Kogan, Mon. Weather Rev. 128,
-229 (2000), eq. 29 and 33; kg/kg, cm-3, s-1). Fall speed and evaporation (J. B. Klemp and R. B. Wilhelmson, J. Atmos. Sci.
-35, 1070 (1978), eq. 2.14 and 2.15) are those of drops of Marshall and Palmer: drizzle falls too fast in it.
+Autoconversion 1350 q_c^2.47 N^-1.79 and accretion 67 (q_c q_r)^1.15 (M. Khairoutdinov and Y. Kogan, Mon. Weather Rev.
+128, 229 (2000), eq. 29 and 33; kg/kg, cm-3, s-1). Fall speed and evaporation (J. B. Klemp and R. B. Wilhelmson, J.
+Atmos. Sci. 35, 1070 (1978)) are those of drops of Marshall and Palmer: drizzle falls too fast in it.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def fall_and_change(
             for k in range(nz):
                 speed[k] = 36.34 * (1e-3 * density[k] * q[k]) ** 0.1346 * math.sqrt(density[0] / density[k])
                 fastest = max(fastest, speed[k] / depth[k])
-            parts = max(1, int(math.ceil(seconds * fastest)))
+            parts = max(1, math.ceil(seconds * fastest))
             for _ in range(parts):
                 flux = 0.0
                 for k in range(nz - 1, -1, -1):
@@ -94,4 +94,4 @@ def fall_and_change(
                 rain[i, j, k] = q[k] / G
                 heating[k] += warmer
     heating[:] /= nx * ny
-    return fallen / (nx * ny)
+    return float(fallen / (nx * ny))

@@ -98,7 +98,8 @@ def simulate_case(case: Case, output: Path, progress: Progress, restart: bool = 
                 checkpoint.save(model)
                 saved = time.monotonic()
     except BaseException:
-        # within a step the state is neither the old nor the new one: what is left is the last checkpoint, if there is one
+        # within a step the state is neither the old nor the new one: what is left is the last checkpoint, if there is
+        # one
         if not checkpoint.exists():
             checkpoint.remove()
         raise
@@ -113,8 +114,8 @@ def _require_budget(model: Model) -> None:
     limit = WATER_LIMIT[model.case.precision]
     if not abs(error) <= limit:
         raise HcssError(
-            f"{model.case.title}: a step of {model.step_s:.3g} s at {model.time_s:.0f} s changed the water of the box by "
-            f"{error:.2g} of it without a source; allowed: {limit:g}"
+            f"{model.case.title}: a step of {model.step_s:.3g} s at {model.time_s:.0f} s changed the water of the box "
+            f"by {error:.2g} of it without a source; allowed: {limit:g}"
         )
 
 
@@ -152,7 +153,10 @@ def _write(output: Path, model: Model, times: Times, checkpoint: Checkpoint) -> 
         for name, (units, values) in profile.items():
             _variable(file, name, "f8", ("z",), units, f"{name} of the reference state")[:] = values
         means = [checkpoint.kept("statistics", n) for n in range(len(times.statistics))]
-        for table, shape in ((statistics.PROFILES, ("statistics_time", "z")), (statistics.SERIES, ("statistics_time",))):
+        for table, shape in (
+            (statistics.PROFILES, ("statistics_time", "z")),
+            (statistics.SERIES, ("statistics_time",)),
+        ):
             for name, (units, what) in table.items():
                 target = f"mean_{name}" if name in ("theta_l", "u", "v") else name
                 _variable(file, target, "f8", shape, units, what)[:] = np.stack([each[name] for each in means])

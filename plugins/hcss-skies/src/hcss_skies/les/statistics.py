@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from hcss_skies.les.clouds import CLOUDY_G_KG
@@ -40,7 +42,7 @@ SERIES = {
 """Numbers with units and description."""
 
 
-def _mean(field: Array) -> Array:
+def _mean(field: Any) -> Array:
     mean: Array = field.mean(axis=(0, 1), dtype=np.float64)
     return mean
 

@@ -81,4 +81,4 @@ def add_bulk_flux(
             flux = coefficient * np.sqrt(east * east + north * north) * (at_sea - q[i, j, 0])
             tendency[i, j, 0] += per_depth * flux
             total += flux
-    return total / (nx * ny)
+    return float(total / (nx * ny))

@@ -1,7 +1,8 @@
 """Moist thermodynamics: the reference state, saturation, and the buoyancy that drives clouds.
 
-The model carries the liquid-water potential temperature theta_l = (T - L/cp q_c) / Pi and the total water q_t = q_v + q_c,
-both of which condensation keeps (Betts 1973, QJRMS 99, 178; the linear form). Rain q_r is apart. Pressure is that of the reference state. Water is in g per kg of air, as specific humidity, so that the smoothness indicators of the
+The model carries the liquid-water potential temperature theta_l = (T - L/cp q_c) / Pi and the total water q_t = q_v +
+q_c, both of which condensation keeps (Betts 1973, QJRMS 99, 178; the linear form). Rain q_r is apart. Pressure is that
+of the reference state. Water is in g per kg of air, as specific humidity, so that the smoothness indicators of the
 advection are far above their floor in single precision.
 """
 
@@ -86,8 +87,8 @@ class ReferenceState:
 def saturation(temperature: float, pressure: float) -> tuple[float, float]:
     """Return q_s (g/kg) over water and dq_s/dT; the vapour pressure is a polynomial of eighth order.
 
-    P. J. Flatau, R. L. Walko and W. R. Cotton, Polynomial fits to saturation vapor pressure, J. Appl. Meteorol. 31, 1507
-    (1992), table 3, water, relative error norm, -85 to 70 deg C: an exponential would be no vector code.
+    P. J. Flatau, R. L. Walko and W. R. Cotton, Polynomial fits to saturation vapor pressure, J. Appl. Meteorol. 31,
+    1507 (1992), water, relative error norm, -85 to 70 deg C: an exponential would be no vector code.
     """
     x = temperature - 273.15
     es = 6.11239921 + x * (0.443987641 + x * (0.142986287e-1 + x * (0.264847430e-3 + x * (0.302950461e-5 + x * (
@@ -104,8 +105,8 @@ def saturation(temperature: float, pressure: float) -> tuple[float, float]:
 def condensate(theta_l: float, water: float, pressure: float, exner: float) -> float:
     """Return the cloud water q_c (g/kg) with which vapour is not supersaturated: Newton's method, four steps.
 
-    q_c = q_t - q_s(T), T = Pi theta_l + L/cp q_c. The first step, from T = Pi theta_l, is the usual linear one; four leave
-    less than 1e-10 g/kg.
+    q_c = q_t - q_s(T), T = Pi theta_l + L/cp q_c. The first step, from T = Pi theta_l, is the usual linear one; four
+    leave less than 1e-8 g/kg.
     """
     warm = LATENT / CP * G
     cold = exner * theta_l
