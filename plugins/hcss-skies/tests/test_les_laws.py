@@ -67,8 +67,7 @@ def test_updraughts_of_a_dry_boundary_layer_follow_the_convective_velocity(conve
     _, _, variance, flux = convection
     depth = CENTRES[flux.argmin()]
     scale = (GRAVITY / 300.0 * FLUX * depth) ** (1.0 / 3.0)
-    # w'^2 / w*^2 = 1.8 (z/h)^(2/3) (1 - .8 z/h)^2, at most .46 (D. H. Lenschow et al., J. Atmos. Sci. 37, 1313 (1980),
-    # eq. 11)
+    # w'^2 / w*^2 = 1.8 (z/h)^(2/3) (1 - .8 z/h)^2, at most .46 (D. H. Lenschow et al., J. Atmos. Sci. 37, 1313 (1980))
     shape = 1.8 * (CENTRES / depth) ** (2.0 / 3.0) * (1.0 - 0.8 * CENTRES / depth) ** 2
     assert variance.max() / scale**2 == pytest.approx(shape[depth > CENTRES].max(), rel=0.25)
     assert 0.2 < CENTRES[variance.argmax()] / depth < 0.6

@@ -76,6 +76,8 @@ def stretched_faces(top_m: float, spacing_m: list[tuple[float, float]]) -> Array
         Heights and the distance of faces there; constant beyond the first and the last.
     """
     heights, spacings = np.array(spacing_m, float).T
+    if np.all(spacings == spacings[0]):
+        return np.linspace(0.0, top_m, max(1, round(top_m / spacings[0])) + 1)
     # the number of cells is the integral of 1 / spacing; faces are at its whole values
     fine = np.linspace(0.0, top_m, max(2, math.ceil(50.0 * top_m / spacings.min())) + 1)
     density = 1.0 / np.interp(0.5 * (fine[1:] + fine[:-1]), heights, spacings)

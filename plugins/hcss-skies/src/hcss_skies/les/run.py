@@ -23,8 +23,11 @@ FORMAT = "hcss_skies_simulation"
 SAVE_EVERY_S = 120.0
 """Seconds of the clock between checkpoints."""
 
-WATER_LIMIT = {"single": 1e-5, "double": 1e-10}
+WATER_LIMIT = {"single": 1e-7, "double": 1e-10}
 """Water that a step may make or lose by rounding, as a part of all water."""
+
+ICE_K = 258.0
+"""Temperature of cloud tops below which clouds often have ice."""
 
 PICTURES = {
     "liquid_water_path": ("g m-2", "cloud water of the column"),
@@ -107,6 +110,33 @@ def simulate_case(case: Case, output: Path, progress: Progress, restart: bool = 
     _write(output, model, times, checkpoint)
     checkpoint.remove()
     return model
+
+
+def remarks(model: Model) -> list[str]:
+    """Return what of the last state leaves the ranges in which the model is a model of clouds, in words."""
+    found = []
+    last = statistics.series(model)
+    case, reference, mesh = model.case, model.reference, model.mesh
+    top = last["highest_top"]
+    if top == 0.0:
+        found.append("there is no cloud at the end")
+    if top > case.grid.sponge_bottom_m:
+        found.append(
+            f"clouds reach {top:.0f} m, into the sponge above {case.grid.sponge_bottom_m:g} m; the box is too low"
+        )
+    cloudy = np.flatnonzero((model.liquid > clouds.CLOUDY_G_KG).any(axis=(0, 1)))
+    if len(cloudy):
+        k = cloudy[-1]
+        theta = reference.theta_0_K + float(model.theta_l[:, :, k].min())
+        kelvin = theta * float(reference.exner[k])
+        if kelvin < ICE_K:
+            found.append(f"cloud tops of {kelvin:.0f} K would have ice, which the model has not")
+    if last["mean_liquid_water_path"] > 300.0 and case.rain is None:
+        found.append(f"a mean of {last['mean_liquid_water_path']:.0f} g m-2 of water would rain; the case has no rain")
+    side = min(n * mesh.side_m for n in mesh.columns)
+    if side < 1.5 * top:
+        found.append(f"the box is {side:.0f} m wide, clouds reach {top:.0f} m: they are confined by its sides")
+    return found
 
 
 def _require_budget(model: Model) -> None:
