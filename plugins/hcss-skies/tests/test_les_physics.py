@@ -81,7 +81,7 @@ def test_cooling_by_radiation_adds_up_to_the_published_fluxes():
     water = np.broadcast_to(np.where(centres < 840.0, 9.0, 1.5), (2, 2, 150))
     heating, mean = np.zeros((2, 2, 150)), np.zeros(150)
     law = (70.0, 22.0, 85.0, 1.0, 3.75e-6, 1.12, 8.0)
-    radiative_heating(liquid.copy(), water.copy(), faces, density, exner, law, heating, mean)
+    radiative_heating(liquid.copy(), water.copy(), faces, density, exner, CP, law, heating, mean)
     flux = -(density * CP * exner * mean * 10.0)
     path = 1e-3 * 1.12 * liquid[0, 0].sum() * 10.0
     # the cloud as a whole: eq. 3 at its top less eq. 3 at its base
@@ -116,7 +116,9 @@ def rain_column(rain, water, liquid, seconds=10.0, theta=290.0):
     pressure = np.full(levels, 95000.0)
     exner, density, depth = (pressure / 1e5) ** (R_DRY / CP), np.full(levels, 1.1), np.full(levels, 50.0)
     heating = np.empty(levels)
-    fallen = fall_and_change(*fields, theta, pressure, exner, density, depth, 50.0, seconds, heating)
+    fallen = fall_and_change(
+        *fields, theta, 1e-3 * LATENT / CP, pressure, exner, density, depth, 50.0, seconds, heating
+    )
     return [field[0, 0] for field in fields], fallen, heating, exner
 
 

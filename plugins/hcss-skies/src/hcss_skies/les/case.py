@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic.functional_validators import AfterValidator
 
+from hcss_skies.les.thermodynamics import CP, LATENT
 from hcss_twin.providers import Array, CatalogError, choose_from
 
 CASES = Path(__file__).parent / "cases"
@@ -60,6 +61,8 @@ class AirSection(_Section):
     """The air at the beginning."""
 
     surface_pressure_Pa: float = Field(ge=5e4, le=1.1e5)
+    heat_capacity_J_kg_K: float = Field(CP, ge=1000.0, le=1030.0, description="Of air; cases differ.")
+    latent_heat_J_kg: float = Field(LATENT, ge=2.4e6, le=2.6e6, description="Of vaporisation; cases differ.")
     theta_l_K: Pairs
     cube_root_above_m: float | None = Field(
         None, description="Adds (z - this)^(1/3) K to theta_l above this height (Stevens et al. 2005, eq. 1)."

@@ -21,10 +21,8 @@ from hcss_skies.les.pressure import PressureSolver
 from hcss_skies.les.radiation import radiative_heating
 from hcss_skies.les.rain import fall_and_change
 from hcss_skies.les.thermodynamics import (
-    CP,
     EPSILON,
     GRAVITY,
-    LATENT,
     P_0,
     R_DRY,
     G,
@@ -110,7 +108,9 @@ class Model:
         if air.cube_root_above_m is not None:
             theta = theta + np.cbrt(np.maximum(z - air.cube_root_above_m, 0.0))
         water = at_heights(air.water_g_kg, z)
-        self.reference = ReferenceState.of_profiles(mesh, theta, water, air.surface_pressure_Pa)
+        self.reference = ReferenceState.of_profiles(
+            mesh, theta, water, air.surface_pressure_Pa, air.heat_capacity_J_kg_K, air.latent_heat_J_kg
+        )
         self.dtype = np.dtype(np.float64 if case.precision == "double" else np.float32)
         self._prepare()
         self._start(theta, water)
@@ -159,17 +159,17 @@ class Model:
     def _sea(self) -> None:
         """Kinematic fluxes, and values at the sea for bulk fluxes."""
         sea, rho = self.case.surface, float(self.reference.density_at_faces[0])
-        exner = (self.case.air.surface_pressure_Pa / P_0) ** (R_DRY / CP)
+        exner = (self.case.air.surface_pressure_Pa / P_0) ** (R_DRY / self.reference.cp_J_kg_K)
         self._fluxes: dict[str, float] = {}
         self._bulk: dict[str, tuple[float, float]] = {}
         if sea.sensible_W_m2 is not None:
-            self._fluxes["theta_l"] = sea.sensible_W_m2 / (rho * CP * exner)
+            self._fluxes["theta_l"] = sea.sensible_W_m2 / (rho * self.reference.cp_J_kg_K * exner)
         elif sea.heat_K_m_s is not None:
             self._fluxes["theta_l"] = sea.heat_K_m_s
         elif sea.heat_coefficient is not None and sea.sea_K is not None:
             self._bulk["theta_l"] = sea.heat_coefficient, sea.sea_K / exner - self.reference.theta_0_K
         if sea.latent_W_m2 is not None:
-            self._fluxes["water"] = sea.latent_W_m2 / (rho * LATENT) / G
+            self._fluxes["water"] = sea.latent_W_m2 / (rho * self.reference.latent_J_kg) / G
         elif sea.water_g_kg_m_s is not None:
             self._fluxes["water"] = sea.water_g_kg_m_s
         elif sea.water_coefficient is not None and sea.sea_K is not None:
@@ -246,8 +246,8 @@ class Model:
         """Set cloud water and buoyancy of the present state."""
         reference = self.reference
         saturation_adjustment(
-            self.theta_l, self.water, self.rain, reference.theta_0_K, reference.pressure_Pa, reference.exner,
-            self.liquid, self.theta_v, self._mean_theta_v,
+            self.theta_l, self.water, self.rain, reference.theta_0_K, reference.warming, reference.pressure_Pa,
+            reference.exner, self.liquid, self.theta_v, self._mean_theta_v,
         )  # fmt: skip
 
     def longest_step(self) -> float:
@@ -335,7 +335,7 @@ class Model:
         if law is not None:
             reference = self.reference
             radiative_heating(
-                self.liquid, self.water, self.mesh.faces_m, reference.density, reference.exner,
+                self.liquid, self.water, self.mesh.faces_m, reference.density, reference.exner, reference.cp_J_kg_K,
                 (law.f_0_W_m2, law.f_1_W_m2, law.kappa_m2_kg, law.a_z, law.divergence_s, law.density_kg_m3,
                  law.inversion_water_g_kg), self._heating, self._mean_heating,
             )  # fmt: skip
@@ -344,8 +344,8 @@ class Model:
         assert self.case.rain is not None
         reference, heating = self.reference, np.empty(self.mesh.levels)
         fallen = fall_and_change(
-            self.theta_l, self.water, self.rain, self.liquid, reference.theta_0_K, reference.pressure_Pa,
-            reference.exner, reference.density, self.mesh.depth_m, self.case.rain.droplets_cm3, seconds, heating,
+            self.theta_l, self.water, self.rain, self.liquid, reference.theta_0_K, reference.warming,
+            reference.pressure_Pa, reference.exner, reference.density, self.mesh.depth_m, self.case.rain.droplets_cm3, seconds, heating,
         )  # fmt: skip
         self.rain_on_sea_kg_m2 += fallen
         self.diagnose()

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from hcss_skies.les.advection import FAST
-from hcss_skies.les.thermodynamics import CP, G
+from hcss_skies.les.thermodynamics import G
 from hcss_twin.core.kernels import kernel
 
 
 @kernel(fastmath=FAST, error_model="numpy")
 def radiative_heating(
-    liquid: Any, water: Any, faces: Any, density: Any, exner: Any, law: Any, heating: Any, mean: Any
+    liquid: Any, water: Any, faces: Any, density: Any, exner: Any, cp: float, law: Any, heating: Any, mean: Any
 ) -> None:
     """Set the radiative tendency (K/s) of theta_l, and its horizontal mean (nz,) in double precision.
 
@@ -30,6 +30,8 @@ def radiative_heating(
         Heights (nz + 1,) of faces.
     density, exner : ndarray
         Reference state (nz,).
+    cp : float
+        Heat capacity of air, J kg-1 K-1.
     law : tuple of float
         F_0, F_1 (W m-2), kappa (m2 kg-1), a_z (m-4/3), D (s-1), rho_i (kg m-3), q_t at z_i (g/kg).
     heating, mean : ndarray
@@ -42,7 +44,7 @@ def radiative_heating(
     for i in range(nz + 1):
         for k in range(nz + 1):
             rise = max(faces[k] - faces[i], 0.0)
-            balance[i, k] = density_i * CP * divergence * a_z * (0.25 * rise ** (4 / 3) + faces[i] * rise ** (1 / 3))
+            balance[i, k] = density_i * cp * divergence * a_z * (0.25 * rise ** (4 / 3) + faces[i] * rise ** (1 / 3))
     mean[:] = 0.0
     for i in range(nx):
         for j in range(ny):
@@ -61,7 +63,7 @@ def radiative_heating(
                     over, under = np.exp(-above[k]), np.exp(above[k] - whole)
                 flux[k] = f_0 * over + f_1 * under + balance[inversion, k]
             for k in range(nz):
-                rate = (flux[k] - flux[k + 1]) / (density[k] * CP * exner[k] * (faces[k + 1] - faces[k]))
+                rate = (flux[k] - flux[k + 1]) / (density[k] * cp * exner[k] * (faces[k + 1] - faces[k]))
                 heating[i, j, k] = rate
                 mean[k] += rate
     mean[:] /= nx * ny

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from hcss_skies.les.advection import FAST
-from hcss_skies.les.thermodynamics import CP, LATENT, G, saturation
+from hcss_skies.les.thermodynamics import G, saturation
 from hcss_twin.core.kernels import kernel
 
 
 @kernel(fastmath=FAST, error_model="numpy")
 def fall_and_change(
-    theta_l: Any, water: Any, rain: Any, liquid: Any, theta_0: float, pressure: Any, exner: Any, density: Any,
-    depth: Any, droplets: float, seconds: float, heating: Any,
+    theta_l: Any, water: Any, rain: Any, liquid: Any, theta_0: float, warming: float, pressure: Any, exner: Any,
+    density: Any, depth: Any, droplets: float, seconds: float, heating: Any,
 ) -> float:  # fmt: skip
     """Let rain fall and change for one step; return what fell on the sea, kg m-2 in the mean.
 
@@ -30,8 +30,8 @@ def fall_and_change(
         Fields, changed in place; theta_l less theta_0, water in g/kg.
     liquid : ndarray
         Cloud water, g/kg, of the same instant.
-    theta_0 : float
-        K.
+    theta_0, warming : float
+        Of the reference state, K.
     pressure, exner, density, depth : ndarray
         Reference state (nz,) and depth of levels.
     droplets : float
@@ -88,7 +88,7 @@ def fall_and_change(
                 else:
                     change = 0.0
                 q[k] += change
-                warmer = LATENT / CP / exner[k] * change
+                warmer = warming / G / exner[k] * change
                 theta_l[i, j, k] += warmer
                 water[i, j, k] -= change / G
                 rain[i, j, k] = q[k] / G

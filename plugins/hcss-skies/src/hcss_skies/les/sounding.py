@@ -167,8 +167,8 @@ def case_of_sounding(
     top = min(float(sounding.height_m[-1]), max(1.5 * inversion, inversion + 1200.0))
     if top < inversion + 400.0:
         raise CatalogError(
-            f"the sounding ends at {sounding.height_m[-1]:g} m, {top - inversion:.0f} m above the steepest rise of theta "
-            f"at {inversion:.0f} m; allowed: 400 m and more"
+            f"the sounding ends at {sounding.height_m[-1]:g} m, {top - inversion:.0f} m above the steepest rise of "
+            f"theta at {inversion:.0f} m; allowed: 400 m and more"
         )
     cooling = COOLING_K_DAY if cooling_K_day is None else cooling_K_day
     if cooling_K_day is None:

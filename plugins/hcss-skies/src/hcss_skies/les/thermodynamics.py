@@ -42,6 +42,8 @@ class ReferenceState:
 
     Attributes
     ----------
+    cp_J_kg_K, latent_J_kg : float
+        Heat capacity of air, latent heat.
     theta_0_K : float
         Constant of which theta_l of fields is the difference: single precision keeps small differences then.
     pressure_Pa, exner, theta_v_K, density : ndarray
@@ -50,6 +52,8 @@ class ReferenceState:
         (nz + 1,).
     """
 
+    cp_J_kg_K: float
+    latent_J_kg: float
     theta_0_K: float
     pressure_Pa: Array
     exner: Array
@@ -57,10 +61,23 @@ class ReferenceState:
     density: Array
     density_at_faces: Array
 
+    @property
+    def warming(self) -> float:
+        """By how much the condensation of 1 g/kg warms air, K."""
+        return self.latent_J_kg / self.cp_J_kg_K * G
+
     @classmethod
-    def of_profiles(cls, mesh: Mesh, theta_l_K: Array, water_g_kg: Array, surface_pressure_Pa: float) -> ReferenceState:
+    def of_profiles(
+        cls,
+        mesh: Mesh,
+        theta_l_K: Array,
+        water_g_kg: Array,
+        surface_pressure_Pa: float,
+        cp: float = CP,
+        latent: float = LATENT,
+    ) -> ReferenceState:
         """Integrate dPi/dz = -g / (cp theta_v) upward from the sea, with liquid where the profile is saturated."""
-        kappa = R_DRY / CP
+        kappa, warming = R_DRY / cp, latent / cp * G
         exner_sea = (surface_pressure_Pa / P_0) ** kappa
         exner, theta_v = np.empty(mesh.levels), np.empty(mesh.levels)
         below, height, theta_below = exner_sea, 0.0, 0.0
@@ -68,10 +85,10 @@ class ReferenceState:
             here = theta_l_K[k]
             for _ in range(4):  # theta_v of the level depends on its pressure, weakly
                 layer = 0.5 * (here + theta_below) if k else here
-                exner[k] = below - GRAVITY / CP * (z - height) / layer
+                exner[k] = below - GRAVITY / cp * (z - height) / layer
                 pressure = P_0 * exner[k] ** (1.0 / kappa)
-                liquid = condensate(theta_l_K[k], water_g_kg[k], pressure, exner[k])
-                here = virtual(theta_l_K[k], water_g_kg[k], liquid, 0.0, exner[k])
+                liquid = condensate(theta_l_K[k], water_g_kg[k], pressure, exner[k], warming)
+                here = virtual(theta_l_K[k], water_g_kg[k], liquid, 0.0, exner[k], warming)
             theta_v[k], below, height, theta_below = here, exner[k], z, here
         pressure_Pa = P_0 * exner ** (1.0 / kappa)
         density = pressure_Pa / (R_DRY * theta_v * exner)
@@ -80,7 +97,7 @@ class ReferenceState:
         for face, cell in ((0, 0), (-1, -1)):
             rate = GRAVITY / (R_DRY * theta_v[cell] * exner[cell])
             at_faces[face] = density[cell] * np.exp(rate * (mesh.centres_m[cell] - mesh.faces_m[face]))
-        return cls(float(round(theta_l_K[0])), pressure_Pa, exner, theta_v, density, at_faces)
+        return cls(cp, latent, float(round(theta_l_K[0])), pressure_Pa, exner, theta_v, density, at_faces)
 
 
 @inner(fastmath=FAST, error_model="numpy")
@@ -102,33 +119,41 @@ def saturation(temperature: float, pressure: float) -> tuple[float, float]:
 
 
 @kernel(fastmath=FAST, error_model="numpy")
-def condensate(theta_l: float, water: float, pressure: float, exner: float) -> float:
+def condensate(theta_l: float, water: float, pressure: float, exner: float, warming: float = LATENT / CP * G) -> float:
     """Return the cloud water q_c (g/kg) with which vapour is not supersaturated: Newton's method, four steps.
 
     q_c = q_t - q_s(T), T = Pi theta_l + L/cp q_c. The first step, from T = Pi theta_l, is the usual linear one; four
     leave less than 1e-8 g/kg.
     """
-    warm = LATENT / CP * G
     cold = exner * theta_l
     temperature = cold
     liquid = 0.0
     for _ in range(4):
         q, slope = saturation(temperature, pressure)
-        liquid = liquid + (water - q - liquid) / (1.0 + warm * slope)
-        temperature = cold + warm * liquid
+        liquid = liquid + (water - q - liquid) / (1.0 + warming * slope)
+        temperature = cold + warming * liquid
     return max(liquid, 0.0)
 
 
 @kernel(fastmath=FAST, error_model="numpy")
-def virtual(theta_l: float, water: float, liquid: float, rain: float, exner: float) -> float:
+def virtual(theta_l: float, water: float, liquid: float, rain: float, exner: float, warming: float) -> float:
     """Return theta_v = theta (1 + .608 q_v - q_c - q_r)."""
-    theta = theta_l + LATENT / CP * G / exner * liquid
+    theta = theta_l + warming / exner * liquid
     return theta * (1.0 + G * (VIRTUAL * (water - liquid) - liquid - rain))
 
 
 @kernel(fastmath=FAST, error_model="numpy")
 def saturation_adjustment(
-    theta_l: Any, water: Any, rain: Any, theta_0: float, pressure: Any, exner: Any, liquid: Any, theta_v: Any, mean: Any
+    theta_l: Any,
+    water: Any,
+    rain: Any,
+    theta_0: float,
+    warming: float,
+    pressure: Any,
+    exner: Any,
+    liquid: Any,
+    theta_v: Any,
+    mean: Any,
 ) -> None:
     """Set cloud water and theta_v of all cells, and the horizontal mean (nz,) of theta_v.
 
@@ -136,8 +161,8 @@ def saturation_adjustment(
     ----------
     theta_l, water, rain : ndarray
         Fields; theta_l less theta_0. ``rain`` may have no column: there is none.
-    theta_0 : float
-        K.
+    theta_0, warming : float
+        Of the reference state, K.
     pressure, exner : ndarray
         Reference state (nz,), double precision.
     liquid, theta_v : ndarray
@@ -159,9 +184,11 @@ def saturation_adjustment(
                 excess[k] = water[i, j, k] - saturation(exner[k] * here[k], pressure[k])[0]
             for k in range(nz):
                 # most cells are clear, and need no iteration
-                excess[k] = condensate(here[k], water[i, j, k], pressure[k], exner[k]) if excess[k] > 0.0 else 0.0
+                excess[k] = (
+                    condensate(here[k], water[i, j, k], pressure[k], exner[k], warming) if excess[k] > 0.0 else 0.0
+                )
             for k in range(nz):
-                value = virtual(here[k], water[i, j, k], excess[k], falling[k], exner[k]) - theta_0
+                value = virtual(here[k], water[i, j, k], excess[k], falling[k], exner[k], warming) - theta_0
                 liquid[i, j, k] = excess[k]
                 theta_v[i, j, k] = value
                 mean[k] += value
