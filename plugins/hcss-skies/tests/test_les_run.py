@@ -12,7 +12,7 @@ from hcss_skies.command import skies
 from hcss_skies.les.case import read_case, shipped
 from hcss_skies.les.model import Model
 from hcss_skies.les.run import Times, simulate_case
-from les_cases import case
+from les_cases import CLOUDY, case
 
 from hcss_twin.providers import CatalogError, HcssError
 
@@ -81,6 +81,20 @@ def test_the_file_has_pictures_and_statistics_of_all_times(small, tmp_path):
         assert file["cloud_fraction"].shape == (7, model.mesh.levels)
         np.testing.assert_array_equal(file["statistics_time"][:], np.arange(0.0, 721.0, 120.0))
         assert file["mean_theta_l"][0, 0] == pytest.approx(298.7, abs=0.02)
+
+
+def test_volumes_add_up_to_the_optical_thickness_of_the_pictures(tmp_path):
+    cloudy = case(CLOUDY, output={"hours": 0.1, "picture_s": 120.0, "volume_s": 120.0}, grid={"columns": [8, 12]})
+    model = simulate_case(cloudy, tmp_path / "a.nc", through)
+    with netCDF4.Dataset(tmp_path / "a.nc") as file:
+        assert file["extinction"].shape == (4, model.mesh.levels, 12, 8)
+        through_all = np.tensordot(file["extinction"][:], model.mesh.depth_m, axes=(1, 0))
+        np.testing.assert_allclose(through_all, file["optical_thickness"][:], rtol=1e-5, atol=1e-6)
+        assert file["optical_thickness"][:].max() > 1.0
+        # top and base enclose the cloud, whose water is that of the mean
+        assert np.all(file["cloud_top"][:].compressed() > file["cloud_base"][:].compressed())
+        water = file["liquid_water_path"][:].mean((1, 2))
+        np.testing.assert_allclose(water[0], file["mean_liquid_water_path"][0], rtol=1e-5)
 
 
 def test_pictures_begin_after_spin_up_and_statistics_end_with_the_run():

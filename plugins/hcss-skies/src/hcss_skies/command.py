@@ -169,6 +169,7 @@ def import_image(
 @click.option("--side", callback=metres, metavar="LENGTH", help="Side of a cell in the place of the case's.")
 @click.option("--hours", type=Number(0.0, 240.0, min_open=True), help="Duration in the place of the case's.")
 @click.option("--spin-up", type=Number(0.0, 240.0), metavar="HOURS", help="Before the first picture.")
+@click.option("--volumes", type=Number(1.0), metavar="SECONDS", help="Keep volumes of extinction so often, too.")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), help="Of the noise at the start.")
 @click.option("--precision", type=click.Choice(["single", "double"]), help="Of the fields; default: the case's.")
 @click.option("--restart", is_flag=True, help="Begin again where an interrupted run would be continued.")
@@ -189,6 +190,7 @@ def simulate(
     side: float | None,
     hours: float | None,
     spin_up: float | None,
+    volumes: float | None,
     seed: int | None,
     precision: str | None,
     restart: bool,
@@ -211,7 +213,7 @@ def simulate(
         raise click.UsageError("--profile and --sea: allowed: both or neither")
     sections: dict[str, dict[str, object]] = {
         "grid": {"columns": list(columns) if columns else None, "side_m": side},
-        "output": {"hours": hours, "spin_up_hours": spin_up},
+        "output": {"hours": hours, "spin_up_hours": spin_up, "volume_s": volumes},
     }
     changed = {name: {key: v for key, v in fields.items() if v is not None} for name, fields in sections.items()}
     if profile is not None and sea is not None:

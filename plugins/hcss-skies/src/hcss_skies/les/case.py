@@ -153,6 +153,7 @@ class OutputSection(_Section):
     spin_up_hours: float = Field(0.0, ge=0.0, description="Pictures before are spin-up and not kept.")
     picture_s: Positive = 60.0
     statistics_s: Positive = 300.0
+    volume_s: Positive | None = Field(None, description="Between volumes of extinction; by default there are none.")
     droplets_cm3: Positive = Field(100.0, description="For the optical thickness.")
 
     @model_validator(mode="after")

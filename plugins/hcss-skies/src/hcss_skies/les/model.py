@@ -345,7 +345,8 @@ class Model:
         reference, heating = self.reference, np.empty(self.mesh.levels)
         fallen = fall_and_change(
             self.theta_l, self.water, self.rain, self.liquid, reference.theta_0_K, reference.warming,
-            reference.pressure_Pa, reference.exner, reference.density, self.mesh.depth_m, self.case.rain.droplets_cm3, seconds, heating,
+            reference.pressure_Pa, reference.exner, reference.density, self.mesh.depth_m,
+            self.case.rain.droplets_cm3, seconds, heating,
         )  # fmt: skip
         self.rain_on_sea_kg_m2 += fallen
         self.diagnose()

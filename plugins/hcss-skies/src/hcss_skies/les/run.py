@@ -47,6 +47,7 @@ class Times:
 
     pictures: list[float]
     statistics: list[float]
+    volumes: list[float]
 
     @classmethod
     def of_case(cls, case: Case) -> Times:
@@ -56,12 +57,13 @@ class Times:
         first = 3600.0 * out.spin_up_hours
         pictures = [float(t) for t in np.arange(first, end + 1e-6, out.picture_s)]
         means = [float(t) for t in np.arange(0.0, end + 1e-6, out.statistics_s)]
-        return cls(pictures, means if means[-1] == end else [*means, end])
+        volumes = [] if out.volume_s is None else [float(t) for t in np.arange(first, end + 1e-6, out.volume_s)]
+        return cls(pictures, means if means[-1] == end else [*means, end], volumes)
 
     @property
     def all(self) -> list[float]:
         """All times, ascending."""
-        return sorted({*self.pictures, *self.statistics})
+        return sorted({*self.pictures, *self.statistics, *self.volumes})
 
 
 def simulate_case(case: Case, output: Path, progress: Progress, restart: bool = False) -> Model:
@@ -152,6 +154,9 @@ def _require_budget(model: Model) -> None:
 def _look(model: Model, times: Times, checkpoint: Checkpoint) -> None:
     if model.time_s in times.pictures:
         checkpoint.keep("picture", times.pictures.index(model.time_s), clouds.picture(model))
+    if model.time_s in times.volumes:
+        volume = clouds.extinction(model).transpose(2, 1, 0).astype(np.float32)
+        checkpoint.keep("volume", times.volumes.index(model.time_s), {"extinction": volume})
     if model.time_s in times.statistics:
         means = {**statistics.profiles(model), **statistics.series(model)}
         checkpoint.keep("statistics", times.statistics.index(model.time_s), means)
@@ -172,6 +177,11 @@ def _write(output: Path, model: Model, times: Times, checkpoint: Checkpoint) -> 
         axes = {
             "time": (np.array(times.pictures), "s", "time of pictures since the start"),
             "statistics_time": (np.array(times.statistics), "s", "time of statistics since the start"),
+            **(
+                {"volume_time": (np.array(times.volumes), "s", "time of volumes since the start")}
+                if times.volumes
+                else {}
+            ),
             "z": (mesh.centres_m, "m", "height of cell centres"),
             "y": (side * (np.arange(mesh.columns[1]) + 0.5), "m", "distance along y in the moving frame; periodic"),
             "x": (side * (np.arange(mesh.columns[0]) + 0.5), "m", "distance along x in the moving frame; periodic"),
@@ -195,6 +205,11 @@ def _write(output: Path, model: Model, times: Times, checkpoint: Checkpoint) -> 
         for n in range(len(times.pictures)):
             for name, field in checkpoint.kept("picture", n).items():
                 file.variables[name][n] = field
+        if times.volumes:
+            what = "extinction of cloud droplets, visible"
+            _variable(file, "extinction", "f4", ("volume_time", "z", "y", "x"), "m-1", what)
+        for n in range(len(times.volumes)):
+            file.variables["extinction"][n] = checkpoint.kept("volume", n)["extinction"]
 
 
 def _variable(file: Any, name: str, kind: str, axes: tuple[str, ...], units: str, what: str) -> Any:
