@@ -67,12 +67,12 @@ def measured(file: netCDF4.Dataset, kind: str) -> dict[str, float]:
         "w variance at most, m2 s-2": of("w_variance")[late].mean(0).max(),
     }
     low = of("mean_theta_l")[late][:, z < 500.0].mean(1)
-    hours = time[late]
-    found["tendency of theta_l below 500 m, K/day"] = np.polyfit(hours, low, 1)[0] * 86400.0
+    seconds = time[late]
+    found["tendency of theta_l below 500 m, K/day"] = np.polyfit(seconds, low, 1)[0] * 86400.0
     # entrainment: rise of the height where the mean water is 8 g/kg, and subsidence there (divergence 3.75e-6 s-1)
     water = of("total_water")[late]
     heights = [np.interp(-8.0, -w[z > 600.0], z[z > 600.0]) for w in water]
-    found["entrainment, cm/s"] = 100.0 * (np.polyfit(hours, heights, 1)[0] + 3.75e-6 * float(np.mean(heights)))
+    found["entrainment, cm/s"] = 100.0 * (np.polyfit(seconds, heights, 1)[0] + 3.75e-6 * float(np.mean(heights)))
     return {name: float(value) for name, value in found.items()}
 
 

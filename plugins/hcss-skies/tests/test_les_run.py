@@ -73,6 +73,15 @@ def test_a_run_is_not_continued_with_another_case(small, tmp_path, monkeypatch):
     assert (tmp_path / "a.nc").exists()
 
 
+def test_files_of_others_in_the_folder_of_a_run_are_left(small, tmp_path):
+    folder = tmp_path / "a.nc.run"
+    folder.mkdir()
+    (folder / "notes.txt").write_text("mine")
+    with pytest.raises(HcssError, match="move what is in it"):
+        simulate_case(small, tmp_path / "a.nc", through)
+    assert (folder / "notes.txt").read_text() == "mine"
+
+
 def test_the_file_has_pictures_and_statistics_of_all_times(small, tmp_path):
     model = simulate_case(small, tmp_path / "a.nc", through)
     with netCDF4.Dataset(tmp_path / "a.nc") as file:

@@ -7,7 +7,7 @@ so far, one file for each time. Every file is whole or absent. The folder goes w
 from __future__ import annotations
 
 import hashlib
-import shutil
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,8 @@ from hcss_skies.les.model import Model
 from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
 from hcss_twin.providers import CatalogError, HcssError
+
+_OWN = re.compile(r"state\.npz|(picture|statistics|volume)-\d{5}\.npz")
 
 VERSION = 1
 """Version of the model: a state of another one would go on with other equations."""
@@ -101,5 +103,18 @@ class Checkpoint:
         return self.folder / f"{kind}-{number:05d}.npz"
 
     def remove(self) -> None:
-        """Remove the folder."""
-        shutil.rmtree(self.folder)
+        """Remove the folder.
+
+        Raises
+        ------
+        HcssError
+            If it has files that no run wrote: they are left as they are.
+        """
+        Writing.remove_orphans(self.folder)
+        for path in self.folder.iterdir():
+            if _OWN.fullmatch(path.name):
+                path.unlink()
+        try:
+            self.folder.rmdir()
+        except OSError as error:
+            raise HcssError(f"cannot remove the folder {self.folder}: {error.strerror}; move what is in it") from error

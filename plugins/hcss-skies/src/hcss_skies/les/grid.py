@@ -60,10 +60,6 @@ class Mesh:
         """Shape of a field of scalars."""
         return (*self.columns, self.levels)
 
-    def at_faces(self, profile: Array) -> Array:
-        """Return a profile (nz,) of cells at the faces (nz + 1,), linear in height, constant beyond the last cells."""
-        return np.interp(self.faces_m, self.centres_m, profile)
-
 
 def stretched_faces(top_m: float, spacing_m: list[tuple[float, float]]) -> Array:
     """Return heights (nz + 1,) of faces whose distances follow a piecewise linear function of height.

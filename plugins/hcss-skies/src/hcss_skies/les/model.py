@@ -143,6 +143,7 @@ class Model:
         self._sponge_w = forcings.sponge_rate(faces, *sponge).astype(kind)
         forcing, frame = case.forcing, case.air.frame_m_s
         self._subsidence = forcings.subsidence_weights(mesh, at_heights(forcing.subsidence_m_s, z))
+        self._air_around = self._subsidence.astype(kind), self._sponge.astype(kind)
         self._sources = {
             "theta_l": at_heights(forcing.theta_l_K_day, z) / DAY_S,
             "water": at_heights(forcing.water_g_kg_day, z) / DAY_S,
@@ -366,12 +367,11 @@ class Model:
         kind, rates, fields = self.dtype.type, self._rates, self._fields
         winds = self.u, self.v, self.w
         flow = self._density, self._per_mass, self._per_side
-        sponge, weights = self._sponge.astype(kind), self._subsidence.astype(kind)
         for name in self._scalars_and_winds():
             shift = int(name == "u"), int(name == "v")
             advection.advect(fields[name], *winds, *shift, *flow, rates[name], self._weno)
             forcings.add_large_scale(
-                fields[name], means[name].astype(kind), self._sources[name].astype(kind), weights, sponge, rates[name]
+                fields[name], means[name].astype(kind), self._sources[name].astype(kind), *self._air_around, rates[name]
             )
         around = self._below, self._above, self._density, self._per_mass_w, self._per_side
         advection.advect_w(self.w, self.u, self.v, *around, rates["w"], self._weno)
