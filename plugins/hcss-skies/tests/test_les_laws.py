@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from hcss_skies.les.case import case_of
+from hcss_skies.les import statistics
+from hcss_skies.les.case import case_of, read_case
 from hcss_skies.les.model import Model
 from hcss_skies.les.thermodynamics import GRAVITY
 from les_cases import DRY, case
@@ -119,3 +120,18 @@ def test_the_front_of_a_density_current_lags_little_behind_the_reference():
 @pytest.mark.long
 def test_the_front_of_a_finer_density_current_lags_less():
     assert -0.04 < density_current(100.0) / REFERENCE_FRONT_M - 1.0 < 0.0
+
+
+@pytest.mark.long
+def test_trade_cumulus_is_within_the_spread_of_the_published_models():
+    # a box of 2.4 km for 2 h has few clouds: wider ranges than make/simulations.py has for the whole case
+    model = Model(read_case("bomex", grid={"columns": [24, 24]}))
+    found = []
+    for until in range(4500, 7201, 300):
+        model.run_until(float(until))
+        found.append({**statistics.series(model), "fraction": statistics.profiles(model)["cloud_fraction"]})
+    mean = {name: np.mean([each[name] for each in found], 0) for name in found[0]}
+    assert 0.05 < mean["cloud_cover"] < 0.2
+    assert 0.03 < mean["fraction"].max() < 0.09
+    assert 400.0 < mean["lowest_base"] < 620.0
+    assert 1.0 < mean["mean_liquid_water_path"] < 20.0
