@@ -42,7 +42,8 @@ class GridSection(_Section):
 
     columns: tuple[Annotated[int, Field(ge=4, le=4096)], Annotated[int, Field(ge=4, le=4096)]]
     side_m: Positive
-    top_m: Positive
+    top_m: Positive = Field(description="Height of the lid above the floor; all heights of a case are above the floor.")
+    floor_m: float = Field(0.0, ge=0.0, le=1e4, description="Altitude of the floor: 0 is the sea.")
     spacing_m: Positive | Pairs = Field(description="Depth of levels; or pairs of height and depth: a stretched grid.")
     sponge_bottom_m: Positive
     sponge_rate_s: float = Field(0.01, ge=0.0, le=0.05, description="At the lid, s-1.")
@@ -60,7 +61,7 @@ class GridSection(_Section):
 class AirSection(_Section):
     """The air at the beginning."""
 
-    surface_pressure_Pa: float = Field(ge=5e4, le=1.1e5)
+    surface_pressure_Pa: float = Field(ge=2.5e4, le=1.1e5, description="At the floor.")
     heat_capacity_J_kg_K: float = Field(CP, ge=1000.0, le=1030.0, description="Of air; cases differ.")
     latent_heat_J_kg: float = Field(LATENT, ge=2.4e6, le=2.6e6, description="Of vaporisation; cases differ.")
     theta_l_K: Pairs

@@ -45,7 +45,7 @@ def picture(model: Model) -> dict[str, np.ndarray[Any, np.dtype[np.float32]]]:
     fields = {
         "liquid_water_path": liquid.astype(np.float64) @ model.mass,  # g/kg times kg m-2
         "optical_thickness": extinction(model) @ mesh.depth_m,
-        "cloud_top": np.where(any_cloud, mesh.faces_m[highest], np.nan),
-        "cloud_base": np.where(any_cloud, mesh.faces_m[lowest], np.nan),
+        "cloud_top": np.where(any_cloud, mesh.floor_m + mesh.faces_m[highest], np.nan),
+        "cloud_base": np.where(any_cloud, mesh.floor_m + mesh.faces_m[lowest], np.nan),
     }
     return {name: np.ascontiguousarray(field.T, np.float32) for name, field in fields.items()}

@@ -27,12 +27,15 @@ class Mesh:
     side_m : float
         Horizontal side of a cell.
     faces_m : ndarray
-        Heights (nz + 1,) of the faces between levels, from 0 to the lid.
+        Heights (nz + 1,) of the faces between levels above the floor, from 0 to the lid.
+    floor_m : float
+        Altitude of the floor: 0 is the sea, more a level surface in the air below a high layer.
     """
 
     columns: tuple[int, int]
     side_m: float
     faces_m: Array
+    floor_m: float = 0.0
 
     @cached_property
     def centres_m(self) -> Array:

@@ -102,7 +102,7 @@ class Model:
         self.case = case
         spacing = case.grid.spacing_m
         faces = stretched_faces(case.grid.top_m, spacing if isinstance(spacing, list) else [(0.0, spacing)])
-        self.mesh = mesh = Mesh(case.grid.columns, case.grid.side_m, faces)
+        self.mesh = mesh = Mesh(case.grid.columns, case.grid.side_m, faces, case.grid.floor_m)
         air, z = case.air, mesh.centres_m
         theta = at_heights(air.theta_l_K, z)
         if air.cube_root_above_m is not None:

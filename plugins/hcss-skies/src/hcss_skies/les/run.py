@@ -122,10 +122,9 @@ def remarks(model: Model) -> list[str]:
     top = last["highest_top"]
     if top == 0.0:
         found.append("there is no cloud at the end")
-    if top > case.grid.sponge_bottom_m:
-        found.append(
-            f"clouds reach {top:.0f} m, into the sponge above {case.grid.sponge_bottom_m:g} m; the box is too low"
-        )
+    sponge = mesh.floor_m + case.grid.sponge_bottom_m
+    if top > sponge:
+        found.append(f"clouds reach {top:.0f} m, into the sponge above {sponge:g} m; the box is too low")
     cloudy = np.flatnonzero((model.liquid > clouds.CLOUDY_G_KG).any(axis=(0, 1)))
     if len(cloudy):
         k = cloudy[-1]
@@ -136,8 +135,10 @@ def remarks(model: Model) -> list[str]:
     if last["mean_liquid_water_path"] > 300.0 and case.rain is None:
         found.append(f"a mean of {last['mean_liquid_water_path']:.0f} g m-2 of water would rain; the case has no rain")
     side = min(n * mesh.side_m for n in mesh.columns)
-    if side < 1.5 * top:
-        found.append(f"the box is {side:.0f} m wide, clouds reach {top:.0f} m: they are confined by its sides")
+    if side < 1.5 * (top - mesh.floor_m):
+        found.append(
+            f"the box is {side:.0f} m wide, clouds reach {top - mesh.floor_m:.0f} m above its floor: they are confined by its sides"
+        )
     return found
 
 
@@ -182,7 +183,7 @@ def _write(output: Path, model: Model, times: Times, checkpoint: Checkpoint) -> 
                 if times.volumes
                 else {}
             ),
-            "z": (mesh.centres_m, "m", "height of cell centres"),
+            "z": (mesh.floor_m + mesh.centres_m, "m", "altitude of cell centres"),
             "y": (side * (np.arange(mesh.columns[1]) + 0.5), "m", "distance along y in the moving frame; periodic"),
             "x": (side * (np.arange(mesh.columns[0]) + 0.5), "m", "distance along x in the moving frame; periodic"),
         }

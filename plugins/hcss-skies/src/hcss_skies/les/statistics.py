@@ -85,9 +85,9 @@ def series(model: Model) -> dict[str, float]:
     return {
         "cloud_cover": float(cloudy.any(axis=2).mean()),
         "mean_liquid_water_path": float(_mean(model.liquid) @ model.mass),
-        "highest_top": float(mesh.faces_m[levels[-1] + 1]) if len(levels) else 0.0,
-        "lowest_base": float(mesh.faces_m[levels[0]]) if len(levels) else 0.0,
-        "inversion_height": float(mesh.faces_m[1:-1][inner][slope[inner].argmax()]),
+        "highest_top": mesh.floor_m + float(mesh.faces_m[levels[-1] + 1]) if len(levels) else 0.0,
+        "lowest_base": mesh.floor_m + float(mesh.faces_m[levels[0]]) if len(levels) else 0.0,
+        "inversion_height": mesh.floor_m + float(mesh.faces_m[1:-1][inner][slope[inner].argmax()]),
         "fastest_updraught": float(model.w.max()),
         "rain_on_sea": model.rain_on_sea_kg_m2,
         "water_error": model.budget.water_error,
