@@ -10,8 +10,10 @@ import pytest
 from click.testing import CliRunner
 from hcss_skies.command import skies
 from hcss_skies.les.case import read_case, shipped
+from hcss_skies.les.clouds import picture
 from hcss_skies.les.model import Model
 from hcss_skies.les.run import Times, simulate_case
+from hcss_skies.les.statistics import series
 from les_cases import CLOUDY, case
 
 from hcss_twin.providers import CatalogError, HcssError
@@ -104,6 +106,14 @@ def test_volumes_add_up_to_the_optical_thickness_of_the_pictures(tmp_path):
         assert np.all(file["cloud_top"][:].compressed() > file["cloud_base"][:].compressed())
         water = file["liquid_water_path"][:].mean((1, 2))
         np.testing.assert_allclose(water[0], file["mean_liquid_water_path"][0], rtol=1e-5)
+
+
+def test_heights_of_a_high_layer_are_above_the_sea():
+    model = Model(read_case("altocumulus", grid={"columns": [4, 4]}))
+    seen = picture(model)
+    assert 3700.0 < seen["cloud_base"].min() < 3800.0 < 3990.0 < seen["cloud_top"].max() < 4010.0
+    assert series(model)["lowest_base"] == seen["cloud_base"].min()
+    assert model.reference.pressure_Pa[0] < 70100.0
 
 
 def test_pictures_begin_after_spin_up_and_statistics_end_with_the_run():

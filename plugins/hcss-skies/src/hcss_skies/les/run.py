@@ -136,8 +136,9 @@ def remarks(model: Model) -> list[str]:
         found.append(f"a mean of {last['mean_liquid_water_path']:.0f} g m-2 of water would rain; the case has no rain")
     side = min(n * mesh.side_m for n in mesh.columns)
     if side < 1.5 * (top - mesh.floor_m):
+        depth = top - mesh.floor_m
         found.append(
-            f"the box is {side:.0f} m wide, clouds reach {top - mesh.floor_m:.0f} m above its floor: they are confined by its sides"
+            f"the box is {side:.0f} m wide, clouds reach {depth:.0f} m above its floor: its sides confine them"
         )
     return found
 
