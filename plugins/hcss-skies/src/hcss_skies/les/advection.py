@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 
 FAST = {"contract", "arcp", "nsz", "reassoc"}
 """Freedoms of the compiler: all but those that would hide values that are not finite."""
@@ -29,7 +29,7 @@ def constants(dtype: Any) -> tuple[Any, ...]:
     return tuple(kind(x) for x in (1.0 / 3.0, 0.5, 1.0 / 6.0, 13.0 / 3.0, 2.0, 4e-6, 6.0, 3.0))
 
 
-@inner(fastmath=FAST, error_model="numpy")
+@kernel(inner=True, fastmath=FAST, error_model="numpy")
 def weno5(a: Any, b: Any, c: Any, d: Any, e: Any, weno: Any) -> Any:
     """Return the value between c and d, upwind from c, of five cells in a row; one division in the place of four."""
     third, half, sixth, curved, two, least, six, three = weno
@@ -54,7 +54,7 @@ def weno5(a: Any, b: Any, c: Any, d: Any, e: Any, weno: Any) -> Any:
     return c + change / (a0 + a1 + a2)
 
 
-@inner(fastmath=FAST, error_model="numpy")
+@kernel(inner=True, fastmath=FAST, error_model="numpy")
 def upwind(speed: Any, q: Any, weno: Any) -> Any:
     """Return the flux speed * q through a face of six cells in a row, three on each side."""
     q0, q1, q2, q3, q4, q5 = q

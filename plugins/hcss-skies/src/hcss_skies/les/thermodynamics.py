@@ -15,7 +15,7 @@ import numpy as np
 
 from hcss_skies.les.advection import FAST
 from hcss_skies.les.grid import Mesh
-from hcss_twin.core.kernels import inner, kernel
+from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array
 
 GRAVITY = 9.81
@@ -100,7 +100,7 @@ class ReferenceState:
         return cls(cp, latent, float(round(theta_l_K[0])), pressure_Pa, exner, theta_v, density, at_faces)
 
 
-@inner(fastmath=FAST, error_model="numpy")
+@kernel(inner=True, fastmath=FAST, error_model="numpy")
 def saturation(temperature: float, pressure: float) -> tuple[float, float]:
     """Return q_s (g/kg) over water and dq_s/dT; the vapour pressure is a polynomial of eighth order.
 
