@@ -1,4 +1,4 @@
-"""``hcss skies``: list the examples, and make one from a satellite image."""
+"""``hcss skies``: examples of skies, made from satellite images; simulations of clouds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import Number, Output
+from hcss_twin.cli.options import Existing, Number, Output, Stop
 
 if TYPE_CHECKING:
     from hcss_skies.missing import Missing
@@ -43,7 +43,7 @@ def metres(_context: click.Context, _option: click.Parameter, text: str | None) 
 
 @click.group()
 def skies() -> None:
-    """List examples of skies, or make one from an image."""
+    """List examples of skies, make one from an image, or simulate clouds."""
 
 
 @skies.command(name="list")
@@ -151,3 +151,97 @@ def import_image(
     click.echo(described(example.detail))
     for note in done.notes:
         click.echo(f"note: {note}")
+
+
+@skies.command()
+@click.argument("case", required=False)
+@click.option("-o", "--output", type=Output(dir_okay=False), help="NetCDF file; default: the case's name with .nc.")
+@click.option("--profile", type=Existing(dir_okay=False), help="A sounding (CSV) in the place of a case; needs --sea.")
+@click.option("--sea", type=Number(260.0, 320.0), metavar="K", help="Temperature of the sea below the sounding.")
+@click.option("--wind", type=float, nargs=2, metavar="U V", help="Wind of all heights, m/s; default: the sounding's.")
+@click.option("--pressure", type=Number(900.0, 1100.0), default=1013.25, help="Of the sounding at the sea, hPa.")
+@click.option("--latitude", type=Number(-90.0, 90.0), default=25.0, help="Of the sounding.")
+@click.option(
+    "--cooling", type=Number(0.0, 20.0), metavar="K", help="Of the sounding's clear air in a day; default: 2."
+)
+@click.option("--subsidence", type=Number(0.0, 0.03), metavar="M/S", help="Above the inversion; default: estimated.")
+@click.option("--columns", type=int, nargs=2, metavar="NX NY", help="Cells along x and y in the place of the case's.")
+@click.option("--side", callback=metres, metavar="LENGTH", help="Side of a cell in the place of the case's.")
+@click.option("--hours", type=Number(0.0, 240.0, min_open=True), help="Duration in the place of the case's.")
+@click.option("--spin-up", type=Number(0.0, 240.0), metavar="HOURS", help="Before the first picture.")
+@click.option("--volumes", type=Number(1.0), metavar="SECONDS", help="Keep volumes of extinction so often, too.")
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), help="Of the noise at the start.")
+@click.option("--precision", type=click.Choice(["single", "double"]), help="Of the fields; default: the case's.")
+@click.option("--restart", is_flag=True, help="Begin again where an interrupted run would be continued.")
+@click.option("--force", is_flag=True, help="Replace an existing file.")
+@click.pass_context
+def simulate(
+    context: click.Context,
+    case: str | None,
+    output: Path | None,
+    profile: Path | None,
+    sea: float | None,
+    wind: tuple[float, float] | None,
+    pressure: float,
+    latitude: float,
+    cooling: float | None,
+    subsidence: float | None,
+    columns: tuple[int, int] | None,
+    side: float | None,
+    hours: float | None,
+    spin_up: float | None,
+    volumes: float | None,
+    seed: int | None,
+    precision: str | None,
+    restart: bool,
+    force: bool,
+) -> None:
+    """Compute the clouds of CASE by large-eddy simulation: a shipped case, a TOML file, or the case of a --profile.
+
+    An interrupted run is continued by the same command, with the same bits. The file has pictures of water path,
+    optical thickness, top and base, and statistics. hcss skies cases lists the shipped cases.
+    """
+    from functools import partial
+
+    from hcss_skies.les.case import read_case
+    from hcss_skies.les.run import remarks, simulate_case
+    from hcss_skies.les.sounding import case_of_sounding, read_sounding
+
+    if (case is None) == (profile is None):
+        raise click.UsageError("allowed: either CASE or --profile")
+    if (sea is None) != (profile is None):
+        raise click.UsageError("--profile and --sea: allowed: both or neither")
+    sections: dict[str, dict[str, object]] = {
+        "grid": {"columns": list(columns) if columns else None, "side_m": side},
+        "output": {"hours": hours, "spin_up_hours": spin_up, "volume_s": volumes},
+    }
+    changed = {name: {key: v for key, v in fields.items() if v is not None} for name, fields in sections.items()}
+    if profile is not None and sea is not None:
+        sounding = read_sounding(profile, 100.0 * pressure, wind or None)
+        read, notes = case_of_sounding(
+            sounding, sea, latitude_deg=latitude, cooling_K_day=cooling, subsidence_m_s=subsidence, changed=changed
+        )
+        for note in notes:
+            click.echo(f"estimated: {note}", err=True)
+    else:
+        read = read_case(str(case), **changed)
+    single = {"seed": seed, "precision": precision}
+    read = read.model_copy(update={name: value for name, value in single.items() if value is not None})
+    path = output or Path(f"{Path(str(case or profile)).stem}.nc")
+    Output.require_writable([path], force, form="NetCDF")
+    progress = partial(context.ensure_object(Stop).progress, label="simulating")
+    model = simulate_case(read, path, progress, restart)
+    click.echo(f"{path}: {read.title}; {model.steps} steps to {model.time_s / 3600:g} h, {model.liquid.size} cells")
+    for remark in remarks(model):
+        click.echo(f"note: {remark}", err=True)
+
+
+@skies.command()
+def cases() -> None:
+    """List the shipped cases of simulations."""
+    from hcss_skies.les.case import read_case, shipped
+
+    for name in shipped():
+        case = read_case(name)
+        side = " x ".join(f"{n * case.grid.side_m / 1e3:g}" for n in case.grid.columns)
+        click.echo(f"{name:16} {case.title}: {side} km, {case.grid.side_m:g} m, {case.output.hours:g} h")

@@ -6,4 +6,8 @@ from hcss_twin.providers import CommandSpec, hookimpl
 @hookimpl
 def hcss_commands() -> list[CommandSpec]:
     """Return the command ``skies``."""
-    return [CommandSpec("skies", "hcss_skies.command:skies", "List examples of skies, or make one from an image.")]
+    return [
+        CommandSpec(
+            "skies", "hcss_skies.command:skies", "List examples of skies, make one from an image, or simulate clouds."
+        )
+    ]

@@ -1,0 +1,97 @@
+"""Warm rain with one moment: it forms from cloud water, falls, and evaporates below clouds.
+
+Autoconversion 1350 q_c^2.47 N^-1.79 and accretion 67 (q_c q_r)^1.15 (M. Khairoutdinov and Y. Kogan, Mon. Weather Rev.
+128, 229 (2000), eq. 29 and 33; kg/kg, cm-3, s-1). Fall speed and evaporation (J. B. Klemp and R. B. Wilhelmson, J.
+Atmos. Sci. 35, 1070 (1978)) are those of drops of Marshall and Palmer: drizzle falls too fast in it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hcss_skies.les.advection import FAST
+from hcss_skies.les.thermodynamics import G, saturation
+from hcss_twin.core.kernels import kernel
+
+
+@kernel(fastmath=FAST, error_model="numpy")
+def fall_and_change(
+    theta_l: Any, water: Any, rain: Any, liquid: Any, theta_0: float, warming: float, pressure: Any, exner: Any,
+    density: Any, depth: Any, droplets: float, seconds: float, heating: Any,
+) -> float:  # fmt: skip
+    """Let rain fall and change for one step; return what fell on the sea, kg m-2 in the mean.
+
+    Parameters
+    ----------
+    theta_l, water, rain : ndarray
+        Fields, changed in place; theta_l less theta_0, water in g/kg.
+    liquid : ndarray
+        Cloud water, g/kg, of the same instant.
+    theta_0, warming : float
+        Of the reference state, K.
+    pressure, exner, density, depth : ndarray
+        Reference state (nz,) and depth of levels.
+    droplets : float
+        N, cm-3.
+    seconds : float
+        Step.
+    heating : ndarray
+        Result: mean change (nz,) of theta_l, K.
+    """
+    nx, ny, nz = rain.shape
+    q, speed = np.empty(nz), np.empty(nz)
+    fallen = 0.0
+    heating[:] = 0.0
+    for i in range(nx):
+        for j in range(ny):
+            wet = False
+            for k in range(nz):
+                q[k] = rain[i, j, k] * G
+                # what advection leaves below 0 is taken from vapour: the sum is kept
+                if q[k] < 0.0:
+                    water[i, j, k] += rain[i, j, k]
+                    q[k] = 0.0
+                wet = wet or q[k] > 0.0 or liquid[i, j, k] > 0.0
+            if not wet:
+                for k in range(nz):
+                    rain[i, j, k] = 0.0
+                continue
+            fastest = 0.0
+            for k in range(nz):
+                speed[k] = 36.34 * (1e-3 * density[k] * q[k]) ** 0.1346 * math.sqrt(density[0] / density[k])
+                fastest = max(fastest, speed[k] / depth[k])
+            parts = max(1, math.ceil(seconds * fastest))
+            for _ in range(parts):
+                flux = 0.0
+                for k in range(nz - 1, -1, -1):
+                    through = density[k] * speed[k] * q[k]
+                    q[k] += seconds / parts * (flux - through) / (density[k] * depth[k])
+                    flux = through
+                fallen += seconds / parts * flux
+            for k in range(nz):
+                cloud = G * liquid[i, j, k]
+                if cloud > 0.0:
+                    rate = 1350.0 * cloud**2.47 * droplets**-1.79 + 67.0 * (cloud * q[k]) ** 1.15
+                    change = min(seconds * rate, cloud)
+                elif q[k] > 0.0:
+                    temperature = exner[k] * (theta_0 + theta_l[i, j, k])
+                    at_saturation = G * saturation(temperature, pressure[k])[0]
+                    dryness = max(1.0 - G * water[i, j, k] / at_saturation, 0.0)
+                    amount = 1e-3 * density[k] * q[k]
+                    ventilation = 1.6 + 124.9 * amount**0.2046
+                    resistance = 5.4e5 + 2.55e6 / (0.01 * pressure[k] * at_saturation)
+                    rate = dryness * ventilation * amount**0.525 / (resistance * 1e-3 * density[k])
+                    change = -min(seconds * rate, q[k])
+                else:
+                    change = 0.0
+                q[k] += change
+                warmer = warming / G / exner[k] * change
+                theta_l[i, j, k] += warmer
+                water[i, j, k] -= change / G
+                rain[i, j, k] = q[k] / G
+                heating[k] += warmer
+    heating[:] /= nx * ny
+    return float(fallen / (nx * ny))
