@@ -27,7 +27,7 @@ from hcss_twin.plan.accuracy import requested_accuracy
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.clear_sky import EVEN_SKY, EVEN_VAPOUR, PARABOLA, STEP, EvenFields, EvenSky, State, VapourNodes
 from hcss_twin.plan.combinations import Excluded, NotComputed, present
-from hcss_twin.plan.few_columns import few_columns
+from hcss_twin.plan.few_columns import OMISSION_SHARE, few_columns
 from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.vapour_size import DEFAULT_VAPOUR, VapourSize, size_of_vapour
 from hcss_twin.plan.windows import length
@@ -115,7 +115,7 @@ TEXTURE_OF_IMAGE = "clear sky of the clouds' image has a texture of its own"
 
 OWN_VIEWS = "tables toward each view would take several times as long"
 
-SMALL = "structures within the image change less than the noise of good sensors"
+SMALL = "structures within the image change less than the noise of good sensors, or a share of the accuracy"
 
 REACH = 2.4
 """Places beyond which kinks do not matter: four standard deviations."""
@@ -314,19 +314,25 @@ def plan_texture(
         if vapour is not None:
             raise
         return sky, NotComputed(str(error))
-    if vapour is None and choice.size.kelvin < LEAST_K:
+    accuracy = requested_accuracy(scenario, assembly, suns).relative
+    if vapour is None and is_small(choice.size, accuracy):
         return sky, NotComputed(SMALL)
     return Texture(kelvin, vapour or DEFAULT_VAPOUR, share, choice.nodes), None
+
+
+def is_small(size: VapourSize, accuracy: float) -> bool:
+    """Return whether a texture of vapour is below the noise of good sensors, or a share of the accuracy."""
+    return size.kelvin < LEAST_K or size.relative <= OMISSION_SHARE * accuracy
 
 
 def _choose_vapour(
     scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], deviation: float
 ) -> VapourChoice:
     """Return the size of the texture of vapour, and the fewest nodes that are accurate enough in clear sky."""
-    size = size_of_vapour(assembly, suns, deviation)
-    if scenario.atmosphere.water_vapour_texture is None and size.kelvin < LEAST_K:
+    size, accuracy = size_of_vapour(assembly, suns, deviation), requested_accuracy(scenario, assembly, suns).relative
+    if scenario.atmosphere.water_vapour_texture is None and is_small(size, accuracy):
         return VapourChoice(size, PARABOLA)
-    tolerance = PARABOLA_SHARE * requested_accuracy(scenario, assembly, suns).relative
+    tolerance = PARABOLA_SHARE * accuracy
     few, step = for_spectra(assembly), STEP * deviation
     columns = few_columns(few)
     columns = columns.only(columns.ends[: 1 if columns.clear else None])

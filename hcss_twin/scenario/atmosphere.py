@@ -98,7 +98,8 @@ class Atmosphere(ScenarioSection):
         le=0.2,
         description="Relative standard deviation of the water vapour around that of the profile over some hundred km, "
         "the same at all levels: a random field that drifts with `motion.wind_speed`, in wavelengths up to the image's "
-        "size; 0: one profile; default: 0.05 where the scene can have it and that is 0.02 K or more within the image.",
+        "size; 0: one profile; default: 0.05 where the scene can have it and that is 0.02 K or more within the image, "
+        "and a share of the accuracy.",
     )
     inversion: InversionSection | Literal["off"] | None = Field(
         None,

@@ -349,10 +349,10 @@ def test_the_sea_has_texture_by_default_and_the_plan_says_where_not(changes: dic
         ({}, ""),
         ({"atmosphere": {"water_vapour_texture": 0.0}}, "atmosphere.water_vapour_texture is 0"),
         ({"image": {"rows": 64, "columns": 64, "pixel_size": 20.0}}, "less than the noise of good sensors"),
-        ({"surfaces": {}}, "a map of the ground"),
+        ({"accuracy": 0.1}, "a share of the accuracy"),
         ({"image": {"pixel_size": 100.0}, "platform": {"altitude": 800e3}}, "tables toward each view"),
     ],
-    ids=["default", "off", "small image", "map", "views"],
+    ids=["default", "off", "small image", "coarse", "views"],
 )
 def test_vapour_has_texture_by_default_or_the_plan_says_why_not_and_how_many_kelvin(changes: dict, why: str) -> None:
     cheap = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}, "sea": {"model": "cox-munk"}}
