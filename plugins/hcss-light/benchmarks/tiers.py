@@ -27,7 +27,7 @@ from hcss_twin import Scenario
 TABLE = Path(__file__).parent.parent / "src" / "hcss_light" / "errors.csv"
 TABLE_OF_LAYERS = Path(__file__).parent / "errors-layers.csv"
 KINDS = ["stratocumulus", "cumulus", "cirrus"]
-PAIRS = ["cumulus-cirrus", "stratocumulus-cirrus", "stratocumulus-altocumulus"]
+PAIRS = ["cumulus+cirrus", "stratocumulus+cirrus", "stratocumulus+altocumulus"]
 """Types of one layer, and of the lower and the upper of two."""
 
 TIMES = {"night": "2024-04-20T23:30:00+10:00", "day": "2024-04-20T14:30:00+10:00"}
@@ -41,8 +41,8 @@ COLUMNS = ["view_deg", "sun", "band", "tier", "bias", "rms", "bias_K", "rms_K", 
 def scene(
     kind: str, view: float, sun: str, pixel_m: float = 100.0, bands: Sequence[str] = ("lwir", "mwir")
 ) -> Scenario:
-    """Return the scenario of a case, of one type or of two joined by a hyphen."""
-    layers = [{"type": each, "coverage": cover} for each, cover in zip(kind.split("-"), (0.45, 0.5), strict=False)]
+    """Return the scenario of a case, of one type or of two joined by a plus."""
+    layers = [{"type": each, "coverage": cover} for each, cover in zip(kind.split("+"), (0.45, 0.5), strict=False)]
     azimuth, time = (97.0, GRAZING) if sun == "grazing" else (20.0, TIMES[sun])
     return Scenario.from_dict(
         {
@@ -63,7 +63,7 @@ def main() -> None:
     """Compute the cases that the table lacks."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--layers", action="store_true", help="scenes with two layers")
-    options.add_argument("--types", nargs="+", help="pairs joined by a hyphen for two layers")
+    options.add_argument("--types", nargs="+", help="pairs joined by a plus for two layers")
     options.add_argument("--views", nargs="+", type=float, default=[0.0, 45.0, 60.0, 75.0])
     options.add_argument("--cases", nargs="+", default=list(TIMES), choices=[*TIMES, "grazing"])
     options.add_argument("--pixel-size", type=float, default=100.0)
@@ -81,7 +81,7 @@ def main() -> None:
     if table.exists():
         with table.open(encoding="utf-8") as file:
             known = {
-                ("-".join(row[name] for name in names), float(row["view_deg"]), row["sun"])
+                ("+".join(row[name] for name in names), float(row["view_deg"]), row["sun"])
                 for row in csv.DictReader(file)
             }
     else:
@@ -97,7 +97,7 @@ def main() -> None:
                     own = band["errors"][tier]
                     figures = (own["bias"], own["rms"], own["bias_K"], own["rms_K"], band["noise"])
                     text = [f"{each:.3g}" for each in figures]
-                    print(*kind.split("-"), f"{view:g}", sun, name, tier, *text, *more, sep=",", file=file)
+                    print(*kind.split("+"), f"{view:g}", sun, name, tier, *text, *more, sep=",", file=file)
 
 
 if __name__ == "__main__":
