@@ -52,6 +52,8 @@ def scene(
             "image": {"rows": 96, "columns": 96, "pixel_size": pixel_m},
             "frames": {"count": 1},
             "accuracy": 0.01,
+            "sea": {"waves": "off", "temperature_texture": 0.0},
+            "atmosphere": {"water_vapour_texture": 0.0},
             "bands": [BANDS[name] for name in bands],
             "clouds": {"layers": layers},
             "output": {"variables": ["radiance"], "certificate": 0},
