@@ -511,7 +511,7 @@ def wrong_advice(raw: Raw) -> list[str]:
     """Return the advice of a scene that fails: of its refusal, or of the effects that its plan leaves out.
 
     A refused scene must be planned when all advice of its refusal is followed; a scene that leaves something out
-    must be planned without that omission, or with a smaller one, when the advice is followed.
+    must be planned without that omission, with a smaller one, or with one that does not matter, when it is followed.
     """
     scenario = Scenario.from_dict(copy.deepcopy(raw))
     try:
@@ -532,7 +532,8 @@ def wrong_advice(raw: Raw) -> list[str]:
             wrong.append(f"{omission.what}: needs {omission.needs!r}, with which it is refused: {error}")
             continue
         left = next((each for each in after.omissions if each.what == omission.what), None)
-        if left is not None and (left.size or 0.0) > 0.5 * (omission.size or 0.0):
+        matters = left is not None and left.exceeds(OMISSION_SHARE * after.accuracy.relative)
+        if left is not None and matters and (left.size or 0.0) > 0.5 * (omission.size or 0.0):
             wrong.append(f"{omission.what}: needs {omission.needs!r}, with which it is left out: {left.why}")
     return wrong
 

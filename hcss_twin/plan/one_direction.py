@@ -81,8 +81,9 @@ def _one_view(
     corners = f"corners of the image seen from {altitude_km:.0f} km, {apart:.2g} deg off"
     elsewhere_m = max((_elsewhere_m(assembly, view) for view in views), default=0.0)
     estimate, sense = None, ""
-    if elsewhere_m > 0.0 and bound is not None:
-        # Clouds are displaced by whole points: however little directions differ, some pixels see the next ones.
+    if elsewhere_m > 0.0 and bound is not None and lines is None:
+        # Clouds are displaced by whole points: however little directions differ, some pixels see the next ones. Where
+        # the sensor's altitude is known they are displaced along the line of sight of each point.
         pixels = elsewhere_m / assembly.grid.pixel_size_m
         corners += (
             f", where clouds stand up to {elsewhere_m:.2g} m ({pixels:.2g} pixels) from where these rays see them"

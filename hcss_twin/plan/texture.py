@@ -21,15 +21,14 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.error_norm import largest_error
-from hcss_twin.core.errors import ProviderError
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, cells_of
 from hcss_twin.plan.accuracy import requested_accuracy
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.clear_sky import EVEN_SKY, EVEN_VAPOUR, PARABOLA, STEP, EvenFields, EvenSky, State, VapourNodes
+from hcss_twin.plan.clear_sky import EVEN_SKY, EVEN_VAPOUR, STEP, EvenFields, EvenSky, State, VapourNodes
 from hcss_twin.plan.combinations import Excluded, NotComputed, present
-from hcss_twin.plan.few_columns import OMISSION_SHARE, few_columns
+from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.numerics import for_spectra
-from hcss_twin.plan.vapour_size import DEFAULT_VAPOUR, VapourSize, size_of_vapour
+from hcss_twin.plan.vapour_size import DEFAULT_VAPOUR
 from hcss_twin.plan.windows import length
 from hcss_twin.providers import Grid, Sun
 from hcss_twin.providers.column_states import spectra_of
@@ -113,9 +112,9 @@ TRIED = (-1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9, 1.2)
 
 TEXTURE_OF_IMAGE = "clear sky of the clouds' image has a texture of its own"
 
-OWN_VIEWS = "tables toward each view would take several times as long"
+ON_REQUEST = "its tables take two to three times as long, and err by up to .4 % in hazy air by day"
 
-SMALL = "structures within the image change less than the noise of good sensors, or a share of the accuracy"
+SMALL = "the image is smaller than its smallest structures"
 
 REACH = 2.4
 """Places beyond which kinks do not matter: four standard deviations."""
@@ -248,8 +247,8 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
     return small if typical_K < LEAST_K else ""
 
 
-def why_even_vapour(scenario: Scenario, assembly: Assembly) -> NotComputed | None:
-    """Return why the vapour of a scene that leaves it to the plan has no texture; None if it may have one."""
+def why_even_vapour(scenario: Scenario, assembly: Assembly) -> NotComputed:
+    """Return why the vapour of a scene that leaves it to the plan has no texture."""
     if excluded := next(present(excluded_beside_texture(assembly)), None):
         return NotComputed(f"the scene has {excluded.what.rstrip(',')}")
     if assembly.has_bound_air:
@@ -258,17 +257,7 @@ def why_even_vapour(scenario: Scenario, assembly: Assembly) -> NotComputed | Non
         return NotComputed("light between columns is compared with air of one profile")
     if any(assembly.from_images):
         return NotComputed(TEXTURE_OF_IMAGE)
-    if assembly.air_over_field.varies or assembly.lines_of_sight is not None or assembly.directions is not None:
-        return NotComputed(OWN_VIEWS, f"atmosphere.water_vapour_texture = {DEFAULT_VAPOUR:g}")
-    return None
-
-
-@dataclass(frozen=True)
-class VapourChoice:
-    """Size of the vapour's texture, and the amounts of vapour with tables."""
-
-    size: VapourSize
-    nodes: VapourNodes
+    return NotComputed(ON_REQUEST, f"atmosphere.water_vapour_texture = {DEFAULT_VAPOUR:g}")
 
 
 def plan_texture(
@@ -292,13 +281,13 @@ def plan_texture(
             Excluded.require_none(f"{key} = {value:g}", excluded_beside_texture(assembly), f"{key} = 0")
     kelvin = 0.0 if why_one_temperature(scenario, assembly) else DEFAULT_K if given is None else given
     sky = Texture(kelvin) if kelvin else EVEN_SKY
-    why = None if vapour else EVEN_VAPOUR if vapour == 0.0 else why_even_vapour(scenario, assembly)
+    if vapour is None or vapour == 0.0:
+        return sky, EVEN_VAPOUR if vapour == 0.0 else why_even_vapour(scenario, assembly)
     share = math.sqrt(sum(of_cell for _, of_cell in cells_of(WATER_VAPOUR, assembly.grid)))
-    deviation = share * (DEFAULT_VAPOUR if vapour is None else vapour)
-    if why is not None or deviation == 0.0:
-        return sky, why or NotComputed(SMALL)
+    if share == 0.0:
+        return sky, NotComputed(SMALL)
     if not suns:
-        return (sky, NotComputed(SMALL)) if vapour is None else (Texture(kelvin, vapour, share), None)
+        return Texture(kelvin, vapour, share), None
     parts = {
         "scenario": {**json.loads(scenario.to_json()), "title": "", "seed": 0, "sensor": None},
         "filled_in": [item.as_dict() for item in assembly.filled_in],
@@ -306,33 +295,14 @@ def plan_texture(
         "code": assembly.code,
         "for": "texture of vapour",
     }
-    classes = VapourChoice, VapourSize, VapourNodes
-    choose = partial(_choose_vapour, scenario, assembly, suns, deviation)
-    try:
-        choice = recall_or_compute(PLANS, result_key(parts, catalog.shelf), catalog, choose, classes)
-    except ProviderError as error:  # examined and reported with its field later
-        if vapour is not None:
-            raise
-        return sky, NotComputed(str(error))
-    accuracy = requested_accuracy(scenario, assembly, suns).relative
-    if vapour is None and is_small(choice.size, accuracy):
-        return sky, NotComputed(SMALL)
-    return Texture(kelvin, vapour or DEFAULT_VAPOUR, share, choice.nodes), None
+    choose = partial(_choose_nodes, scenario, assembly, suns, share * vapour)
+    nodes = recall_or_compute(PLANS, result_key(parts, catalog.shelf), catalog, choose, (VapourNodes,))
+    return Texture(kelvin, vapour, share, nodes), None
 
 
-def is_small(size: VapourSize, accuracy: float) -> bool:
-    """Return whether a texture of vapour is below the noise of good sensors, or a share of the accuracy."""
-    return size.kelvin < LEAST_K or size.relative <= OMISSION_SHARE * accuracy
-
-
-def _choose_vapour(
-    scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], deviation: float
-) -> VapourChoice:
-    """Return the size of the texture of vapour, and the fewest nodes that are accurate enough in clear sky."""
-    size, accuracy = size_of_vapour(assembly, suns, deviation), requested_accuracy(scenario, assembly, suns).relative
-    if scenario.atmosphere.water_vapour_texture is None and is_small(size, accuracy):
-        return VapourChoice(size, PARABOLA)
-    tolerance = PARABOLA_SHARE * accuracy
+def _choose_nodes(scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None], deviation: float) -> VapourNodes:
+    """Return the fewest amounts of vapour between which clear sky is interpolated accurately enough."""
+    tolerance = PARABOLA_SHARE * requested_accuracy(scenario, assembly, suns).relative
     few, step = for_spectra(assembly), STEP * deviation
     columns = few_columns(few)
     columns = columns.only(columns.ends[: 1 if columns.clear else None])
@@ -361,7 +331,7 @@ def _choose_vapour(
     for nodes in candidates():
         tried.append((error(nodes), len(nodes.places), nodes))
         if tried[-1][0] <= tolerance:
-            return VapourChoice(size, nodes)
+            return nodes
     # a higher order that is hardly better is not worth its tables
     least = min(found for found, _, _ in tried)
-    return VapourChoice(size, next(nodes for found, _, nodes in tried if found <= 2.0 * least))
+    return next(nodes for found, _, nodes in tried if found <= 2.0 * least)

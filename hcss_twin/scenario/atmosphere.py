@@ -98,8 +98,7 @@ class Atmosphere(ScenarioSection):
         le=0.2,
         description="Relative standard deviation of the water vapour around that of the profile over some hundred km, "
         "the same at all levels: a random field that drifts with `motion.wind_speed`, in wavelengths up to the image's "
-        "size; 0: one profile; default: 0.05 where the scene can have it and that is 0.02 K or more within the image, "
-        "and a share of the accuracy.",
+        "size; 0: one profile, also the default, with which the plan states what a texture of 0.05 would change.",
     )
     inversion: InversionSection | Literal["off"] | None = Field(
         None,

@@ -27,6 +27,7 @@ image = {rows = 7, columns = 1, pixel_size = 100e3}
 frames = {count = 1}
 accuracy = 0.02
 radiance.model = "as-printed"
+atmosphere.water_vapour_texture = 0.0
 """
 
 

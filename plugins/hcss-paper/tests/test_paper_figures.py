@@ -172,7 +172,7 @@ def test_eq_7_is_linear_in_p_between_its_ends():
 
 @pytest.mark.long
 def test_thickness_that_is_linear_in_the_field_instead_of_p_is_noticed(monkeypatch):
-    monkeypatch.setattr(figure_05_cloud_volume.Coverage, "cloud_fraction_value", lambda field: field)
+    monkeypatch.setattr(figure_05_cloud_volume, "fraction_value", lambda field: field)
     found = figure_05_cloud_volume.figure_5(1)
     assert found.verdict == "not reproducible"
     assert any("eq 7" in statement for statement in failed(found.checks))
