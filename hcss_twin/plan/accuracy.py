@@ -205,3 +205,8 @@ def relative_slope(grid: SpectralGrid, band: int, temperature_K: float) -> float
     around = temperature_K + np.array([-0.5, 0.5])
     low, high = planck(grid.wavenumber_cm1[None], around[:, None]) @ grid.weights_cm1[band]
     return float(np.log(high / low))
+
+
+def largest_kelvin(grid: SpectralGrid, relative: Array, temperature_K: float) -> float:
+    """Return relative changes (B,) of radiance as kelvin of a black body, of the band in which that is largest."""
+    return max(float(share) / relative_slope(grid, band, temperature_K) for band, share in enumerate(relative))

@@ -11,7 +11,7 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.physics.geodesy import to_geographic
-from hcss_twin.plan.accuracy import relative_slope
+from hcss_twin.plan.accuracy import largest_kelvin
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, Omission
@@ -34,10 +34,7 @@ def climate_over_image(assembly: Assembly, columns: FewColumns, suns: Sequence[S
     if assembly.climate_at is None or not (changes := list(_along_axes(assembly, columns, suns, assembly.climate_at))):
         return
     relative = np.max(np.sum(changes, axis=0), axis=(0, 1))
-    grid = assembly.spectral_grid
-    kelvin = max(
-        float(share) / relative_slope(grid, band, assembly.sea_temperature_K) for band, share in enumerate(relative)
-    )
+    kelvin = largest_kelvin(assembly.spectral_grid, relative, assembly.sea_temperature_K)
     corner = float(np.max(relative))
     yield Omission(
         "air and sea by place within the image",

@@ -1,4 +1,4 @@
-"""How much the texture of water vapour changes radiance: by this the plan computes it, or says what it leaves out."""
+"""How much a texture of water vapour would change radiance, for the plan of a scene without one."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcss_twin.plan.accuracy import relative_slope
+from hcss_twin.plan.accuracy import largest_kelvin
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.providers import Grid, Sun
 
 DEFAULT_VAPOUR = 0.05
-"""Relative standard deviation over some hundred km where a scenario gives none: with it, brightness temperatures at
+"""Relative standard deviation over some hundred km that the plan proposes: with it, brightness temperatures at
 10.8 and 12.0 um have the structure functions of cloud-free pixels in 11 SEVIRI scenes."""
 
 OUTER_M = 320e3
@@ -63,7 +63,4 @@ def size_of_vapour(assembly: Assembly, suns: Sequence[Sun | None], deviation: fl
     )
     change = np.abs(np.divide(after, before, out=np.ones_like(before), where=before > 0.0) - 1.0)
     relative = np.max(change, axis=(0, 1))
-    kelvin = [
-        float(share) / relative_slope(grid, band, assembly.sea_temperature_K) for band, share in enumerate(relative)
-    ]
-    return VapourSize(float(np.max(relative)), max(kelvin))
+    return VapourSize(float(np.max(relative)), largest_kelvin(grid, relative, assembly.sea_temperature_K))
