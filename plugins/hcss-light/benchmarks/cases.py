@@ -3,6 +3,7 @@
     python plugins/hcss-light/benchmarks/cases.py                      # writes all cases
     python plugins/hcss-light/benchmarks/cases.py step-night           # writes some
     python plugins/hcss-light/benchmarks/cases.py --check step-night   # Monte Carlo with other photons, and compares
+    python plugins/hcss-light/benchmarks/cases.py --gradient           # emission with a gradient of temperature
 
 Clouds are powers of random waves, droplets and ice those of Mie theory (miepython) with the refractive indices of the
 catalog, and the radiance of uniform columns is that of discrete ordinates (PythonicDISORT): nothing of it comes from
@@ -23,9 +24,10 @@ from pathlib import Path
 import miepython
 import netCDF4
 import numpy as np
-from hcss_light.cases.case import FOLDER, Case, read_case
+from hcss_light.cases.case import FOLDER, Case, load_case, read_case
 from hcss_light.monte_carlo import radiance
 from hcss_light.source import Direction
+from hcss_light.voxels import Voxels
 from numpy.typing import NDArray
 from PythonicDISORT.pydisort import pydisort
 from PythonicDISORT.subroutines import interpolate
@@ -285,6 +287,64 @@ def plane_parallel(case: Case, band: int, column: Array, streams: int = STREAMS)
     return result
 
 
+@dataclass(frozen=True)
+class Gradient:
+    """Cloud over a black surface of 290 K whose Planck radiance is a polynomial of the optical thickness above.
+
+    Its top has 255 K and its base 285 K, as if it were 4 km deep: far more than between levels of the cases. The
+    polynomial is linear, or a parabola whose middle has 262 K.
+    """
+
+    case: str
+    kind: int
+    band: int
+    depth: float
+    curved: bool
+
+    ZENITHS_DEG = 0.0, 30.0, 60.0, 80.0
+    LEVELS = 200
+    """Of Monte Carlo, which has no slope within one; 400 change it by less than .01 K."""
+
+    def source(self, case: Case) -> Array:
+        """Return the coefficients of the polynomial, constant first."""
+        top, middle, base = case.black(self.band, np.array([255.0, 262.0, 285.0]))
+        square = 2.0 * (base - 2.0 * middle + top) / self.depth**2 if self.curved else 0.0
+        return np.array([top, (base - top) / self.depth - square * self.depth, square])
+
+    def ordinates(self, case: Case, streams: int = STREAMS) -> Array:
+        """Return the radiance (V,) by discrete ordinates, which take the polynomial itself."""
+        moments = case.moments[self.kind, self.band]
+        mean = pydisort(
+            np.array([self.depth]), case.albedo[[self.kind], self.band], streams, moments[None], 0.5, 0.0, 0.0,
+            NFourier=1, NLeg=streams, f_arr=np.array([max(moments[streams], 0.0)]),
+            s_poly_coeffs=self.source(case)[None], b_pos=float(case.black(self.band, SEA_K)),
+        )[3]  # fmt: skip
+        return np.asarray(interpolate(mean)(np.cos(np.radians(self.ZENITHS_DEG)), 0.0)).reshape(-1)
+
+    def traced(self, case: Case, photons: int, seed: int = 0) -> tuple[Array, Array]:
+        """Return the radiance (V,) by Monte Carlo, and its standard error."""
+        edges = np.linspace(0.0, 1000.0, self.LEVELS + 1)
+        above = self.depth * (1.0 - 0.5 * (edges[1:] + edges[:-1]) / 1000.0)
+        cloud = Voxels(
+            np.full((4, 4, self.LEVELS), self.depth / 1000.0), edges, (500.0, 500.0), case.albedo[self.kind, self.band],
+            np.zeros(self.LEVELS), np.polynomial.polynomial.polyval(above, self.source(case)),
+            surface_source=float(case.black(self.band, SEA_K)),
+        )  # fmt: skip
+        phase = case.scattering(self.band)[self.kind]
+        both = [
+            radiance(cloud, phase, view_zenith_deg=zenith, photons=photons // 16, seed=100 * seed + number)
+            for number, zenith in enumerate(self.ZENITHS_DEG)
+        ]
+        return np.array([mean.mean() for mean, _ in both]), np.array([np.sqrt(np.sum(e**2)) / e.size for _, e in both])
+
+
+def gradients() -> list[Gradient]:
+    """Return the clouds of the page: droplets at four wavelengths, ice at one; thin, medium and thick."""
+    optics = (("cumulus-night", 0, 0), ("step-night", 0, 0), ("step-night", 0, 1), ("cumulus-night", 0, 1),
+              ("two-layers-night", 1, 0))  # fmt: skip
+    return [Gradient(*each, depth, curved) for each in optics for depth in (0.5, 3.0, 15.0) for curved in (False, True)]
+
+
 def traced(case: Case, seed: int = 0) -> Case:
     """Return a case with its Monte Carlo radiance."""
     mean, noise = np.empty_like(case.radiance), np.empty_like(case.noise)
@@ -372,14 +432,30 @@ def write(case: Case, path: Path) -> None:
             variable.units, variable.long_name, variable[...] = unit, name.replace("_", " "), value
 
 
+def _print_gradient(cloud: Gradient, photons: int = 100_000) -> None:
+    """Print a row of the page: kelvin by discrete ordinates, and by how much Monte Carlo is above, with its noise."""
+    case = load_case(cloud.case)
+    exact, (found, noise) = cloud.ordinates(case), cloud.traced(case, photons)
+    kelvin = case.kelvin(cloud.band, exact)
+    away, error = (case.kelvin(cloud.band, exact + each) - kelvin for each in (found - exact, noise))
+    cells = " | ".join(f"{a:.1f}, {b:+.3f} +- {c:.3f}" for a, b, c in zip(kelvin, away, error, strict=True))
+    kind, shape = ("droplets", "ice")[cloud.kind], ("linear", "parabola")[cloud.curved]
+    print(f"| {kind}, {case.bands[cloud.band]} | {cloud.depth:g} | {shape} | {cells} |", flush=True)
+
+
 def main() -> None:
     """Write cases, or compare them with other photons."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("cases", nargs="*", metavar="CASE", help="names; default: all")
     options.add_argument("--check", action="store_true", help="compare Monte Carlo with other photons; write nothing")
+    options.add_argument("--gradient", action="store_true", help="compare emission with a gradient of temperature")
     options.add_argument("--folder", type=Path, default=FOLDER)
     given = options.parse_args()
     warnings.filterwarnings("ignore", module="PythonicDISORT")
+    if given.gradient:
+        for each in gradients():
+            _print_gradient(each)
+        return
     for name, recipe in recipes().items():
         if given.cases and name not in given.cases:
             continue

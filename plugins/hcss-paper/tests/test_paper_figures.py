@@ -27,6 +27,7 @@ from hcss_paper.cloud_optics import efficiencies, optics_providers, particles
 from hcss_paper.index import FIGURES
 from hcss_paper.reproduction import Check, Row, in_words, judged
 from hcss_paper.run import COLOURS, small_png
+from hcss_paper.run import require_numbers
 from hcss_paper.sea_surface import spectrum_m2_s
 from PIL import Image
 from scipy.ndimage import gaussian_filter
@@ -66,9 +67,11 @@ def _no_corrected_physics(monkeypatch):
 
 
 def computed(name, seed=1, **options):
-    target = next(item.target for item in FIGURES if item.name == name)
-    module, function = target.split(":")
-    return getattr(import_module(module), function)(seed, **options)
+    item = next(item for item in FIGURES if item.name == name)
+    module, function = item.target.split(":")
+    found = getattr(import_module(module), function)(seed, **options)
+    require_numbers(found, item.numbers)  # as the command does, whose item fails otherwise
+    return found
 
 
 def require(found, verdict):

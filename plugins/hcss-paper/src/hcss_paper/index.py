@@ -67,7 +67,7 @@ TABLES: tuple[Item, ...] = (
 )
 
 FIGURES: tuple[Item, ...] = (
-    _item("figure-3", "Pierson-Moskowitz spectrum at several wind speeds", "figure_03_sea_spectrum:figure_3", 3),
+    _item("figure-3", "Pierson-Moskowitz spectrum at several wind speeds", "figure_03_sea_spectrum:figure_3", 1),
     _item("figure-4", "Fractal fields with different gamma, H, L and kmax", "figure_04_fractal_fields:figure_4"),
     _item("figure-5", "A cloud in three dimensions", "figure_05_cloud_volume:figure_5", 3),
     _item("figure-6", "Optical properties of cumulus, stratus and cirrus", "figure_06_cloud_optics:figure_6"),
