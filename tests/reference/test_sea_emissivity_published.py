@@ -108,6 +108,15 @@ def test_effect_of_wind_agrees_where_the_index_of_water_cancels(wind: float, tol
     np.testing.assert_allclose(found, published, atol=tolerance)
 
 
+def test_the_index_that_closes_the_gap_at_nadir_closes_it_at_60_degrees() -> None:
+    """At 12 um: no wind, slope or reflection matters at nadir, so that the surface is not what differs."""
+    published = PUBLISHED[12.0, 5.0]
+    as_printed, shorter = (emissivity(rough_sea(5.0), 12.0 - off) - published for off in (0.0, ROUNDED_UM))
+    assert as_printed[0] < -4e-4
+    assert as_printed[2] < -1.8e-3
+    np.testing.assert_allclose(shorter, 0.0, atol=4e-4)
+
+
 def test_without_the_second_reflection_the_published_value_of_a_windy_sea_is_missed() -> None:
     model = CoxMunkSea(SeaInputs(15.0, 0.0, WARM_K, Catalog()), CoxMunkParameters())
     assert emissivity(model, 10.8)[2] == pytest.approx(PUBLISHED[10.8, 15.0][2] - 0.0087, abs=5e-4)

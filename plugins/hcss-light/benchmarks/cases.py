@@ -303,7 +303,7 @@ class Gradient:
 
     ZENITHS_DEG = 0.0, 30.0, 60.0, 80.0
     LEVELS = 200
-    """Of Monte Carlo, which has no slope within one; 400 change it by less than .01 K."""
+    """Of Monte Carlo, which has no slope within one: .0007 K at 80 deg, by discrete ordinates with as many."""
 
     def source(self, case: Case) -> Array:
         """Return the coefficients of the polynomial, constant first."""
@@ -327,7 +327,7 @@ class Gradient:
         above = self.depth * (1.0 - 0.5 * (edges[1:] + edges[:-1]) / 1000.0)
         cloud = Voxels(
             np.full((4, 4, self.LEVELS), self.depth / 1000.0), edges, (500.0, 500.0), case.albedo[self.kind, self.band],
-            np.zeros(self.LEVELS), np.polynomial.polynomial.polyval(above, self.source(case)),
+            np.zeros(self.LEVELS), np.asarray(np.polynomial.polynomial.polyval(above, self.source(case))),
             surface_source=float(case.black(self.band, SEA_K)),
         )  # fmt: skip
         phase = case.scattering(self.band)[self.kind]

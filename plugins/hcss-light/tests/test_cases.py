@@ -162,6 +162,28 @@ def test_homogeneous_clouds_have_their_plane_parallel_radiance(name):
     assert told_apart >= 3
 
 
+@pytest.mark.filterwarnings("ignore:Some delta-scaled")
+@pytest.mark.parametrize(
+    ("name", "kind", "band", "depth"),
+    [
+        ("cumulus-night", 0, 0, 3.0),
+        ("step-night", 0, 1, 15.0),
+        ("cumulus-night", 0, 1, 0.5),
+        ("two-layers-night", 1, 0, 3.0),
+    ],
+)
+def test_emission_with_a_gradient_of_temperature_is_that_of_discrete_ordinates(recipe, name, kind, band, depth):
+    """Which take the Planck radiance as a polynomial; a line and a parabola between the same ends are told apart."""
+    case, exact = load_case(name), {}
+    for curved in (False, True):
+        cloud = recipe.Gradient(name, kind, band, depth, curved)
+        exact[curved], (found, noise) = cloud.ordinates(case), cloud.traced(case, 8000, seed=3)
+        assert np.all(np.abs(found - exact[curved]) < 3.5 * noise + 2e-4 * exact[curved])
+    apart = exact[False] - exact[True]
+    assert np.all(apart > 0.0)
+    assert np.max(apart / noise) > 10.0
+
+
 def test_sunlight_of_plane_parallel_clouds_is_that_of_adding_and_doubling():
     case = load_case("step-published")
     (sun,) = [float(case.sun.vector[2])]
