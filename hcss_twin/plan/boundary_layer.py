@@ -34,10 +34,9 @@ from hcss_twin.scenario.scenario import Scenario
 INVERSION_AT_COAST_M, INVERSION_FAR_OFF_M, COAST_REACH_KM = 600.0, 2100.0, 1000.0
 """Altitude of the inversion at the coast and far from it, and the distance in which 63 % of the rise are reached.
 
-595 m were measured 80 km off California (FIRE 1987: P. G. Duynkerke et al., Q. J. R. Meteorol. Soc. 130, 3269 (2004), by
-the public set-up DEPHY-SCM FIRE/MESONH).
-Value far off and reach were fitted to 10 boxes of low cloud in a SEVIRI image, which ask for 370 to 2390 m: a standard
-deviation of 500 m about this law, or 3.0 K of the cloud top."""
+595 m were measured 80 km off California (FIRE 1987: P. G. Duynkerke et al., Q. J. R. Meteorol. Soc. 130, 3269 (2004),
+by the public set-up DEPHY-SCM FIRE/MESONH). Value far off and reach were fitted to 10 boxes of low cloud in a SEVIRI
+image, which ask for 370 to 2390 m: a standard deviation of 500 m about this law, or 3.0 K of the cloud top."""
 
 LEAST_CLOUD_DEPTH_M = 250.0
 """Room for clouds between the condensation level and the usual inversion.

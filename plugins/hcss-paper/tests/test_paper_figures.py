@@ -26,8 +26,7 @@ from hcss_paper import (
 from hcss_paper.cloud_optics import efficiencies, optics_providers, particles
 from hcss_paper.index import FIGURES
 from hcss_paper.reproduction import Check, Row, in_words, judged
-from hcss_paper.run import COLOURS, small_png
-from hcss_paper.run import require_numbers
+from hcss_paper.run import COLOURS, require_numbers, small_png
 from hcss_paper.sea_surface import spectrum_m2_s
 from PIL import Image
 from scipy.ndimage import gaussian_filter
