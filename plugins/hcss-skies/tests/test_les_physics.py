@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from hcss_skies.les.case import case_of
-from hcss_skies.les.forcings import subsidence_of_profile, subsidence_weights
+from hcss_skies.les.forcings import falls_through, subsidence_of_profile, subsidence_weights
 from hcss_skies.les.grid import Mesh
 from hcss_skies.les.model import Model
 from hcss_skies.les.radiation import radiative_heating
@@ -69,6 +69,38 @@ def test_subsidence_moves_a_linear_profile_down_at_its_speed():
     for speed in (-0.01, 0.02):
         weights = subsidence_weights(mesh, np.full(mesh.levels, speed))
         np.testing.assert_allclose(subsidence_of_profile(3e-3 * mesh.centres_m, weights), -speed * 3e-3, rtol=1e-12)
+
+
+def test_a_forcing_acts_from_its_begin():
+    cooled = case(
+        air={"noise_K": 0.0}, forcing={"theta_l_K_day": [[0, -864.0]], "begin_hours": 0.01}, longest_step_s=4.0
+    )
+    model = Model(cooled)
+    for until, cooling in ((36.0, 0.0), (72.0, 0.36)):
+        model.run_until(until)
+        below_sponge = (Model(cooled).theta_l - model.theta_l)[:, :, :32]
+        np.testing.assert_allclose(below_sponge, cooling, atol=1e-9)
+
+
+@pytest.mark.parametrize("moved", [-300.0, 0.0, 200.0])
+def test_a_forcing_follows_the_inversion(moved):
+    # least where water falls through 6 g/kg, at 1000 m in the beginning; 500 m halfway below, 1100 m a little above it
+    forcing = {"theta_l_K_day": [[0, 0.0], [500, -400.0], [1000, -864.0], [1100, 0.0]], "inversion_water_g_kg": 6.0}
+    air = {"noise_K": 0.0, "water_g_kg": [[0, 8.0], [975, 8.0], [1025, 4.0], [2000, 4.0]]}
+    model = Model(case(air=air, forcing=forcing))
+    z = model.mesh.centres_m
+    model.water[...] = np.interp(z - moved, [975.0, 1025.0], [8.0, 4.0])
+    before = model.theta_l[0, 0].copy()
+    model.advance(1.0)
+    top = 1000.0 + moved
+    expected = np.interp(z, [0.0, 0.5 * top, top, top + 100.0], [0.0, -400.0, -864.0, 0.0]) / 86400.0
+    np.testing.assert_allclose(model.theta_l[0, 0] - before, expected, atol=1e-9)
+
+
+def test_a_profile_falls_through_a_value_between_levels():
+    heights = np.array([0.0, 10.0, 20.0, 30.0])
+    assert falls_through(heights, np.array([9.0, 5.0, 7.0, 1.0]), 4.0) == pytest.approx(25.0)
+    assert falls_through(heights, np.full(4, 9.0), 4.0) == 30.0
 
 
 def test_cooling_by_radiation_adds_up_to_the_published_fluxes():

@@ -97,6 +97,16 @@ class ForcingSection(_Section):
     )
     theta_l_K_day: Pairs = Field(default=[(0.0, 0.0)], description="Tendency of theta_l: radiation and advection.")
     water_g_kg_day: Pairs = Field(default=[(0.0, 0.0)], description="Tendency of total water: advection.")
+    begin_hours: float = Field(default=0.0, ge=0.0, description="Subsidence and tendencies are 0 before.")
+    inversion_water_g_kg: Positive | None = Field(
+        default=None,
+        description="Subsidence and tendencies follow the height where mean total water falls through this.",
+    )
+
+    @property
+    def varies(self) -> bool:
+        """Whether subsidence and tendencies change with time."""
+        return self.begin_hours > 0.0 or self.inversion_water_g_kg is not None
 
 
 class SurfaceSection(_Section):
