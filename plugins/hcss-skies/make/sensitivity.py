@@ -1,4 +1,4 @@
-"""Change one thing of a simulation and print what its statistics do: ``python make/sensitivity.py forcings ...``.
+"""Change one thing of a simulation, print its statistics: ``python make/sensitivity.py forcings precision ...``.
 
 ``forcings``: the first research flight of DYCOMS-II without radiative cooling, and without subsidence. ``precision``:
 BOMEX in single precision with two seeds, and in double precision. ``resolution``: BOMEX in one box with cells of
@@ -13,12 +13,14 @@ from typing import Any
 
 import numpy as np
 from hcss_skies.les import statistics
-from hcss_skies.les.case import Case, read_case
+from hcss_skies.les.case import Case, at_heights, read_case
+from hcss_skies.les.forcings import falls_through
 from hcss_skies.les.model import Model
 
 RF01 = {"columns": [32, 32], "side_m": 35.0}
 BOMEX = {"columns": [32, 32], "side_m": 100.0, "spacing_m": 40.0}
-FINE = {"columns": [64, 64], "side_m": 50.0, "spacing_m": 20.0}
+SMALL = {"columns": [24, 24], "side_m": 100.0, "spacing_m": 40.0}
+FINE = {"columns": [48, 48], "side_m": 50.0, "spacing_m": 20.0}
 
 RUNS: dict[str, dict[str, tuple[str, dict[str, Any]]]] = {
     "forcings": {
@@ -32,25 +34,32 @@ RUNS: dict[str, dict[str, tuple[str, dict[str, Any]]]] = {
         "double": ("bomex", {"grid": BOMEX, "precision": "double"}),
     },
     "resolution": {
-        "100 x 40 m": ("bomex", {"grid": BOMEX}),
+        "100 x 40 m": ("bomex", {"grid": SMALL}),
         "50 x 20 m": ("bomex", {"grid": FINE}),
     },
 }  # fmt: skip
-HOURS, SPIN_UP_HOURS, EVERY_S, BLOCKS = 3.0, 1.5, 60.0, 6
+HOURS = {"forcings": (2.0, 4.0), "precision": (1.5, 3.0), "resolution": (1.5, 3.0)}
+"""By experiment: spin-up and end, h."""
+EVERY_S, BLOCKS = 60.0, 6
 
 
-def means(case: Case) -> dict[str, tuple[float, float]]:
-    """Return means after spin-up with their sampling error, from blocks of 15 min, which are nearly independent."""
+def means(case: Case, begin_hours: float, end_hours: float) -> dict[str, tuple[float, float]]:
+    """Return means after spin-up with their sampling error, from blocks of 15 to 20 min, which are nearly independent.
+
+    Entrainment is the rise of the height where mean total water falls through 8 g/kg, less the subsidence there.
+    """
     model = Model(case)
+    z, times = model.mesh.centres_m, np.arange(3600.0 * begin_hours, 3600.0 * end_hours + 1.0, EVERY_S)
     found: dict[str, list[float]] = {}
-    for until in np.arange(3600.0 * SPIN_UP_HOURS, 3600.0 * HOURS + 1.0, EVERY_S):
+    heights = []
+    for until in times:
         model.run_until(float(until))
         series, profiles = statistics.series(model), statistics.profiles(model)
+        heights.append(falls_through(z, profiles["total_water"], 8.0))
         now = {
             "cover": series["cloud_cover"], "water path, g m-2": series["mean_liquid_water_path"],
             "greatest fraction": profiles["cloud_fraction"].max(), "highest top, m": series["highest_top"],
             "lowest base, m": series["lowest_base"], "w variance, m2 s-2": profiles["w_variance"].max(),
-            "inversion, m": series["inversion_height"],
         }  # fmt: skip
         for name, value in now.items():
             found.setdefault(name, []).append(float(value))
@@ -58,8 +67,10 @@ def means(case: Case) -> dict[str, tuple[float, float]]:
     for name, values in found.items():
         blocks = [block.mean() for block in np.array_split(np.array(values), BLOCKS)]
         result[name] = float(np.mean(blocks)), float(np.std(blocks, ddof=1) / np.sqrt(BLOCKS))
-        result[f"{name}, at the end"] = values[-1], 0.0
-    return {name: value for name, value in result.items() if "inversion" in name or "end" not in name}
+    sinking = float(at_heights(case.forcing.subsidence_m_s, np.array([np.mean(heights)]))[0])
+    (rise, _), covariance = np.polyfit(times, heights, 1, cov=True)
+    result["entrainment, cm/s"] = 100.0 * (float(rise) - sinking), 100.0 * float(np.sqrt(covariance[0, 0]))
+    return result
 
 
 def speed() -> None:
@@ -83,9 +94,10 @@ def main(names: list[str]) -> None:
             continue
         for what, (case, changed) in RUNS[name].items():
             begun = time.process_time()
+            found = means(read_case(case, **changed), *HOURS[name])
             print(f"{name}: {what}")
-            for quantity, (value, error) in means(read_case(case, **changed)).items():
-                print(f"  {quantity:32} {value:9.4g} +- {error:.2g}")
+            for quantity, (value, error) in found.items():
+                print(f"  {quantity:20} {value:9.4g} +- {error:.2g}")
             print(f"  {time.process_time() - begun:.0f} s of processor time", flush=True)
 
 
