@@ -7,7 +7,7 @@ from hcss_skies.les.forcings import falls_through, subsidence_of_profile, subsid
 from hcss_skies.les.grid import Mesh
 from hcss_skies.les.model import Model
 from hcss_skies.les.radiation import radiative_heating
-from hcss_skies.les.rain import fall_and_change
+from hcss_skies.les.rain import fall_and_change, settle, settling_coefficient
 from hcss_skies.les.thermodynamics import CP, GRAVITY, LATENT, R_DRY, ReferenceState, condensate
 from les_cases import CLOUDY, case
 from scipy.optimize import brentq
@@ -180,6 +180,34 @@ def test_rain_falls_at_the_speed_of_its_drops():
     # rho q_r = 1e-3 kg m-3: 36.34 * 1e-6 ^ .1346 = 5.66 m/s (Klemp and Wilhelmson 1978)
     _, fallen, _, _ = rain_column([1.0 / 1.1] * 4, 30.0, 0.0, seconds=1.0)
     assert fallen == pytest.approx(36.34 * (1e-6) ** 0.1346 * 1e-3, rel=0.02)
+
+
+def test_droplets_settle_by_the_law_of_stokes():
+    # of one size: 2/9 g r^2 (rho_w - rho) / viscosity (1.19e8 m-1 s-1 r^2), times their water
+    radius = 10e-6
+    content = 100e6 * 1000.0 * 4.0 / 3.0 * np.pi * radius**3
+    flux = settling_coefficient(100.0, 1.0) * content ** (5.0 / 3.0)
+    assert flux / content == pytest.approx(1.19e8 * radius**2)
+    assert flux / content == pytest.approx(2.0 / 9.0 * GRAVITY * radius**2 * 1000.0 / 1.8e-5, rel=0.03)
+    assert settling_coefficient(100.0, 1.5) / settling_coefficient(100.0, 1.0) == pytest.approx(2.275, rel=1e-3)
+
+
+def test_settling_keeps_water_temperature_and_vapour():
+    levels, seconds = 6, 10.0
+    liquid = np.array([0.1, 0.4, 0.0, 0.2, 0.6, 0.0]).reshape(1, 1, levels)
+    theta_l, water = np.zeros((1, 1, levels)), 8.0 + liquid
+    exner, density, depth = np.linspace(1.0, 0.98, levels), np.linspace(1.2, 1.1, levels), np.full(levels, 10.0)
+    heating = np.empty(levels)
+    coefficient = settling_coefficient(50.0, 1.5)
+    args = exner, density, depth, coefficient, seconds, heating
+    fallen = settle(theta_l, water, liquid, 1e-3 * LATENT / CP, *args)
+    change = (water - 8.0 - liquid)[0, 0]
+    # each level loses its flux and gains that of the level above; what the lowest one loses has fallen
+    flux = np.append(coefficient * (1e-3 * density * liquid[0, 0]) ** (5.0 / 3.0), 0.0)
+    np.testing.assert_allclose(1e-3 * density * depth * change, seconds * (flux[1:] - flux[:-1]), rtol=1e-9, atol=1e-15)
+    assert fallen == pytest.approx(seconds * flux[0])
+    np.testing.assert_allclose(theta_l[0, 0], -1e-3 * LATENT / CP / exner * change, rtol=1e-9)
+    np.testing.assert_allclose(heating, theta_l[0, 0], rtol=1e-12)
 
 
 @pytest.mark.parametrize(("precision", "limit"), [("double", 1e-10), ("single", 1e-7)])

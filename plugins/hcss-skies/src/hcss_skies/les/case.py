@@ -157,6 +157,13 @@ class RainSection(_Section):
     droplets_cm3: float = Field(70.0, ge=5.0, le=2000.0)
 
 
+class SettlingSection(_Section):
+    """Droplets of clouds that settle."""
+
+    droplets_cm3: float = Field(100.0, ge=5.0, le=2000.0)
+    sigma: float = Field(1.5, ge=1.0, le=2.0, description="Geometric standard deviation of their radii.")
+
+
 class OutputSection(_Section):
     """When to look."""
 
@@ -185,6 +192,7 @@ class Case(_Section):
     surface: SurfaceSection
     radiation: RadiationSection | None = None
     rain: RainSection | None = None
+    settling: SettlingSection | None = None
     output: OutputSection
     seed: int = Field(1, ge=0, le=2**32 - 1)
     precision: Literal["single", "double"] = "single"

@@ -19,7 +19,7 @@ from hcss_skies.les.case import Case, Pairs, at_heights
 from hcss_skies.les.grid import Mesh, stretched_faces
 from hcss_skies.les.pressure import PressureSolver
 from hcss_skies.les.radiation import radiative_heating
-from hcss_skies.les.rain import fall_and_change
+from hcss_skies.les.rain import fall_and_change, settle, settling_coefficient
 from hcss_skies.les.thermodynamics import (
     EPSILON,
     GRAVITY,
@@ -322,9 +322,11 @@ class Model:
                 advection.step(field, self._old[name], self._rates[name], self.dtype.type(seconds / part))
             self.pressure.project(self.u, self.v, self.w)
             self.diagnose()
-        fallen = warmed = 0.0
-        if self.case.rain:
-            fallen, warmed = self._rain(seconds)
+        fallen, warmed = self._rain(seconds) if self.case.rain else (0.0, 0.0)
+        if self.case.settling:
+            settled, by_settling = self._settle(seconds)
+            fallen, warmed = fallen + settled, warmed + by_settling
+        self.rain_on_sea_kg_m2 += fallen
         self._require_water()
         after = self._content()
         self.budget = Budget(
@@ -368,7 +370,17 @@ class Model:
             reference.pressure_Pa, reference.exner, reference.density, self.mesh.depth_m,
             self.case.rain.droplets_cm3, seconds, heating,
         )  # fmt: skip
-        self.rain_on_sea_kg_m2 += fallen
+        self.diagnose()
+        return fallen, float(self.mass @ heating)
+
+    def _settle(self, seconds: float) -> tuple[float, float]:
+        assert self.case.settling is not None
+        reference, heating = self.reference, np.empty(self.mesh.levels)
+        coefficient = settling_coefficient(self.case.settling.droplets_cm3, self.case.settling.sigma)
+        fallen = settle(
+            self.theta_l, self.water, self.liquid, reference.warming, reference.exner, reference.density,
+            self.mesh.depth_m, coefficient, seconds, heating,
+        )  # fmt: skip
         self.diagnose()
         return fallen, float(self.mass @ heating)
 
