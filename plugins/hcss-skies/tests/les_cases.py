@@ -21,7 +21,7 @@ def case(base=DRY, **sections):
 
 CLOUDY = {
     **DRY,
-    "title": "moist air with cloud, wind, subsidence, sea and rain",
+    "title": "moist air with cloud, wind, subsidence, sea, rain and droplets that settle",
     "grid": {**DRY["grid"], "spacing_m": [[0, 30.0], [700, 30.0], [2000, 90.0]]},
     "air": {
         "surface_pressure_Pa": 101500.0,
@@ -42,4 +42,5 @@ CLOUDY = {
         "inversion_water_g_kg": 8.0,
     },
     "rain": {"droplets_cm3": 40.0},
+    "settling": {"droplets_cm3": 40.0},
 }  # fmt: skip

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from hcss_skies.les.case import case_of
-from hcss_skies.les.forcings import subsidence_of_profile, subsidence_weights
+from hcss_skies.les.forcings import falls_through, subsidence_of_profile, subsidence_weights
 from hcss_skies.les.grid import Mesh
 from hcss_skies.les.model import Model
 from hcss_skies.les.radiation import radiative_heating
-from hcss_skies.les.rain import fall_and_change
+from hcss_skies.les.rain import fall_and_change, settle, settling_coefficient
 from hcss_skies.les.thermodynamics import CP, GRAVITY, LATENT, R_DRY, ReferenceState, condensate
 from les_cases import CLOUDY, case
 from scipy.optimize import brentq
@@ -69,6 +69,38 @@ def test_subsidence_moves_a_linear_profile_down_at_its_speed():
     for speed in (-0.01, 0.02):
         weights = subsidence_weights(mesh, np.full(mesh.levels, speed))
         np.testing.assert_allclose(subsidence_of_profile(3e-3 * mesh.centres_m, weights), -speed * 3e-3, rtol=1e-12)
+
+
+def test_a_forcing_acts_from_its_begin():
+    cooled = case(
+        air={"noise_K": 0.0}, forcing={"theta_l_K_day": [[0, -864.0]], "begin_hours": 0.01}, longest_step_s=4.0
+    )
+    model = Model(cooled)
+    for until, cooling in ((36.0, 0.0), (72.0, 0.36)):
+        model.run_until(until)
+        below_sponge = (Model(cooled).theta_l - model.theta_l)[:, :, :32]
+        np.testing.assert_allclose(below_sponge, cooling, atol=1e-9)
+
+
+@pytest.mark.parametrize("moved", [-300.0, 0.0, 200.0])
+def test_a_forcing_follows_the_inversion(moved):
+    # least where water falls through 6 g/kg, at 1000 m in the beginning; 500 m halfway below, 1100 m a little above it
+    forcing = {"theta_l_K_day": [[0, 0.0], [500, -400.0], [1000, -864.0], [1100, 0.0]], "inversion_water_g_kg": 6.0}
+    air = {"noise_K": 0.0, "water_g_kg": [[0, 8.0], [975, 8.0], [1025, 4.0], [2000, 4.0]]}
+    model = Model(case(air=air, forcing=forcing))
+    z = model.mesh.centres_m
+    model.water[...] = np.interp(z - moved, [975.0, 1025.0], [8.0, 4.0])
+    before = model.theta_l[0, 0].copy()
+    model.advance(1.0)
+    top = 1000.0 + moved
+    expected = np.interp(z, [0.0, 0.5 * top, top, top + 100.0], [0.0, -400.0, -864.0, 0.0]) / 86400.0
+    np.testing.assert_allclose(model.theta_l[0, 0] - before, expected, atol=1e-9)
+
+
+def test_a_profile_falls_through_a_value_between_levels():
+    heights = np.array([0.0, 10.0, 20.0, 30.0])
+    assert falls_through(heights, np.array([9.0, 5.0, 7.0, 1.0]), 4.0) == pytest.approx(25.0)
+    assert falls_through(heights, np.full(4, 9.0), 4.0) == 30.0
 
 
 def test_cooling_by_radiation_adds_up_to_the_published_fluxes():
@@ -148,6 +180,34 @@ def test_rain_falls_at_the_speed_of_its_drops():
     # rho q_r = 1e-3 kg m-3: 36.34 * 1e-6 ^ .1346 = 5.66 m/s (Klemp and Wilhelmson 1978)
     _, fallen, _, _ = rain_column([1.0 / 1.1] * 4, 30.0, 0.0, seconds=1.0)
     assert fallen == pytest.approx(36.34 * (1e-6) ** 0.1346 * 1e-3, rel=0.02)
+
+
+def test_droplets_settle_by_the_law_of_stokes():
+    # of one size: 2/9 g r^2 (rho_w - rho) / viscosity (1.19e8 m-1 s-1 r^2), times their water
+    radius = 10e-6
+    content = 100e6 * 1000.0 * 4.0 / 3.0 * np.pi * radius**3
+    flux = settling_coefficient(100.0, 1.0) * content ** (5.0 / 3.0)
+    assert flux / content == pytest.approx(1.19e8 * radius**2)
+    assert flux / content == pytest.approx(2.0 / 9.0 * GRAVITY * radius**2 * 1000.0 / 1.8e-5, rel=0.03)
+    assert settling_coefficient(100.0, 1.5) / settling_coefficient(100.0, 1.0) == pytest.approx(2.275, rel=1e-3)
+
+
+def test_settling_keeps_water_temperature_and_vapour():
+    levels, seconds = 6, 10.0
+    liquid = np.array([0.1, 0.4, 0.0, 0.2, 0.6, 0.0]).reshape(1, 1, levels)
+    theta_l, water = np.zeros((1, 1, levels)), 8.0 + liquid
+    exner, density, depth = np.linspace(1.0, 0.98, levels), np.linspace(1.2, 1.1, levels), np.full(levels, 10.0)
+    heating = np.empty(levels)
+    coefficient = settling_coefficient(50.0, 1.5)
+    args = exner, density, depth, coefficient, seconds, heating
+    fallen = settle(theta_l, water, liquid, 1e-3 * LATENT / CP, *args)
+    change = (water - 8.0 - liquid)[0, 0]
+    # each level loses its flux and gains that of the level above; what the lowest one loses has fallen
+    flux = np.append(coefficient * (1e-3 * density * liquid[0, 0]) ** (5.0 / 3.0), 0.0)
+    np.testing.assert_allclose(1e-3 * density * depth * change, seconds * (flux[1:] - flux[:-1]), rtol=1e-9, atol=1e-15)
+    assert fallen == pytest.approx(seconds * flux[0])
+    np.testing.assert_allclose(theta_l[0, 0], -1e-3 * LATENT / CP / exner * change, rtol=1e-9)
+    np.testing.assert_allclose(heating, theta_l[0, 0], rtol=1e-12)
 
 
 @pytest.mark.parametrize(("precision", "limit"), [("double", 1e-10), ("single", 1e-7)])

@@ -97,6 +97,16 @@ class ForcingSection(_Section):
     )
     theta_l_K_day: Pairs = Field(default=[(0.0, 0.0)], description="Tendency of theta_l: radiation and advection.")
     water_g_kg_day: Pairs = Field(default=[(0.0, 0.0)], description="Tendency of total water: advection.")
+    begin_hours: float = Field(default=0.0, ge=0.0, description="Subsidence and tendencies are 0 before.")
+    inversion_water_g_kg: Positive | None = Field(
+        default=None,
+        description="Subsidence and tendencies follow the height where mean total water falls through this.",
+    )
+
+    @property
+    def varies(self) -> bool:
+        """Whether subsidence and tendencies change with time."""
+        return self.begin_hours > 0.0 or self.inversion_water_g_kg is not None
 
 
 class SurfaceSection(_Section):
@@ -147,6 +157,13 @@ class RainSection(_Section):
     droplets_cm3: float = Field(70.0, ge=5.0, le=2000.0)
 
 
+class SettlingSection(_Section):
+    """Droplets of clouds that settle."""
+
+    droplets_cm3: float = Field(100.0, ge=5.0, le=2000.0)
+    sigma: float = Field(1.5, ge=1.0, le=2.0, description="Geometric standard deviation of their radii.")
+
+
 class OutputSection(_Section):
     """When to look."""
 
@@ -175,6 +192,7 @@ class Case(_Section):
     surface: SurfaceSection
     radiation: RadiationSection | None = None
     rain: RainSection | None = None
+    settling: SettlingSection | None = None
     output: OutputSection
     seed: int = Field(1, ge=0, le=2**32 - 1)
     precision: Literal["single", "double"] = "single"

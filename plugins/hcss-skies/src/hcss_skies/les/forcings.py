@@ -47,6 +47,16 @@ def subsidence_of_profile(profile: Array, weights: Array) -> Array:
     return tendency
 
 
+def falls_through(heights_m: Array, profile: Array, value: float) -> float:
+    """Return the greatest height where a profile falls through a value, linear between levels; the lid if never."""
+    above = np.flatnonzero(profile >= value)
+    k = int(above[-1]) if len(above) else 0
+    if k == len(profile) - 1 or profile[k] < value:
+        return float(heights_m[-1])
+    part = (profile[k] - value) / (profile[k] - profile[k + 1])
+    return float(heights_m[k] + part * (heights_m[k + 1] - heights_m[k]))
+
+
 @kernel(fastmath=FAST, error_model="numpy")
 def add_large_scale(q: Any, mean: Any, source: Any, weights: Any, sponge: Any, tendency: Any) -> None:
     """Add source, subsidence and sponge to the tendency of a field of cells.

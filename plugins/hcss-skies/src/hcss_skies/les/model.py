@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from hcss_skies.les import advection, forcings, surface
-from hcss_skies.les.case import Case, at_heights
+from hcss_skies.les.case import Case, Pairs, at_heights
 from hcss_skies.les.grid import Mesh, stretched_faces
 from hcss_skies.les.pressure import PressureSolver
 from hcss_skies.les.radiation import radiative_heating
-from hcss_skies.les.rain import fall_and_change
+from hcss_skies.les.rain import fall_and_change, settle, settling_coefficient
 from hcss_skies.les.thermodynamics import (
     EPSILON,
     GRAVITY,
@@ -142,13 +142,7 @@ class Model:
         self._sponge = forcings.sponge_rate(z, *sponge)
         self._sponge_w = forcings.sponge_rate(faces, *sponge).astype(kind)
         forcing, frame = case.forcing, case.air.frame_m_s
-        self._subsidence = forcings.subsidence_weights(mesh, at_heights(forcing.subsidence_m_s, z))
-        self._air_around = self._subsidence.astype(kind), self._sponge.astype(kind)
-        self._sources = {
-            "theta_l": at_heights(forcing.theta_l_K_day, z) / DAY_S,
-            "water": at_heights(forcing.water_g_kg_day, z) / DAY_S,
-            "u": np.zeros(mesh.levels), "v": np.zeros(mesh.levels), "rain": np.zeros(mesh.levels),
-        }  # fmt: skip
+        self._set_air_around(z, acts=True)
         self._away = tuple(
             (at_heights(pairs, z) - speed).astype(kind)
             for pairs, speed in zip((forcing.geostrophic_u_m_s, forcing.geostrophic_v_m_s), frame, strict=True)
@@ -156,6 +150,29 @@ class Model:
         self._into_air = float(rho_faces[0] / self.mass[0])
         self._per_depth = 1.0 / dz
         self._sea()
+
+    def _set_air_around(self, z: Array, acts: bool) -> None:
+        """Take subsidence and tendencies at heights of the case (nz,), or none."""
+        forcing, nothing = self.case.forcing, np.zeros(self.mesh.levels)
+
+        def at(pairs: Pairs) -> Array:
+            return at_heights(pairs, z) if acts else nothing
+
+        self._subsidence = forcings.subsidence_weights(self.mesh, at(forcing.subsidence_m_s))
+        self._air_around = self._subsidence.astype(self.dtype.type), self._sponge.astype(self.dtype.type)
+        self._sources = {
+            "theta_l": at(forcing.theta_l_K_day) / DAY_S, "water": at(forcing.water_g_kg_day) / DAY_S,
+            "u": nothing, "v": nothing, "rain": nothing,
+        }  # fmt: skip
+
+    def _follow(self, water: Array) -> None:
+        """Move subsidence and tendencies with the inversion of the mean water (nz,): stretched below, shifted above."""
+        z, forcing = self.mesh.centres_m, self.case.forcing
+        if forcing.inversion_water_g_kg is not None:
+            first, now = (forcings.falls_through(z, q, forcing.inversion_water_g_kg)
+                          for q in (at_heights(self.case.air.water_g_kg, z), water))  # fmt: skip
+            z = np.where(z < now, z * (first / now), z + (first - now))
+        self._set_air_around(z, self.time_s >= 3600.0 * forcing.begin_hours)
 
     def _sea(self) -> None:
         """Kinematic fluxes, and values at the sea for bulk fluxes."""
@@ -292,6 +309,8 @@ class Model:
         """Take one step."""
         before = self._content()
         means = {name: self._mean(name) for name in self._scalars_and_winds()}
+        if self.case.forcing.varies:
+            self._follow(means["water"])
         for name, field in self._fields.items():
             self._old[name], self._fields[name] = field, self._old[name]
             self._fields[name][...] = field
@@ -303,9 +322,11 @@ class Model:
                 advection.step(field, self._old[name], self._rates[name], self.dtype.type(seconds / part))
             self.pressure.project(self.u, self.v, self.w)
             self.diagnose()
-        fallen = warmed = 0.0
-        if self.case.rain:
-            fallen, warmed = self._rain(seconds)
+        fallen, warmed = self._rain(seconds) if self.case.rain else (0.0, 0.0)
+        if self.case.settling:
+            settled, by_settling = self._settle(seconds)
+            fallen, warmed = fallen + settled, warmed + by_settling
+        self.rain_on_sea_kg_m2 += fallen
         self._require_water()
         after = self._content()
         self.budget = Budget(
@@ -349,7 +370,17 @@ class Model:
             reference.pressure_Pa, reference.exner, reference.density, self.mesh.depth_m,
             self.case.rain.droplets_cm3, seconds, heating,
         )  # fmt: skip
-        self.rain_on_sea_kg_m2 += fallen
+        self.diagnose()
+        return fallen, float(self.mass @ heating)
+
+    def _settle(self, seconds: float) -> tuple[float, float]:
+        assert self.case.settling is not None
+        reference, heating = self.reference, np.empty(self.mesh.levels)
+        coefficient = settling_coefficient(self.case.settling.droplets_cm3, self.case.settling.sigma)
+        fallen = settle(
+            self.theta_l, self.water, self.liquid, reference.warming, reference.exner, reference.density,
+            self.mesh.depth_m, coefficient, seconds, heating,
+        )  # fmt: skip
         self.diagnose()
         return fallen, float(self.mass @ heating)
 
