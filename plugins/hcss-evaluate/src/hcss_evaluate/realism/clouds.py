@@ -76,9 +76,10 @@ class Clouds:
 def size_exponent(sizes: Array, truncated: Mask, smallest: float, step: float = 1.0) -> float | None:
     """Return b of the number density n(s) proportional to s^-(1 + b); None if too few clouds for a line.
 
-    Least squares of the logarithm of counts in bins of equal ratio, from ``smallest`` up to the first bin of which the
-    frame cuts more than half: large clouds are cut more often, and a cut cloud counts as a smaller one (T. D. DeWitt
-    and T. J. Garrett, Atmos. Chem. Phys. 24, 8457, 2024). Bins with fewer than 24 clouds are left out.
+    Least squares of the logarithm of counts in bins of equal ratio, from ``smallest`` up to the first of three bins in
+    a row of which the frame cuts more than half: large clouds are cut more often, and a cut cloud counts as a smaller
+    one (T. D. DeWitt and T. J. Garrett, Atmos. Chem. Phys. 24, 8457, 2024). Bins with fewer than 24 clouds are left
+    out.
 
     Parameters
     ----------
@@ -96,8 +97,10 @@ def size_exponent(sizes: Array, truncated: Mask, smallest: float, step: float = 
     if not bins.size:
         return None
     count = np.bincount(bins)
-    cut = np.flatnonzero(np.bincount(bins, truncated[kept], len(count)) > _TRUNCATED * np.maximum(count, 1))
-    count = count[: cut[0]] if cut.size else count
+    cut = np.bincount(bins, truncated[kept], len(count)) > _TRUNCATED * np.maximum(count, 1)
+    # One bin may be cut by chance.
+    run = np.flatnonzero(cut[2:] & cut[1:-1] & cut[:-2])
+    count = count[: run[0]] if run.size else count
     good = np.flatnonzero(count >= _FEWEST)
     if good.size < _LEAST_BINS:
         return None

@@ -22,6 +22,9 @@ from hcss_evaluate.realism.clouds import (
 from hcss_evaluate.realism.intermittency import codimension, gradient_size
 from hcss_twin.providers import Array
 
+_CLOSED = 0.9
+"""Cover of closed cloud."""
+
 
 @dataclass(frozen=True)
 class Published:
@@ -39,7 +42,7 @@ PUBLISHED: dict[str, Published] = {
     "exponent of perimeters": Published(1.20, 1.32, "1.26 +- 0.06, DeWitt et al. 2024"),
     "dimension of a cloud": Published(1.25, 1.41, "4/3, Siebesma and Jonker 2000; 1.35, Lovejoy 1982; +- 0.08"),
     "dimension of the field": Published(1.59, 1.75, "5/3, Rees et al. 2024; +- 0.08"),
-    "intermittency C1": Published(0.06, 0.12, "0.08 and 0.10, Marshak et al. 1997; +- 0.02"),
+    "C1 of closed cloud": Published(0.06, 0.12, "0.08 and 0.10 in stratocumulus, Marshak et al. 1997; +- 0.02"),
 }
 """Ranges of statistics of :func:`cloud_laws`; the others have none."""
 
@@ -95,15 +98,19 @@ def cloud_laws(masks: Sequence[Mask], contrasts: Sequence[Array]) -> dict[str, f
     truncated = np.concatenate([clouds.truncated for clouds in frames])
     # A square of the smallest area has this outline.
     shortest = 4.0 * math.sqrt(SMALLEST)
+    cover = float(sum(np.count_nonzero(mask) for mask in masks) / sum(mask.size for mask in masks))
+    intermittency = codimension([gradient_size(field) for field in contrasts if np.isfinite(field).all()])
     return {
-        "cover": float(sum(np.count_nonzero(mask) for mask in masks) / sum(mask.size for mask in masks)),
+        "cover": cover,
         "clouds": float(len(area)),
         f"share of clouds of 1 to {SPECK} pixels": float(np.mean(area <= SPECK)) if len(area) else None,
         "exponent of areas": size_exponent(area, truncated, SMALLEST),
         "exponent of perimeters": size_exponent(perimeter, truncated, shortest, 2.0),
         "dimension of a cloud": individual_dimension(masks),
         "dimension of the field": ensemble_dimension(masks),
-        "intermittency C1": codimension([gradient_size(field) for field in contrasts if np.isfinite(field).all()]),
+        # What is published is of closed cloud: nothing changes in clear sky, so that broken cloud has far more.
+        "C1 of closed cloud": intermittency if cover >= _CLOSED else None,
+        "C1 of broken cloud": None if cover >= _CLOSED else intermittency,
         "exponent of edges": edge_exponent(masks, contrasts),
         "organisation Iorg": organisation(frames),
     }
