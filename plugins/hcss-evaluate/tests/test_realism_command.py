@@ -52,6 +52,11 @@ def test_the_command_answers_as_a_table_and_as_json(folders, tmp_path):
     assert answer["features"][0]["name"] in done.output
     for text in (f"{answer['scores'][0]['auc']:.3f}", answer["features"][0]["name"], "power spectra of both sides"):
         assert text in page.read_text(encoding="utf-8")
+    law = next(law for law in answer["laws"] if law["name"] == "dimension of the field")
+    for text in (f"{law['real']:.3f}", "1.59 to 1.75"):
+        assert text in done.output
+        assert text in page.read_text(encoding="utf-8")
+    assert law["published"]["low"] == 1.59
     assert answer["scenes"] == [3, 3]
     assert answer["common_scenes"] == 0
     assert "note: 6 of 6 files state no pixel size" in done.output

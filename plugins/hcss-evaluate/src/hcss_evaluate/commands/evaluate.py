@@ -189,7 +189,8 @@ def evaluate_command(
     With --realism, REAL and SIM are files or folders of brightness temperature with the same pixel size. Two
     classifiers learn to tell patches of SIM from patches of REAL, and are asked about scenes that they have not seen:
     AUC is 0.5 if they cannot tell, 1 if they always can. The features that tell, copies of real images, spectra,
-    structure functions and correlation over time are listed, too. Needs the package scikit-learn.
+    structure functions, laws of clouds beside published ranges and correlation over time are listed, too. Needs the
+    package scikit-learn.
 
     With --radiance, REAL alone is given: a NetCDF file with brightness temperature of several channels, latitude,
     longitude, view_zenith and time. Clear sea and opaque clouds in it are simulated from these and the climatology.

@@ -84,6 +84,26 @@ def body_dimension(grey: NDArray[np.uint8], levels: int = 256) -> DimensionEstim
 _LARGEST_BOUNDARY_BOX = 4
 
 
+def boundary_boxes(mask: NDArray[np.bool_]) -> list[tuple[float, int]]:
+    """Return mean side and number of the boxes that contain part of the boundary of a mask (rows, columns).
+
+    Boxes of about 2, 4, 8, ... pixels, up to a quarter of the shorter side, tile the image evenly.
+    """
+    rows, columns = mask.shape[0] - 1, mask.shape[1] - 1
+    first = mask[:-1, :-1]
+    corners = (first != mask[:-1, 1:]) | (first != mask[1:, :-1]) | (first != mask[1:, 1:])
+    row, column = np.nonzero(corners)
+    found: list[tuple[float, int]] = []
+    s = 2
+    while s <= min(mask.shape) // _LARGEST_BOUNDARY_BOX:
+        down, across = round(rows / s), round(columns / s)
+        box = np.zeros(down * across, dtype=np.bool_)
+        box[(row * down // rows) * across + column * across // columns] = True
+        found.append((math.sqrt(rows / down * columns / across), int(np.count_nonzero(box))))
+        s *= 2
+    return found
+
+
 def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
     """Count the boxes that contain part of the boundary between cloudy and clear pixels.
 
@@ -98,21 +118,10 @@ def boundary_dimension(mask: NDArray[np.bool_]) -> DimensionEstimate:
     of another type, or uniform.
     """
     cloudy = _checked(mask)
-    rows, columns = cloudy.shape[0] - 1, cloudy.shape[1] - 1
-    first = cloudy[:-1, :-1]
-    corners = (first != cloudy[:-1, 1:]) | (first != cloudy[1:, :-1]) | (first != cloudy[1:, 1:])
-    row, column = np.nonzero(corners)
-    if row.size == 0:
+    found = boundary_boxes(cloudy)
+    if not found[0][1]:
         raise ImageError(f"mask: {'cloudy' if cloudy[0, 0] else 'clear'} everywhere, allowed: both, for a boundary")
-    log_side, log_count = [], []
-    s = 2
-    while s <= min(cloudy.shape) // _LARGEST_BOUNDARY_BOX:
-        down, across = round(rows / s), round(columns / s)
-        box = np.zeros(down * across, dtype=np.bool_)
-        box[(row * down // rows) * across + column * across // columns] = True
-        log_side.append(0.5 * math.log(rows / down * columns / across))
-        log_count.append(math.log(np.count_nonzero(box)))
-        s *= 2
+    log_side, log_count = np.log(found).T
     dimension = -float(np.polyfit(log_side, log_count, 1)[0])
     # The table uses the dimension of the surface, which is greater by one.
     error = estimator_calibration().standard_error("boundary", dimension + 1.0, min(cloudy.shape))

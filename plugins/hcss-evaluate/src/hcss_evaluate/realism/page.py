@@ -26,6 +26,7 @@ def realism_page(realism: Realism) -> Page:
         Page.Section("Features that tell most", _features(realism)),
         Page.Section("Spectra and structure functions", _curves(realism)),
     ]
+    sections.append(Page.Section("Laws of clouds", _laws(realism)))
     if any(realism.coherence.values()):
         sections.append(Page.Section("Change over time", _coherence(realism)))
     counts = " and ".join(
@@ -81,6 +82,18 @@ def _curves(realism: Realism) -> list[Markup.Block]:
             Markup.picture(spectrum, "power spectra of both sides", "Mean over patches."),
             Markup.picture(structure, "structure functions of both sides", "Mean over patches."),
         )
+    ]
+
+
+def _laws(realism: Realism) -> list[Markup.Block]:
+    sources = [f"{law.name}: {law.published.source}" for law in realism.laws if law.published is not None]
+    return [
+        Table(
+            ["statistic", "measured", "simulated", "published"],
+            [law.cells for law in realism.laws],
+            "Clouds (2.5 K colder than clear sky) of all images together; ! is beyond the published range",
+        ),
+        Markup.paragraph(f"Published: {'; '.join(sources)}."),
     ]
 
 

@@ -16,8 +16,10 @@ from hcss_twin.providers import Array
 SIZE = 64
 """Side of a patch, pixels."""
 
+COLDER_K = 2.5
+"""Cloud is this much colder than clear sky."""
+
 _CLEAR_PERCENTILE = 99.0
-_COLDER_K = 2.5
 _LEAST_COLD = 0.05
 _LEAST_SPREAD_K = 0.5
 
@@ -96,7 +98,7 @@ def cut_patches(
             )
         if blur_pixels:
             field = gaussian_filter(field, blur_pixels, mode="nearest")
-        colder = field < np.nanpercentile(field, _CLEAR_PERCENTILE) - _COLDER_K
+        colder = colder_than_clear(field) > COLDER_K
         rows, columns = (length // size for length in field.shape)
         for row, column in np.ndindex(rows, columns):
             at = np.s_[row * size : (row + 1) * size, column * size : (column + 1) * size]
@@ -107,12 +109,18 @@ def cut_patches(
                 scene.append(int(number))
     if not kept:
         raise ImageError(
-            f"{side}: none of {cut} patches has cloud; needed: {100 * _LEAST_COLD:g} % of pixels {_COLDER_K} K colder "
+            f"{side}: none of {cut} patches has cloud; needed: {100 * _LEAST_COLD:g} % of pixels {COLDER_K} K colder "
             f"than the image's {_CLEAR_PERCENTILE:g}th percentile, and a standard deviation of {_LEAST_SPREAD_K} K"
         )
     kelvin = np.stack(kept)
     noisy = kelvin + noise_k * rng.standard_normal(kelvin.shape)
     return Patches(kelvin, noisy, np.array(scene, dtype=np.int64), cut)
+
+
+def colder_than_clear(field: Array) -> Array:
+    """Return how much colder than the 99th percentile of an image (K) each pixel is; NaN where missing."""
+    contrast: Array = np.nanpercentile(field, _CLEAR_PERCENTILE) - field
+    return contrast
 
 
 def z_scored(patches: Array) -> Array:

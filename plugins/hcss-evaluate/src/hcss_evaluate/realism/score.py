@@ -8,13 +8,15 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
 from hcss_evaluate.realism.classifiers import Classifier, auc, auc_interval, out_of_fold, require_scikit_learn
 from hcss_evaluate.realism.coherence import coherence
 from hcss_evaluate.realism.copies import Example, largest_correlations
 from hcss_evaluate.realism.features import all_features
 from hcss_evaluate.realism.increments import LAGS, structure_function
-from hcss_evaluate.realism.patches import SIZE, Patches, cut_patches, z_scored
+from hcss_evaluate.realism.laws import Law, cloud_laws
+from hcss_evaluate.realism.patches import COLDER_K, SIZE, Patches, colder_than_clear, cut_patches, z_scored
 from hcss_evaluate.realism.spectrum import power_by_ring
 from hcss_twin import ImageError
 from hcss_twin.providers import Array
@@ -109,6 +111,8 @@ class Realism:
         Mean power spectral density, K^2 per (cycle per pixel)^2, over cycles per pixel.
     structure : Curve
         Second-order structure function, K^2, over pixels.
+    laws : tuple of Law
+        Statistics of clouds of both sides, all images pooled, beside their published ranges.
     coherence : dict of str to dict of float to tuple of float
         For "real" and "simulated", by lag in s: correlation of the whole field and of the bands 4-8, 8-16 and 16-32
         pixels of wavelength, after the motion between frames; empty without times.
@@ -125,6 +129,7 @@ class Realism:
     copies: Copies | None
     spectrum: Curve
     structure: Curve
+    laws: tuple[Law, ...]
     coherence: dict[str, dict[float, tuple[float, ...]]]
     patches: tuple[int, int]
     left_out: tuple[int, int]
@@ -235,6 +240,7 @@ def compare(
         copies=_copies(sides[1], real, real_number, copies, size, streams[2]) if copies else None,
         spectrum=_curve(wavenumber, *(power.mean(axis=0) for power in both)),
         structure=_curve(np.array(LAGS, dtype=np.float64), *(structure_function(side.kelvin) for side in sides)),
+        laws=_laws(real, simulated, blur_pixels),
         coherence={side: _coherence(*given) for side, given in times.items()},
         patches=(len(sides[0].scene), len(sides[1].scene)),
         left_out=(sides[0].cut - len(sides[0].scene), sides[1].cut - len(sides[1].scene)),
@@ -273,6 +279,17 @@ def _differences(names: list[str], values: Array, label: NDArray[np.bool_], scal
 
 def _curve(axis: Array, real: Array, simulated: Array) -> Curve:
     return Curve(*(tuple(map(float, values)) for values in (axis, real, simulated)))
+
+
+def _laws(real: Fields, simulated: Fields, blur_pixels: float) -> tuple[Law, ...]:
+    """Measure clouds of both sides in whole images; those of the simulated side are blurred as their patches are."""
+    found = []
+    for fields, blur in ((real, 0.0), (simulated, blur_pixels)):
+        images = [np.asarray(field, dtype=np.float64) for field in fields]
+        blurred = [gaussian_filter(image, blur, mode="nearest") if blur else image for image in images]
+        contrasts = [colder_than_clear(image) for image in blurred]
+        found.append(cloud_laws([contrast > COLDER_K for contrast in contrasts], contrasts))
+    return tuple(Law.of(name, value, found[1][name]) for name, value in found[0].items())
 
 
 def _copies(

@@ -61,6 +61,8 @@ def _lines(realism: Realism) -> Iterator[str]:
     yield from _curve("wavelength, px", replace(realism.spectrum, axis=wavelengths))
     yield "Structure function (mean squared difference), K^2"
     yield from _curve("distance, px", realism.structure)
+    yield "Laws of clouds, all images together (!: beyond the published range)"
+    yield from Table.aligned([["", *_SIDES, "published"], *(law.cells for law in realism.laws)])
     bands = [f"{low:g}-{high:g} px" for low, high in pairwise(WAVELENGTHS)]
     for side in _SIDES:
         if realism.coherence[side]:
