@@ -18,7 +18,7 @@ from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
 from hcss_twin.scenario.problems import read_model
 from hcss_twin.scenario.section_types import THINNEST_M, Material, ScenarioSection
-from hcss_twin.scenario.units import Length, QuantityParser
+from hcss_twin.scenario.units import Fraction, Length, QuantityParser
 
 
 @dataclass(frozen=True)
@@ -105,6 +105,16 @@ class TypeFractal(ScenarioSection):
         return value
 
 
+class TypeSky(ScenarioSection):
+    """``[[sky]]``: the generator of a package whose clouds look like measured ones, at some pixel sizes."""
+
+    generator: str = Field(description="Name of the generator.")
+    package: str = Field(description="Distribution that has it.")
+    parameters: dict[str, Any] = Field(default_factory=dict, description="Its parameters.")
+    coverage: Fraction | None = Field(None, ge=0, le=1, description="Default coverage; without it, that of all types.")
+    pixel_size_max: Length | None = Field(None, gt=0, description="Largest pixel size for which it is meant, m.")
+
+
 _Thickness = Annotated[QuantityParser.Number, Field(ge=0)]
 
 
@@ -129,6 +139,17 @@ class CloudType(ScenarioSection):
     fractal: TypeFractal
     microphysics: TypeMicrophysics
     optical_thickness: PublishedThickness | None = None
+    sky: tuple[TypeSky, ...] = Field(
+        (), description="`[[sky]]`: generators that replace `[fractal]` where their packages are installed; the first "
+        "that is meant for the pixel size."
+    )  # fmt: skip
+
+    def sky_of(self, pixel_size_m: float) -> TypeSky | None:
+        """Return the generator that is meant for a pixel size, in place of the fractal one; None if none is."""
+        for sky in self.sky:
+            if sky.pixel_size_max is None or pixel_size_m <= sky.pixel_size_max:
+                return sky
+        return None
 
     def visible_optical_thickness(self, of: Literal["mean", "median", "thickest"]) -> float:
         """Return the optical thickness of a cloudy column, in the limit of particles large beside the wavelength.

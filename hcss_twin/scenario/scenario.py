@@ -28,6 +28,7 @@ from hcss_twin.scenario.overrides import apply_overrides
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.section_types import selected
 from hcss_twin.scenario.sensor import fill_bands
+from hcss_twin.scenario.skies import with_skies
 from hcss_twin.scenario.viewing import as_given, viewing_problems, with_viewing
 
 _Scenario = TypeVar("_Scenario", bound=ScenarioModel)
@@ -90,7 +91,7 @@ class Scenario(ScenarioModel):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What overrides removed from the file: parameters of providers that they replace."""
+        """What reading changed: parameters of providers that overrides replace, skies whose package is missing."""
         return self._notes
 
     @property
@@ -186,12 +187,13 @@ class Scenario(ScenarioModel):
                 [Problem(typed(problem.field), better.get(problem.field, problem.message)) for problem in problems],
                 origin,
             )
-        scenario = _with_coverage_modes(with_viewing(scenario), registry, on_grid)
+        scenario, of_skies = with_skies(with_viewing(scenario), catalog, registry, origin)
+        scenario = _with_coverage_modes(scenario, registry, on_grid)
         scenario._base = base
         scenario._short = short
         scenario._origin = origin
         scenario._sections = sections
-        scenario._notes = tuple(notes)
+        scenario._notes = (*notes, *of_skies)
         return scenario
 
     @classmethod

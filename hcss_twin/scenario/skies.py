@@ -1,0 +1,70 @@
+"""Skies of cloud types: the generator of a package in place of the fractal one, where it is installed."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import HcssError, Problem, ScenarioError
+from hcss_twin.core.own_packages import how_to_install
+from hcss_twin.providers.registry.registry import Registry
+from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.cloud_types import TypeSky, load_cloud_type
+from hcss_twin.scenario.models import ScenarioModel
+from hcss_twin.scenario.problems import problems_from
+
+_Scenario = TypeVar("_Scenario", bound=ScenarioModel)
+
+_OF_FRACTAL = {"generator", "parameters", "edge_taper"}
+"""Keys of a layer whose user has chosen the generator, or means the fractal one."""
+
+
+def with_skies(
+    scenario: _Scenario, catalog: Catalog, registry: Registry, origin: str
+) -> tuple[_Scenario, tuple[str, ...]]:
+    """Return a valid scenario whose layers have the generators that their types name, and notes of missing packages.
+
+    The type of a layer decides, unless the layer states a generator or what belongs to the fractal one. Without the
+    package the fractal generator stays: a scene of the core alone runs everywhere.
+
+    Raises
+    ------
+    ScenarioError
+        If a type names parameters that the generator refuses.
+    """
+    layers, notes = [], []
+    for number, layer in enumerate(scenario.clouds.layers):
+        cloud_type = None if _OF_FRACTAL & layer.model_fields_set else load_cloud_type(layer.type, catalog)
+        sky = None if cloud_type is None else cloud_type.sky_of(scenario.image.pixel_size)
+        if sky is None:
+            layers.append(layer)
+            continue
+        name = f"{sky.package}/{sky.generator}"
+        try:
+            model = registry.parameters_model(registry.resolve(Kind.CLOUDS, name))
+        except HcssError:
+            layers.append(layer)
+            notes.append(
+                f"clouds of the type '{layer.type}' look more like measured ones with the package {sky.package} "
+                f"({how_to_install(sky.package)}); without it they are fractal"
+            )
+            continue
+        if model is not None:
+            _require_valid(model, sky, f"clouds.layers[{number}].type", layer.type, origin)
+        chosen: dict[str, object] = {"generator": name, "parameters": dict(sky.parameters)}
+        if sky.coverage is not None and "coverage" not in layer.model_fields_set:
+            chosen["coverage"] = sky.coverage
+        layers.append(layer.model_copy(update=chosen))
+    clouds = scenario.clouds.model_copy(update={"layers": tuple(layers)})
+    return scenario.model_copy(update={"clouds": clouds}), tuple(dict.fromkeys(notes))
+
+
+def _require_valid(model: type[BaseModel], sky: TypeSky, field: str, type_name: str, origin: str) -> None:
+    try:
+        model.model_validate(sky.parameters)
+    except ValidationError as error:
+        problems = problems_from(error, model, prefix="sky.parameters", raw=sky.parameters)
+        told = [Problem(field, f"'{type_name}': {problem}") for problem in problems]
+        raise ScenarioError(told, origin) from error
