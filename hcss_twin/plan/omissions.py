@@ -14,6 +14,7 @@ from hcss_twin.core.error_norm import largest_error
 from hcss_twin.cube.variables import SHADOW_MASK, TERM_PREFIX, VariableSpec
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.clear_sky_sizes import RAREST, change_by_sea, size_of_vapour, typical_sea_K, typical_vapour
 from hcss_twin.plan.climate_over_image import climate_over_image
 from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.few_columns import (
@@ -32,7 +33,6 @@ from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.one_direction import one_direction
 from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.plan.sunlight import SunFrames, Sunlight, low_sun, toward_glint
-from hcss_twin.plan.texture_size import RAREST, change_by_sea, size_of_vapour, typical_sea_K, typical_vapour
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
 

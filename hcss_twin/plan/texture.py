@@ -25,10 +25,10 @@ from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureF
 from hcss_twin.plan.accuracy import requested_accuracy
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.clear_sky import EVEN_SKY, EVEN_VAPOUR, STEP, EvenFields, EvenSky, State, VapourNodes
+from hcss_twin.plan.clear_sky_sizes import DEFAULT_K, DEFAULT_VAPOUR, is_faint, typical_sea_K
 from hcss_twin.plan.combinations import Excluded, NotComputed, present
 from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.numerics import for_spectra
-from hcss_twin.plan.texture_size import DEFAULT_K, DEFAULT_VAPOUR, is_faint, typical_sea_K
 from hcss_twin.plan.windows import length
 from hcss_twin.providers import Sun
 from hcss_twin.providers.column_states import spectra_of
