@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_skies.blending import displaced
 from hcss_skies.fall_streaks.parameters import FallStreakParameters
-from hcss_skies.fall_streaks.streaks import WAVELENGTH, Fall, Lattices, stencils
+from hcss_skies.fall_streaks.streaks import LONGER, WAVELENGTH, Fall, Lattices, stencils, variances
 from hcss_skies.flow import Octave, flow_nodes
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs
@@ -18,7 +18,7 @@ from hcss_twin.providers import Array, CloudDeclaration, CloudInputs
 MEASURED_S = 1800.0
 """``motion.evolution_time`` with which structures live as long as measured: the default of a scenario."""
 
-BENDS = Octave(240e3, 9000.0, 20_000.0), Octave(60e3, 900.0, 5000.0)
+BENDS = (Octave(500e3, 9000.0, 40_000.0),)
 """Flows that bend fields of streaks, so that they are not parallel over hundreds of km."""
 
 THICKEST = 0.998
@@ -54,7 +54,7 @@ class FallStreaks:
         self._speed = -wind_y, inputs.motion.platform_speed_m_s - wind_x
         if parameters.shear_from is not None:
             angle = math.radians(parameters.shear_from)
-            towards = -math.cos(angle), math.sin(angle)
+            towards = math.cos(angle), math.sin(angle)
         elif wind_x or wind_y:
             speed = math.hypot(wind_x, wind_y)
             towards = -wind_y / speed, -wind_x / speed
@@ -103,16 +103,22 @@ class FallStreaks:
                 _write(tile, path, self._least, scale, layer.thickness_min_m, layer.thickness_max_m)
         return out
 
-    thickness_around_m = thickness_m
+    def thickness_around_m(
+        self, time_s: float, rows: slice, columns: slice, summary: None = None
+    ) -> NDArray[np.float32]:
+        """Return the thickness (y, x) of a window that may reach outside the image."""
+        return self.thickness_m(time_s, rows, columns)
 
     def _lattices_of(self, pixel_m: float) -> Lattices:
         """Return the lattices for a pixel size, with nodes one to two pixels apart if the outer scale has them."""
-        longest = 1e3 * self._of.outer_scale / WAVELENGTH
+        outer_m = 1e3 * self._of.outer_scale
+        longest = 2.0**LONGER * outer_m / WAVELENGTH
         count = 1 + max(0, math.floor(math.log2(longest / pixel_m) + 1e-9))
         spacings = longest * 0.5 ** np.arange(count)
-        return Lattices(spacings, stencils(self.fall, spacings), self._of.deviation, self._inputs.seed)
+        shares = self._of.deviation**2 * variances(outer_m, self._of.cells)
+        return Lattices(spacings, stencils(self.fall, spacings), shares, self._inputs.seed)
 
-    def _path(self, lattices: Lattices, pixel_m: float, y: Array, x: Array, time_s: float) -> NDArray[np.float32]:
+    def _path(self, lattices: Lattices, pixel_m: float, y: Any, x: Any, time_s: float) -> NDArray[np.float32]:
         """Return the ice water path at (rows,), (columns,) in m."""
         time = time_s * self._rate
         nodes, bounds = flow_nodes(BENDS, y, x, 1.0, pixel_m, self._inputs.seed, time)

@@ -1,4 +1,4 @@
-"""Ice that falls out of a generating level: lattices of the level, its displacement by shear, and the vertical integral.
+"""Ice that falls out of a generating level: lattices of the level, displacement by shear, and the vertical integral.
 
 The logarithm of ice water at the generating level is a sum of octaves, cubic B-splines over lattices of normal numbers
 whose spacing halves from one to the next. Ice water at a displacement d is that of the level without the octaves that
@@ -34,6 +34,15 @@ _KNOTS = 1.5  # time between independent numbers of a node in lifetimes
 _PHASES = 8  # nodes change their numbers at different times
 _VALUE = 151.0 / 315.0  # rms of a B-spline surface whose nodes have variance 1
 _RATIO = 2.0 ** (-2.0 / 3.0)  # variance of an octave over that of the next longer one: slope -5/3
+LONGER = 3
+"""Octaves longer than the outer scale."""
+
+CELLS_M = 1200.0
+"""Wavelength of generating cells, m."""
+
+_LONG_RATIO = 0.9  # variance of an octave beyond the outer scale over that of the next shorter one
+_CELLS_OCTAVES = 1.2
+_OCTAVES = 32
 _HEIGHTS = 4096
 _LEAST = 2e-4  # of a stencil, which is left out
 
@@ -84,9 +93,16 @@ def ice_above(share: Array) -> Array:
     return 1.5 * share - 0.5 * share**3
 
 
-def variance_left(octaves: int) -> float:
-    """Return the share of the variance of the generating level that so many octaves, the longest, do not have."""
-    return _RATIO**octaves
+def variances(outer_m: float, cells: float) -> Array:
+    """Return the shares (octaves,) of the generating level's variance; wavelengths halve from 8 outer scales on.
+
+    Below the outer scale they fall as those of a spectrum k^-5/3 along a line; a part ``cells`` of all is that of
+    generating cells of about :data:`CELLS_M`, log-normal over wavelengths.
+    """
+    number = np.arange(-LONGER, _OCTAVES - LONGER, dtype=np.float64)
+    fractal = np.where(number < 0.0, _LONG_RATIO**-number, _RATIO**number)
+    bump = np.exp(-0.5 * (np.log2(outer_m * 0.5**number / CELLS_M) / _CELLS_OCTAVES) ** 2)
+    return (1.0 - cells) * fractal / fractal.sum() + cells * bump / bump.sum()
 
 
 def stencils(fall: Fall, spacings_m: Array) -> list[NDArray[np.float64]]:
@@ -130,15 +146,15 @@ class Lattices:
         Distance of nodes.
     stencils : list of ndarray
         Of :func:`stencils`.
-    deviation : float
-        Standard deviation of the logarithm of ice water at the generating level, all octaves together.
+    variances : ndarray (M,)
+        Of the logarithm of ice water at the generating level, by octaves; M is at least N.
     seed : int
         Of the random numbers.
     """
 
     spacings_m: Array
     stencils: list[NDArray[np.float64]]
-    deviation: float
+    variances: Array
     seed: int
 
     def integral(self, y: Array, x: Array, time: float) -> NDArray[np.float32]:
@@ -180,8 +196,10 @@ class Lattices:
             if n:
                 _refine(finer, wide[n][0][0], wide[n][1][0], level, wide[n - 1][0][0], wide[n - 1][1][0])
             level = finer
-            amplitude = self.deviation * math.sqrt((1.0 - _RATIO) * _RATIO**n) / _VALUE
-            _add_numbers(level, wide[n][0][0], wide[n][1][0], np.uint64(self.seed), n, *self._moments(n, amplitude, time))
+            amplitude = math.sqrt(self.variances[n]) / _VALUE
+            _add_numbers(
+                level, wide[n][0][0], wide[n][1][0], np.uint64(self.seed), n, *self._moments(n, amplitude, time)
+            )
             sums = np.zeros([high - low + 1 for low, high in ends[n]], np.float32)
             if n:
                 _refine(sums, ends[n][0][0], ends[n][1][0], path, ends[n - 1][0][0], ends[n - 1][1][0])
@@ -189,7 +207,7 @@ class Lattices:
             if len(self.stencils[n]):
                 to = self.stencils[n][:, :2].astype(np.int64)
                 to += [ends[n][0][0] - wide[n][0][0], ends[n][1][0] - wide[n][1][0]]
-                mean = 0.5 * self.deviation**2 * (1.0 - variance_left(n + 1))
+                mean = 0.5 * self.variances[: n + 1].sum()
                 _integrate(path, _ice(level, np.float32(mean)), to, self.stencils[n][:, 2].astype(np.float32))
         out = np.empty(y.shape, np.float32)
         _interpolate(out, y, x, 1.0 / self.spacings_m[-1], path, ends[-1][0][0], ends[-1][1][0])
@@ -207,9 +225,7 @@ class Lattices:
 
 
 @kernel()
-def _add_numbers(
-    level: Any, row: int, column: int, seed: Any, octave: int, knots: Any, weights: Any
-) -> None:
+def _add_numbers(level: Any, row: int, column: int, seed: Any, octave: int, knots: Any, weights: Any) -> None:
     """Add the numbers of one octave to its nodes."""
     state = hashed(hashed(seed, 9001), octave)
     changes = weights[0, 1] != 0.0 or weights[1, 1] != 0.0
@@ -227,7 +243,7 @@ def _add_numbers(
 @kernel(fastmath={"contract"})
 def _refine(out: Any, row: int, column: int, coarse: Any, coarse_row: int, coarse_column: int) -> None:
     """Write the nodes of the same B-spline surface at half the distance."""
-    three, eighth, half = np.float32(6.0), np.float32(0.125), np.float32(0.5)
+    six, eighth, half = np.float32(6.0), np.float32(0.125), np.float32(0.5)
     line = np.empty(coarse.shape[1], np.float32)
     for i in range(out.shape[0]):
         k = ((row + i) >> 1) - coarse_row
@@ -236,13 +252,13 @@ def _refine(out: Any, row: int, column: int, coarse: Any, coarse_row: int, coars
                 line[j] = half * (coarse[k, j] + coarse[k + 1, j])
         else:
             for j in range(line.size):
-                line[j] = eighth * (coarse[k - 1, j] + three * coarse[k, j] + coarse[k + 1, j])
+                line[j] = eighth * (coarse[k - 1, j] + six * coarse[k, j] + coarse[k + 1, j])
         for j in range(out.shape[1]):
             m = ((column + j) >> 1) - coarse_column
             if (column + j) & 1:
                 out[i, j] = half * (line[m] + line[m + 1])
             else:
-                out[i, j] = eighth * (line[m - 1] + three * line[m] + line[m + 1])
+                out[i, j] = eighth * (line[m - 1] + six * line[m] + line[m + 1])
 
 
 @kernel(fastmath={"contract"})
