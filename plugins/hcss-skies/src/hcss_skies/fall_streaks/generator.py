@@ -114,7 +114,7 @@ class FallStreaks:
         outer_m = 1e3 * self._of.outer_scale
         longest = 2.0**LONGER * outer_m / WAVELENGTH
         count = 1 + max(0, math.floor(math.log2(longest / pixel_m) + 1e-9))
-        spacings = longest * 0.5 ** np.arange(count)
+        spacings: Array = np.asarray(longest * 0.5 ** np.arange(count), np.float64)
         shares = self._of.deviation**2 * variances(outer_m, self._of.cells)
         return Lattices(spacings, stencils(self.fall, spacings), shares, self._inputs.seed)
 

@@ -102,7 +102,8 @@ def variances(outer_m: float, cells: float) -> Array:
     number = np.arange(-LONGER, _OCTAVES - LONGER, dtype=np.float64)
     fractal = np.where(number < 0.0, _LONG_RATIO**-number, _RATIO**number)
     bump = np.exp(-0.5 * (np.log2(outer_m * 0.5**number / CELLS_M) / _CELLS_OCTAVES) ** 2)
-    return (1.0 - cells) * fractal / fractal.sum() + cells * bump / bump.sum()
+    shares: Array = (1.0 - cells) * fractal / fractal.sum() + cells * bump / bump.sum()
+    return shares
 
 
 def stencils(fall: Fall, spacings_m: Array) -> list[NDArray[np.float64]]:
