@@ -5,7 +5,7 @@ from hcss_twin.providers import ProviderSpec, hookimpl
 
 @hookimpl
 def hcss_register_cloud_generators() -> list[ProviderSpec]:
-    """Register the generators `example` and `surrogate`."""
+    """Register the generators `example`, `surrogate` and `fall-streaks`."""
     return [
         ProviderSpec(
             "example",
@@ -23,6 +23,17 @@ def hcss_register_cloud_generators() -> list[ProviderSpec]:
             (
                 "T. Schreiber and A. Schmitz, Improved Surrogate Data for Nonlinearity Tests, Phys. Rev. Lett. 77, 635 "
                 "(1996)",
+            ),
+        ),
+        ProviderSpec(
+            "fall-streaks",
+            "hcss_skies.fall_streaks.generator:FallStreaks",
+            "hcss_skies.fall_streaks.parameters:FallStreakParameters",
+            3,
+            "cirrus: ice that falls from generating cells through a sheared wind",
+            (
+                "R. J. Hogan and S. F. Kew, A 3D stochastic cloud model for investigating the radiative properties of "
+                "inhomogeneous cirrus clouds, Q. J. R. Meteorol. Soc. 131, 2585 (2005)",
             ),
         ),
     ]

@@ -89,7 +89,7 @@ def blend(
     long = np.empty(columns, np.float32)
     to_samples = 2.0 / geometry[5]
     for i in range(y.size):
-        _displaced(at_y, at_x, y[i], x, geometry[6], geometry[7], flow, bounds, interval, past, curves)
+        displaced(at_y, at_x, y[i], x, geometry[6], geometry[7], flow, bounds, interval, past, curves)
         _raised(long, y[i], waves, bounds[octaves], interval[octaves], past[octaves])
         _weights(corners, points, at_y, at_x, 1.0 / geometry[0], low_v, low, wide)
         _sample(total, square, scores, corners, points, at_y, at_x, fades, places, to_samples)
@@ -174,7 +174,7 @@ def _farthest(flow: Any) -> float:
 
 
 @kernel(inner=True, fastmath={"contract"})
-def _displaced(
+def displaced(
     at_y: Any,
     at_x: Any,
     y: float,

@@ -1,0 +1,1 @@
+"""Cirrus by fall streaks: see ``generator.py``."""
