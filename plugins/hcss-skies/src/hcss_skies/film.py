@@ -98,7 +98,14 @@ class Film:
     @property
     def minutes(self) -> float:
         """Duration of all pieces."""
-        return self.ranks.shape[0] * (self.ranks.shape[1] - 1) * self.interval_s / 60.0
+        pieces, snapshots = self.ranks.shape[:2]
+        return float(pieces * (snapshots - 1) * self.interval_s / 60.0)
+
+    def described(self) -> str:
+        """Return kind, cell, cover, layer and duration in words."""
+        layer = f"{self.base_m / 1e3:.1f} to {self.top_m / 1e3:.1f} km"
+        size = f"{self.cell_m:g} m, cover {self.coverage:.2f}, clouds from {layer}"
+        return f"{self.kind}: {size}, film of {self.minutes:g} min"
 
 
 def score_of(u: Array, sheet: bool) -> Array:
@@ -213,7 +220,7 @@ def _wrong_shapes(film: Film) -> str:
 
 
 def _wrong_values(film: Film) -> str:
-    table, low, high = film.optical_thickness, *LAYER_M
+    table, high = film.optical_thickness, LAYER_M[1]
     if not (np.all((table >= 0.0) & (table <= THICKEST)) and np.all(np.diff(table) >= 0.0)):
         return f"optical thickness that does not ascend, or outside 0 to {THICKEST:g}"
     step = np.diff(film.scores)

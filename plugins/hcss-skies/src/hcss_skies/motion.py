@@ -55,14 +55,14 @@ def _displacements(before: NDArray[np.float32], after: NDArray[np.float32], bloc
     wide = 2 * reach + 1
     quarters = _quarters(block)
     misfit = np.empty((wide, wide, before.shape[0] // block, before.shape[1] // block))
-    # a displacement d of the window's clouds from d/2 before to d/2 after would be symmetric; windows stay with `before`
     padded = np.pad(after, reach, mode="wrap")
     for i, j in np.ndindex(wide, wide):
         moved = padded[i : i + before.shape[0], j : j + before.shape[1]]
         misfit[i, j] = _windows((moved - before) ** 2, block, quarters)
-    structure = _windows((before - before.mean()) ** 2, block, quarters) - _windows(
-        before - before.mean(), block, quarters
-    ) ** 2
+    structure = (
+        _windows((before - before.mean()) ** 2, block, quarters)
+        - _windows(before - before.mean(), block, quarters) ** 2
+    )
     offsets = np.arange(-reach, reach + 1.0)
     total = misfit.mean(axis=(2, 3))
     mean = np.array([float(part) for part in _minimum(total[:, :, None, None])[:, 0, 0]])
@@ -166,7 +166,7 @@ def _frame(out: Any, before: Any, after: Any, motion: Any, block: int, f: float,
             n = (k - 1) % block_columns
             y = motion[0, first, n] + share * (motion[0, second, n] - motion[0, first, n])
             x = motion[1, first, n] + share * (motion[1, second, n] - motion[1, first, n])
-            along_y[k], along_x[k] = y / np.float32(16.0), x / np.float32(16.0)
+            along_y[k], along_x[k] = y / np.float32(PER_CELL), x / np.float32(PER_CELL)
         for j in range(columns):
             place = (np.float32(j) + half) * per_block + half
             k = int(place)
@@ -178,13 +178,12 @@ def _frame(out: Any, before: Any, after: Any, motion: Any, block: int, f: float,
             b, of_b = _bilinear(after, i, j, ahead * dy, ahead * dx, holes)
             total = ahead * of_a + back * of_b
             value = (ahead * a + back * b) / total if total > zero else zero
-            # cloud of however little weight is cloud, of at least the lowest part of the layer
             out[i, j] = np.uint8(value + half)
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
 def _bilinear(field: Any, i: int, j: int, dy: Any, dx: Any, holes: bool) -> Any:
-    """Return the weighted sum and the sum of weights around a cell moved by (dy, dx), periodic; 0 may have no weight."""
+    """Return weighted sum and sum of weights around a cell moved by (dy, dx), periodic; 0 may have no weight."""
     rows, columns = field.shape
     floor_y, floor_x = np.floor(dy), np.floor(dx)
     fy, fx = dy - floor_y, dx - floor_x
