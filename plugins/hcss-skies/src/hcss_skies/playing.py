@@ -70,11 +70,9 @@ def play(
     # Two patches of each point: piece, frame, place along y and x; their loss of score, and the fraction of a frame.
     which = np.empty((high_v - low_v, high_u - low_u, 2, 4), np.int64)
     parts = np.empty((high_v - low_v, high_u - low_u, 2, 2), np.float32)
-    for v in range(low_v, high_v):
-        for u in range(low_u, high_u):
-            _choose(which[v - low_v, u - low_u], parts[v - low_v, u - low_u], u, v, frames.shape, key, age, lasting)
     for p in range(which.shape[0]):
         for q in range(which.shape[1]):
+            _choose(which[p, q], parts[p, q], low_u + q, low_v + p, frames.shape, key, age, lasting)
             for turn in range(2):
                 weight = float(parts[p, q, turn, 0])
                 parts[p, q, turn, 0] = math.log(weight) * per_score if weight > _LEAST else 2.0 * _LOST
@@ -88,12 +86,12 @@ def play(
     four, steps, tall, wide = np.float32(4.0), np.float32(_STEPS), frames.shape[2], frames.shape[3]
     for i in range(rows):
         y = (row + i + shift[0]) / spacing * _SKEW
-        v: Any = np.int64(math.floor(y))
+        v = np.int64(math.floor(y))
         fv = y - v
         of_row = (row + i) % tall
         for j in range(columns):
             x = (column + j + shift[1]) / spacing - 0.5 * y
-            u: Any = np.int64(math.floor(x))
+            u = np.int64(math.floor(x))
             fu = x - u
             far = 1 if fu + fv > 1.0 else 0
             weights[0] = abs(1.0 - fu - fv)
@@ -116,8 +114,10 @@ def play(
                         continue
                     patch = which[p, q, turn]
                     k, m = of_row + patch[2], of_column[j] + patch[3]
-                    k = k - tall if k >= tall else k
-                    m = m - wide if m >= wide else m
+                    if k >= tall:
+                        k -= tall
+                    if m >= wide:
+                        m -= wide
                     before = np.float32(frames[patch[0], patch[1], k, m])
                     after = np.float32(frames[patch[0], patch[1] + 1, k, m])
                     rank = before + parts[p, q, turn, 1] * (after - before)

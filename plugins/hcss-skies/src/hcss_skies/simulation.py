@@ -55,8 +55,8 @@ class SimulatedClouds:
 
     Cells are averaged to the power of two that is closest to the pixel, so that all pixel sizes show one sky; between
     their middles scores are interpolated, so that outlines are smooth. The coverage is that of the film's own cells:
-    larger pixels, parts of which are cloudy, have more. Clouds have the optical thickness of the simulation as far as the
-    layer is deep enough.
+    larger pixels, parts of which are cloudy, have more. Clouds have the optical thickness of the simulation as far as
+    the layer is deep enough.
 
     Parameters
     ----------
