@@ -113,7 +113,8 @@ def play(
                     if value < lost:
                         continue
                     patch = which[p, q, turn]
-                    k, m = of_row + patch[2], of_column[j] + patch[3]
+                    k: Any = of_row + patch[2]
+                    m: Any = of_column[j] + patch[3]
                     if k >= tall:
                         k -= tall
                     if m >= wide:
