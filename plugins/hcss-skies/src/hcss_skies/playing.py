@@ -106,22 +106,22 @@ def play(
                 share = four * logarithm[np.int64(weights[corner] * steps)] - loss
                 if share < lost:
                     continue
-                p = v - low_v + (far if corner == 0 else corner - 1)
-                q = u - low_u + (far if corner == 0 else 2 - corner)
+                line = v - low_v + (far if corner == 0 else corner - 1)
+                place = u - low_u + (far if corner == 0 else 2 - corner)
                 for turn in range(2):
-                    value = share + parts[p, q, turn, 0]
+                    value = share + parts[line, place, turn, 0]
                     if value < lost:
                         continue
-                    patch = which[p, q, turn]
-                    k: Any = of_row + patch[2]
-                    m: Any = of_column[j] + patch[3]
+                    patch = which[line, place, turn]
+                    k = of_row + patch[2]
+                    m = of_column[j] + patch[3]
                     if k >= tall:
                         k -= tall
                     if m >= wide:
                         m -= wide
                     before = np.float32(frames[patch[0], patch[1], k, m])
                     after = np.float32(frames[patch[0], patch[1] + 1, k, m])
-                    rank = before + parts[p, q, turn, 1] * (after - before)
+                    rank = before + parts[line, place, turn, 1] * (after - before)
                     best = max(best, value + (last - rank if sheet else rank))
             best = min(max(best, np.float32(0.0)), last)
             out[i, j] = last - best if sheet else best
