@@ -5,7 +5,7 @@ from hcss_twin.providers import ProviderSpec, hookimpl
 
 @hookimpl
 def hcss_register_cloud_generators() -> list[ProviderSpec]:
-    """Register the generators `example`, `surrogate` and `fall-streaks`."""
+    """Register the generators `example`, `simulation`, `surrogate` and `fall-streaks`."""
     return [
         ProviderSpec(
             "example",
@@ -13,6 +13,13 @@ def hcss_register_cloud_generators() -> list[ProviderSpec]:
             "hcss_skies.parameters:ExampleParameters",
             3,
             "skies that look like an example: blended patches that move, turn and change as measured",
+        ),
+        ProviderSpec(
+            "simulation",
+            "hcss_skies.simulation:SimulatedClouds",
+            "hcss_skies.simulation:SimulationParameters",
+            3,
+            "clouds of films from large-eddy simulation, patched together without end, at their own pace",
         ),
         ProviderSpec(
             "surrogate",

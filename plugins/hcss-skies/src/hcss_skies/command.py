@@ -43,19 +43,22 @@ def metres(_context: click.Context, _option: click.Parameter, text: str | None) 
 
 @click.group()
 def skies() -> None:
-    """List examples of skies, make one from an image, or simulate clouds."""
+    """List skies, make an example from an image, simulate clouds, or pack a simulation as a film."""
 
 
 @skies.command(name="list")
 def list_examples() -> None:
-    """List the shipped examples: name, kind, pixel size, cloud cover, range of heights."""
+    """List the shipped examples and films: name, kind, pixel size, cloud cover, range of heights, and minutes."""
     from hcss_skies.example import read_example
-    from hcss_skies.library import shipped
+    from hcss_skies.film import read_film
+    from hcss_skies.library import shipped, shipped_films
 
     for name, path in shipped().items():
         of = read_example(path)
         heights = f"{of.opaque_m[0] / 1e3:.1f} to {of.opaque_m[-1] / 1e3:.1f} km"
         click.echo(f"{name:22} {of.kind:15} {of.pixel_size_m:g} m, cover {of.coverage:.2f}, heights {heights}")
+    for name, path in shipped_films().items():
+        click.echo(f"{name:22} {read_film(path).described()}")
 
 
 @skies.command(name="import")
@@ -234,6 +237,39 @@ def simulate(
     click.echo(f"{path}: {read.title}; {model.steps} steps to {model.time_s / 3600:g} h, {model.liquid.size} cells")
     for remark in remarks(model):
         click.echo(f"note: {remark}", err=True)
+
+
+@skies.command(name="pack")
+@click.argument("run", type=Existing(dir_okay=False))
+@click.option("-o", "--output", required=True, type=Output(dir_okay=False), help="Film (.nc).")
+@click.option(
+    "--start",
+    "starts",
+    multiple=True,
+    type=Number(0.0),
+    metavar="HOURS",
+    help="Time of the run at which a piece starts; repeat for several; default: the first picture, and 90 min later or "
+    "as late as there are pictures.",
+)
+@click.option("--snapshots", type=click.IntRange(2, 1000), default=30, show_default=True, help="Pictures of a piece.")
+@click.option("--kind", help="Kind of clouds; default: the title of the run.")
+@click.option("--licence", default="own computation", show_default=True, help="Terms of use.")
+@click.option("--force", is_flag=True, help="Replace an existing file.")
+def pack_run(
+    run: Path, output: Path, starts: tuple[float, ...], snapshots: int, kind: str | None, licence: str, force: bool
+) -> None:
+    """Pack pictures of RUN, a file of hcss skies simulate, as a film of clouds that move.
+
+    The film belongs into the folder skies/ beside a scenario, which then names it without .nc.
+    """
+    from hcss_skies.film import write_film
+    from hcss_skies.packing import pack
+
+    Output.require_writable([output], force, form="NetCDF")
+    film = pack(run, starts, snapshots=snapshots, kind=kind, licence=licence)
+    write_film(output, film)
+    pieces, _, rows, columns = film.ranks.shape
+    click.echo(f"{output}: {film.described()}; {pieces} x {snapshots} snapshots of {rows} x {columns} cells")
 
 
 @skies.command()

@@ -8,6 +8,8 @@ def hcss_commands() -> list[CommandSpec]:
     """Return the command ``skies``."""
     return [
         CommandSpec(
-            "skies", "hcss_skies.command:skies", "List examples of skies, make one from an image, or simulate clouds."
+            "skies",
+            "hcss_skies.command:skies",
+            "List skies, make an example from an image, simulate clouds, or pack a simulation as a film.",
         )
     ]

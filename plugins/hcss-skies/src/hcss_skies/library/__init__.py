@@ -1,4 +1,4 @@
-"""Shipped examples, and where else examples are searched."""
+"""Shipped examples and films, and where else they are searched."""
 
 from __future__ import annotations
 
@@ -9,12 +9,17 @@ from hcss_twin.providers import Catalog, CatalogError, choose_from
 SUFFIX = ".nc"
 
 FOLDER = "skies"
-"""Folder beside a scenario whose examples have names."""
+"""Folder beside a scenario whose examples and films have names."""
 
 
 def shipped() -> dict[str, Path]:
     """Return the files of the shipped examples by name."""
-    return {path.stem: path for path in sorted(Path(__file__).parent.glob(f"*{SUFFIX}"))}
+    return _within(Path(__file__).parent)
+
+
+def shipped_films() -> dict[str, Path]:
+    """Return the files of the shipped films by name."""
+    return _within(Path(__file__).parent / "films")
 
 
 def find_example(name: str, catalog: Catalog) -> Path:
@@ -25,14 +30,32 @@ def find_example(name: str, catalog: Catalog) -> Path:
     CatalogError
         If there is none.
     """
-    shipped_examples = shipped()
-    if name in shipped_examples:
-        return catalog.file(shipped_examples[name])
+    return _find("example", name, shipped(), catalog)
+
+
+def find_film(name: str, catalog: Catalog) -> Path:
+    """Return the file of a film: shipped, in the folder ``skies`` beside the scenario, or a path.
+
+    Raises
+    ------
+    CatalogError
+        If there is none.
+    """
+    return _find("film", name, shipped_films(), catalog)
+
+
+def _within(folder: Path) -> dict[str, Path]:
+    return {path.stem: path for path in sorted(folder.glob(f"*{SUFFIX}"))}
+
+
+def _find(what: str, name: str, known: dict[str, Path], catalog: Catalog) -> Path:
+    if name in known:
+        return catalog.file(known[name])
     try:
         return catalog.find(name, FOLDER, SUFFIX, beside=True)
     except CatalogError as error:
         beside = [path.stem for path in (catalog.base / FOLDER).glob(f"[!.]*{SUFFIX}")]
         raise CatalogError(
-            f"no example '{name}': neither shipped, nor in {catalog.base / FOLDER}, nor a file; "
-            f"{choose_from(name, {*shipped_examples, *beside})}"
+            f"no {what} '{name}': neither shipped, nor in {catalog.base / FOLDER}, nor a file; "
+            f"{choose_from(name, {*known, *beside})}"
         ) from error

@@ -1,0 +1,183 @@
+"""Patches of films side by side on a triangular lattice: clouds of neighbours meet without ghosts.
+
+Each lattice point plays a piece of a film from a place of its own, fades into another one at its end, and goes on so. A
+cell takes the largest of the scores of the patches around it, each with the logarithm of its weight added; weights sum
+to 1. Gumbel's distribution is stable under this (max-stability; S. Coles, An Introduction to Statistical Modeling of
+Extreme Values, Springer 2001, section 3.1.3), so that cover and thickness keep their distribution, clouds of all
+patches stay as sharp as they are, and shrink towards the edge of their patch. A sum of scores, as for images of many
+clouds (``blending.py``), would show pale doubles of single ones. In sheets, holes are what is rare: there the smallest
+score less the logarithm counts.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hcss_skies.hashing import hashed, uniform
+from hcss_twin.core.kernels import kernel
+
+_SKEW = 2.0 / math.sqrt(3.0)
+
+_LEAST = 1e-3
+"""Weight below which a patch that fades is left out."""
+
+_LOST = -160.0
+"""Loss in ranks with which a patch is left out: its thickest cell in a thousand would be as thick as the thinnest."""
+
+_STEPS = 4096
+"""Steps of a table of logarithms: of .1 rank where a patch has a fifth of the weight."""
+
+
+@kernel(fastmath={"contract"}, error_model="numpy")
+def play(
+    out: Any, row: int, column: int, frames: Any, scores: Any, spacing: float, shift: Any, sheet: bool, key: Any,
+    age: float, lasting: Any,
+) -> None:  # fmt: skip
+    """Write ranks (rows, columns) of cells from ``row`` and ``column`` on.
+
+    Parameters
+    ----------
+    out : ndarray of float32 (rows, columns)
+        Ranks, 0 to 255, with fractions.
+    row, column : int
+        First cell, in the unbounded sky.
+    frames : ndarray of uint8 (pieces, frames, rows, columns)
+        Ranks of a film.
+    scores : ndarray of float64 (2,)
+        Scores of ranks 0 and 255.
+    spacing : float
+        Distance of lattice points in cells.
+    shift : ndarray of float64 (2,)
+        Of the lattice along y and x in cells.
+    sheet : bool
+        Whether scores are those of sheets.
+    key : uint64
+        Of the random numbers.
+    age : float
+        Time in lifetimes of a patch; NaN: clouds do not change.
+    lasting : ndarray of float64 (2,)
+        Frames that a piece has, and frames after which the next one begins to replace it.
+    """
+    rows, columns = out.shape
+    per_score = 255.0 / (scores[1] - scores[0])
+    low_v = np.int64(math.floor((row + shift[0]) / spacing * _SKEW))
+    high_v = np.int64(math.floor((row + rows + shift[0]) / spacing * _SKEW)) + 2
+    low_u = np.int64(math.floor((column + shift[1]) / spacing - 0.5 * (high_v + 1))) - 1
+    high_u = np.int64(math.floor((column + columns + shift[1]) / spacing - 0.5 * low_v)) + 3
+    # Two patches of each point: piece, frame, place along y and x; their loss of score, and the fraction of a frame.
+    which = np.empty((high_v - low_v, high_u - low_u, 2, 4), np.int64)
+    parts = np.empty((high_v - low_v, high_u - low_u, 2, 2), np.float32)
+    for p in range(which.shape[0]):
+        for q in range(which.shape[1]):
+            _choose(which[p, q], parts[p, q], low_u + q, low_v + p, frames.shape, key, age, lasting)
+            for turn in range(2):
+                weight = float(parts[p, q, turn, 0])
+                parts[p, q, turn, 0] = math.log(weight) * per_score if weight > _LEAST else 2.0 * _LOST
+    logarithm = np.empty(_STEPS + 1, np.float32)
+    for n in range(_STEPS + 1):
+        logarithm[n] = math.log((n + 0.5) / _STEPS) * per_score
+    of_column = np.empty(columns, np.int64)
+    for j in range(columns):
+        of_column[j] = (column + j) % frames.shape[3]
+    weights, lost, last = np.empty(3, np.float32), np.float32(_LOST), np.float32(255.0)
+    four, steps, tall, wide = np.float32(4.0), np.float32(_STEPS), frames.shape[2], frames.shape[3]
+    for i in range(rows):
+        y = (row + i + shift[0]) / spacing * _SKEW
+        v = np.int64(math.floor(y))
+        fv = y - v
+        of_row = (row + i) % tall
+        for j in range(columns):
+            x = (column + j + shift[1]) / spacing - 0.5 * y
+            u = np.int64(math.floor(x))
+            fu = x - u
+            far = 1 if fu + fv > 1.0 else 0
+            weights[0] = abs(1.0 - fu - fv)
+            weights[1], weights[2] = (1.0 - fv, 1.0 - fu) if far else (fu, fv)
+            total = np.float32(0.0)
+            for corner in range(3):  # the fourth power: a cell sees mostly one patch
+                square = weights[corner] * weights[corner]
+                total += square * square
+            loss = logarithm[np.int64(total * steps)]
+            best = np.float32(-1e30)
+            for corner in range(3):
+                share = four * logarithm[np.int64(weights[corner] * steps)] - loss
+                if share < lost:
+                    continue
+                line = v - low_v + (far if corner == 0 else corner - 1)
+                place = u - low_u + (far if corner == 0 else 2 - corner)
+                for turn in range(2):
+                    value = share + parts[line, place, turn, 0]
+                    if value < lost:
+                        continue
+                    patch = which[line, place, turn]
+                    k = of_row + patch[2]
+                    m = of_column[j] + patch[3]
+                    if k >= tall:
+                        k -= tall
+                    if m >= wide:
+                        m -= wide
+                    before = np.float32(frames[patch[0], patch[1], k, m])
+                    after = np.float32(frames[patch[0], patch[1] + 1, k, m])
+                    rank = before + parts[line, place, turn, 1] * (after - before)
+                    best = max(best, value + (last - rank if sheet else rank))
+            best = min(max(best, np.float32(0.0)), last)
+            out[i, j] = last - best if sheet else best
+
+
+@kernel(fastmath={"contract"}, error_model="numpy")
+def show(out: Any, ranks: Any, y: Any, x: Any, row: int, column: int, table: Any) -> None:
+    """Write values of a table (256,) at ranks between the middles of cells, bilinear.
+
+    Parameters
+    ----------
+    out : ndarray of float32 (Y, X)
+        The result.
+    ranks : ndarray of float32 (rows, columns)
+        Of cells from ``row`` and ``column`` on.
+    y, x : ndarray of float64 (Y,), (X,)
+        Positions: whole numbers are the middles of cells.
+    row, column : int
+        First cell.
+    table : ndarray of float32 (256,)
+        Values at ranks.
+    """
+    at, past = np.empty(x.size, np.int64), np.empty(x.size, np.float32)
+    for j in range(x.size):
+        whole = math.floor(x[j])
+        at[j], past[j] = np.int64(whole) - column, x[j] - whole
+    for i in range(y.size):
+        whole = math.floor(y[i])
+        k, fy = np.int64(whole) - row, np.float32(y[i] - whole)
+        for j in range(x.size):
+            m = at[j]
+            low = ranks[k, m] + past[j] * (ranks[k, m + 1] - ranks[k, m])
+            high = ranks[k + 1, m] + past[j] * (ranks[k + 1, m + 1] - ranks[k + 1, m])
+            rank = low + fy * (high - low)
+            n: Any = np.int64(rank)
+            n = min(n, 254)
+            out[i, j] = table[n] + (rank - np.float32(n)) * (table[n + 1] - table[n])
+
+
+@kernel(inner=True)
+def _choose(which: Any, parts: Any, u: int, v: int, shape: Any, key: Any, age: float, lasting: Any) -> None:
+    """Write what the two patches of a lattice point play, and their weights, which sum to 1."""
+    first = hashed(hashed(key, u), v)
+    moment, number = uniform(first), np.int64(0)
+    if not math.isnan(age):
+        moment += age
+        number = np.int64(math.floor(moment))
+    played = (moment - number) * lasting[1]
+    for turn in range(2):
+        random = hashed(first, number - turn)
+        which[turn, 0] = np.int64(uniform(hashed(random, np.int64(1))) * shape[0])
+        which[turn, 2] = np.int64(uniform(hashed(random, np.int64(2))) * shape[2])
+        which[turn, 3] = np.int64(uniform(hashed(random, np.int64(3))) * shape[3])
+        at = min(played + turn * lasting[1], shape[1] - 1.001)
+        which[turn, 1] = np.int64(at)
+        parts[turn, 1] = at - which[turn, 1]
+    phase = 1.0 if math.isnan(age) else min(played / (lasting[0] - lasting[1]), 1.0)
+    parts[0, 0] = phase * phase * (3.0 - 2.0 * phase)
+    parts[1, 0] = 1.0 - parts[0, 0]

@@ -1,0 +1,159 @@
+"""The generator `simulation`: skies patched together from films of large-eddy simulation."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hcss_author import CloudGeneratorContract, assert_registered, sample_cloud_inputs
+from hcss_skies.film import read_film
+from hcss_skies.library import shipped_films
+from hcss_skies.motion import densify
+from hcss_skies.simulation import SimulatedClouds, SimulationParameters, extinction_m1
+
+from hcss_twin.providers import Grid, Motion, ProviderError, ScenarioError
+
+FROZEN = Motion(0.0, (0.0, 0.0), np.inf, 1.0)
+EVOLVING = Motion(0.0, (0.0, 0.0), 1800.0, 1.0)
+PER_M = extinction_m1(sample_cloud_inputs().layer)
+
+
+class TestCumulus(CloudGeneratorContract):
+    """Frames of 10 km, so that they have many clouds."""
+
+    coverage_tolerance = 0.08
+
+    def make_inputs(self, coverage=0.5, seed=1):
+        return replace(sample_cloud_inputs(coverage, seed), grid=Grid(200, 240, 50.0))
+
+    def make_provider(self, inputs):
+        return SimulatedClouds(inputs, SimulationParameters())
+
+
+class TestSheet(TestCumulus):
+    """Stratocumulus, whose scores are mirrored."""
+
+    coverage_tolerance = 0.12
+
+    def make_provider(self, inputs):
+        return SimulatedClouds(inputs, SimulationParameters(film="stratocumulus"))
+
+
+def clouds(film="trade-cumulus", *, pixel_m=50.0, size=192, coverage=None, seed=1, motion=FROZEN, depth_m=4000.0):
+    """A generator in a layer that is deep enough for the film's thickest clouds."""
+    inputs = sample_cloud_inputs(seed=seed)
+    if coverage is None:
+        coverage = read_film(shipped_films()[film]).coverage
+    layer = replace(
+        inputs.layer,
+        base_m=500.0,
+        top_m=500.0 + depth_m,
+        thickness_min_m=1e-3,
+        coverage=coverage,
+        coverage_mode="field",
+    )
+    inputs = replace(inputs, layer=layer, grid=Grid(size, size, pixel_m), motion=motion)
+    return SimulatedClouds(inputs, SimulationParameters(film=film))
+
+
+def whole(of, size=192, time_s=0.0):
+    return of.thickness_m(time_s, slice(0, size), slice(0, size))
+
+
+def test_is_found_when_installed():
+    assert_registered("clouds", "simulation", distribution="hcss-skies")
+
+
+@pytest.mark.parametrize("name", ["trade-cumulus", "stratocumulus"])
+def test_cover_and_thickness_have_the_distribution_of_the_film(name):
+    """Patches meet by a law under which the distribution is stable."""
+    film = read_film(shipped_films()[name])
+    skies = [clouds(name, size=384, seed=seed) for seed in range(6)]
+    found = np.stack([whole(of, 384) for of in skies]) * PER_M
+    assert np.mean(found > 0.0) == pytest.approx(film.coverage, abs=0.015)
+    expected = film.optical_thickness[film.ranks]
+    for share in (0.25, 0.5, 0.75):
+        of_film = np.quantile(expected[expected > 0.0], share)
+        assert np.quantile(found[found > 0.0], share) == pytest.approx(
+            of_film, rel=0.17
+        )  # frames between snapshots are smoother
+
+
+@pytest.mark.parametrize("coverage", [0.05, 0.3, 0.6])
+def test_coverage_is_that_of_the_layer(coverage):
+    """By a shift of all scores: clouds grow or shrink where they are."""
+    found = np.mean([whole(clouds(coverage=coverage, size=384, seed=seed), 384) > 0.0 for seed in range(4)])
+    assert found == pytest.approx(coverage, abs=0.03)
+    own, more = whole(clouds()) > 0.0, whole(clouds(coverage=0.3)) > 0.0
+    assert np.all(more[own])
+
+
+def test_windows_and_tiles_have_the_same_bits():
+    of = clouds(pixel_m=20.0, size=600, motion=Motion(0.0, (7.3, -2.1), 1800.0, 1.0))
+    frame = whole(of, 600, 321.0)
+    assert np.array_equal(frame[505:530, 3:90], of.thickness_m(321.0, slice(505, 530), slice(3, 90)))
+    outside = of.thickness_around_m(321.0, slice(-20, 40), slice(-20, 40))
+    assert np.array_equal(outside[20:, 20:], frame[:40, :40])
+
+
+def test_larger_pixels_show_the_means_of_smaller_ones():
+    """Where one patch alone is seen; between patches clouds shrink by what their pixels have."""
+    fine, coarse = whole(clouds(size=384), 384), whole(clouds(pixel_m=100.0))
+    means = fine.reshape(192, 2, 192, 2).mean(axis=(1, 3))
+    assert np.corrcoef(means.ravel(), coarse.ravel())[0, 1] > 0.88
+    assert coarse.mean() == pytest.approx(means.mean(), rel=0.05)
+
+
+def test_clouds_change_as_fast_as_in_the_film():
+    film = read_film(shipped_films()["trade-cumulus"])
+    frames = film.optical_thickness[densify(film.ranks, film.motion, film.block, 1)]
+    dark = np.minimum(frames, 5.0)
+    of_film = np.mean(
+        [np.corrcoef(a.ravel(), b.ravel())[0, 1] for a, b in zip(dark[0, :20], dark[0, 2:22], strict=True)]
+    )
+    of = clouds(motion=EVOLVING, size=384)
+    found = np.mean(
+        [
+            np.corrcoef(*(np.minimum(whole(of, 384, t) * PER_M, 5.0).ravel() for t in (start, start + 120.0)))[0, 1]
+            for start in (0.0, 900.0, 5000.0)
+        ]
+    )
+    assert found == pytest.approx(of_film, abs=0.1)
+
+
+def test_change_is_steady_across_snapshots_and_ends_of_pieces():
+    """No instant changes more than others: patches have phases of their own."""
+    of = clouds(motion=EVOLVING, size=384)
+    frames = [np.minimum(whole(of, 384, 10.0 * n), 300.0) for n in range(61)]
+    steps = np.array([np.sqrt(np.mean((a - b) ** 2)) for a, b in pairwise(frames)])
+    assert steps.max() < 1.25 * steps.mean()
+
+
+def test_frozen_clouds_drift_with_the_wind_alone():
+    of = clouds(motion=Motion(0.0, (10.0, 0.0), np.inf, 1.0))
+    assert np.allclose(whole(of, time_s=50.0)[:, 10:], whole(of)[:, :-10], atol=1e-3)
+
+
+def test_no_place_has_other_clouds_than_others():
+    """Neither patches nor their borders are seen in the mean of many skies."""
+    mean = np.mean([whole(clouds(size=192, seed=seed)) > 0.0 for seed in range(60)], axis=0)
+    blocks = mean.reshape(6, 32, 6, 32).mean(axis=(1, 3))
+    assert blocks.std() < 0.16 * blocks.mean()
+
+
+@pytest.mark.parametrize("pixel_m", [12.0, 1200.0])
+def test_pixels_beyond_what_the_film_has_are_refused(pixel_m):
+    with pytest.raises(ProviderError, match=r"simulation: pixels of 1\d+ m; allowed: 12.5 to 1120 m"):
+        clouds(pixel_m=pixel_m)
+
+
+def test_tapered_edges_are_refused():
+    inputs = sample_cloud_inputs()
+    inputs = replace(inputs, layer=replace(inputs.layer, edge_taper=0.2), grid=Grid(8, 8, 50.0))
+    with pytest.raises(ScenarioError, match="edges of their own; allowed: 0"):
+        SimulatedClouds(inputs, SimulationParameters())
+
+
+def test_clouds_thicker_than_the_layer_are_told():
+    notes = clouds("stratocumulus", depth_m=50.0).declares.notes
+    assert any("thicker than the optical thickness" in note for note in notes)
