@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 from hcss_author import sample_cloud_inputs
 from hcss_skies import library
-from hcss_skies.generator import MEASURED_S, ExampleClouds
+from hcss_skies.generator import ExampleClouds
+from hcss_skies.pace import MEASURED_S
 from hcss_skies.parameters import ExampleParameters
 
 from hcss_twin.core.catalog import Catalog

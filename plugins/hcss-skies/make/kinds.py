@@ -26,8 +26,9 @@ from hcss_author import sample_cloud_inputs
 from hcss_evaluate.realism import compare
 from hcss_skies import library
 from hcss_skies.example import read_example, write_example
-from hcss_skies.generator import MEASURED_S, ExampleClouds
+from hcss_skies.generator import ExampleClouds
 from hcss_skies.importing import import_example
+from hcss_skies.pace import MEASURED_S
 from hcss_skies.parameters import ExampleParameters
 
 from hcss_twin.core.catalog import Catalog

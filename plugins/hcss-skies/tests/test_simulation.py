@@ -9,7 +9,8 @@ from hcss_author import CloudGeneratorContract, assert_registered, sample_cloud_
 from hcss_skies.film import read_film
 from hcss_skies.library import shipped_films
 from hcss_skies.motion import densify
-from hcss_skies.simulation import SimulatedClouds, SimulationParameters, extinction_m1
+from hcss_skies.parameters import SimulationParameters
+from hcss_skies.simulation import SimulatedClouds, extinction_m1
 
 from hcss_twin.providers import Grid, Motion, ProviderError, ScenarioError
 

@@ -17,7 +17,7 @@ def hcss_register_cloud_generators() -> list[ProviderSpec]:
         ProviderSpec(
             "simulation",
             "hcss_skies.simulation:SimulatedClouds",
-            "hcss_skies.simulation:SimulationParameters",
+            "hcss_skies.parameters:SimulationParameters",
             3,
             "clouds of films from large-eddy simulation, patched together without end, at their own pace",
         ),

@@ -16,6 +16,7 @@ from hcss_skies.example import MAX_SCORE, Detail, read_example
 from hcss_skies.fibres import textures
 from hcss_skies.flow import OCTAVES, flow_nodes, long_waves
 from hcss_skies.library import find_example
+from hcss_skies.pace import Pace
 from hcss_skies.parameters import ExampleParameters
 from hcss_skies.pyramid import make_level
 from hcss_skies.refining import MARGIN, STAGE, refine
@@ -31,9 +32,6 @@ PATCH_SPEED_M_S = 1.35
 
 NODES = 0.8
 """Distance of the nodes of waves longer than patches in those of the lattice."""
-
-MEASURED_S = 1800.0
-"""``motion.evolution_time`` with which structures live as long as measured: the default of a scenario."""
 
 DETAIL = Detail(0.31, 2.3)
 """Detail of examples that state none, from SEVIRI and Landsat images."""
@@ -134,14 +132,9 @@ class ExampleClouds:
         thick = (of_pairs > 0.0) & (of_pairs >= 0.5 * inputs.layer.thickness_min_m)
         cloudy = thick @ chance / chance.sum() if thick.shape[1] > 1 else thick[:, 0]
         self.image_coverage = min(float(chance @ cloudy / chance.sum()), 1.0)  # rounding
-        motion = inputs.motion
-        wind_x, wind_y = motion.cloud_velocity_m_s
-        self._speed = -wind_y, motion.platform_speed_m_s - wind_x
-        evolves = math.isfinite(motion.evolution_time_s)
-        self._rate = MEASURED_S / motion.evolution_time_s if evolves else math.nan
+        self._pace = Pace.of(inputs.motion)
         self._expected = np.ascontiguousarray(np.stack([thickness, level.heights_m[:, 1]], axis=1), dtype=np.float32)
         self._place_distribution()
-        changes = evolves or any(self._speed)
         notes = [f"Example {parameters.example}: {example.kind}, {example.source} ({example.licence})"]
         if not example.excess_is_known:
             notes.append("The example has one channel: all its clouds count as opaque where they are coldest.")
@@ -177,7 +170,7 @@ class ExampleClouds:
                     f"thinner cloud they look like squares of {example.pixel_size_m:g} m; a deeper layer leaves room."
                 )
         self.declares = CloudDeclaration(
-            depends_on=frozenset({"time"}) if changes else frozenset(), evolves=evolves, notes=tuple(notes)
+            depends_on=self._pace.depends_on, evolves=self._pace.evolves, notes=tuple(notes)
         )
 
     def _visible_thickness(self) -> float:
@@ -385,7 +378,7 @@ class ExampleClouds:
             self._pixel
             * (np.arange(first, first + size + 1, dtype=np.float64) - 0.5 * total + self._drift(speed, time_s))
             for first, size, total, speed in zip(
-                (row, column), shape[:2], (grid.rows, grid.columns), self._speed, strict=True
+                (row, column), shape[:2], (grid.rows, grid.columns), self._pace.speed_m_s, strict=True
             )
         ]
 
@@ -405,7 +398,7 @@ class ExampleClouds:
             cell_m = [self.example.pixel_size_m / 2.0 ** (halving + 1) for halving in halvings]
             moments = moments_of(
                 [self._key(halving) for halving in halvings],
-                [time_s * self._rate / lifetime_s(size_m) for size_m in cell_m],
+                [time_s * self._pace.rate / lifetime_s(size_m) for size_m in cell_m],
             )
             refine(
                 finer, part, np.array(low), self._detail.strength, law, most, self._visible_m, self._textures,
@@ -443,7 +436,7 @@ class ExampleClouds:
 
     def _blend(self, time_s: float, out: NDArray[np.float32], y: Array, x: Array, tables: NDArray[np.float32]) -> None:
         """Write the values of tables (N, 2) that belong to the blended scores, (rows, columns, 1 or 2)."""
-        time, seed, level = time_s * self._rate, self._inputs.seed, self._level
+        time, seed, level = time_s * self._pace.rate, self._inputs.seed, self._level
         nodes, bounds = flow_nodes(OCTAVES, y, x, self.example.pixel_size_m, self._pixel, seed, time)
         waves, wave_bounds = long_waves(y, x, NODES * level.spacing, level.long, seed, time)
         blend(

@@ -47,3 +47,15 @@ class ExampleParameters(BaseModel):
         description="Shape in height, which light between columns sees: a smooth body with soft tops, or columns of "
         "thickness alone. Clouds with tops of their own have none.",
     )
+
+
+class SimulationParameters(BaseModel):
+    """Parameters of the generator `simulation`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    film: str = Field(
+        "trade-cumulus",
+        description="Name of a shipped film or of one in skies/ beside the scenario (without .nc), or a file of `hcss "
+        "skies pack`.",
+    )

@@ -6,17 +6,15 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_skies.blending import put_in_layer
 from hcss_skies.film import LEVELS, Bytes, Film, read_film, score_of
 from hcss_skies.library import find_film
 from hcss_skies.motion import densify
+from hcss_skies.pace import Pace
+from hcss_skies.parameters import SimulationParameters
 from hcss_skies.playing import play, show
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, CloudLayer, Problem, ProviderError, ScenarioError
-
-MEASURED_S = 1800.0
-"""``motion.evolution_time`` with which clouds live as long as simulated: the default of a scenario."""
 
 FRAME_S = 20.0
 """Time between frames, in which clouds move less than a cell."""
@@ -36,18 +34,6 @@ _LARGEST = 1.4
 _COARSEST = 8
 
 _TILE = 512
-
-
-class SimulationParameters(BaseModel):
-    """Parameters of the generator `simulation`."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    film: str = Field(
-        "trade-cumulus",
-        description="Name of a shipped film or of one in skies/ beside the scenario (without .nc), or a file of `hcss "
-        "skies pack`.",
-    )
 
 
 class SimulatedClouds:
@@ -78,7 +64,7 @@ class SimulatedClouds:
     honours: tuple[str, ...] = ("coverage_mode",)
 
     def __init__(self, inputs: CloudInputs, parameters: SimulationParameters) -> None:
-        layer, motion = inputs.layer, inputs.motion
+        layer = inputs.layer
         if layer.edge_taper != 0.0:
             message = f"{layer.edge_taper:g} given; simulated clouds have edges of their own; allowed: 0"
             raise ScenarioError([Problem("clouds.edge_taper", message)], origin="simulated clouds")
@@ -99,13 +85,10 @@ class SimulatedClouds:
         self._life_s = begins * film.interval_s / parts
         self._spacing = SPACING * min(self._frames.shape[2:])
         self._shift = self._spacing * np.random.default_rng([inputs.seed, 0xF11]).random(2)
-        evolves = math.isfinite(motion.evolution_time_s)
-        self._rate = MEASURED_S / motion.evolution_time_s if evolves else math.nan
-        wind_x, wind_y = motion.cloud_velocity_m_s
-        self._speed = -wind_y, motion.platform_speed_m_s - wind_x
+        self._pace = Pace.of(inputs.motion)
         self.declares = CloudDeclaration(
-            depends_on=frozenset({"time"}) if evolves or any(self._speed) else frozenset(),
-            evolves=evolves,
+            depends_on=self._pace.depends_on,
+            evolves=self._pace.evolves,
             notes=tuple(_notes(film, parameters.film, layer)),
         )
 
@@ -136,22 +119,14 @@ class SimulatedClouds:
 
     def _write(self, out: NDArray[np.float32], time_s: float, row: int, column: int) -> None:
         """Write a part of a frame that begins at ``row`` and ``column``."""
-        grid = self._inputs.grid
-        y, x = (
-            grid.pixel_size_m
-            / self._cell_m
-            * (np.arange(first, first + size) + 0.5 - 0.5 * total + grid.displacement_pixels(speed, time_s))
-            - 0.5
-            for first, size, total, speed in zip(
-                (row, column), out.shape, (grid.rows, grid.columns), self._speed, strict=True
-            )
-        )
+        positions = self._pace.positions_m(self._inputs.grid, (row, column), out.shape, time_s)
+        y, x = (position / self._cell_m - 0.5 for position in positions)
         first = math.floor(y[0]), math.floor(x[0])
         cells = np.empty((math.floor(y[-1]) + 2 - first[0], math.floor(x[-1]) + 2 - first[1]), np.float32)
         key = np.uint64((self._inputs.seed * 0x9E3779B97F4A7C15 + 0xD1B54A32D192ED03) % 2**64)
         play(
             cells, *first, self._frames, self._scores, self._spacing, self._shift, self.film.sheet, key,
-            time_s * self._rate / self._life_s, self._lasting,
+            time_s * self._pace.rate / self._life_s, self._lasting,
         )  # fmt: skip
         show(out, cells, y, x, *first, self.thickness_of_ranks_m)
 

@@ -12,11 +12,9 @@ from hcss_skies.blending import displaced
 from hcss_skies.fall_streaks.parameters import FallStreakParameters
 from hcss_skies.fall_streaks.streaks import LONGER, WAVELENGTH, Fall, Lattices, stencils, variances
 from hcss_skies.flow import Octave, flow_nodes
+from hcss_skies.pace import Pace
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs
-
-MEASURED_S = 1800.0
-"""``motion.evolution_time`` with which structures live as long as measured: the default of a scenario."""
 
 BENDS = (Octave(500e3, 9000.0, 40_000.0),)
 """Flows that bend fields of streaks, so that they are not parallel over hundreds of km."""
@@ -51,7 +49,6 @@ class FallStreaks:
     def __init__(self, inputs: CloudInputs, parameters: FallStreakParameters) -> None:
         self._inputs, self._of = inputs, parameters
         wind_x, wind_y = inputs.motion.cloud_velocity_m_s
-        self._speed = -wind_y, inputs.motion.platform_speed_m_s - wind_x
         if parameters.shear_from is not None:
             angle = math.radians(parameters.shear_from)
             towards = math.cos(angle), math.sin(angle)
@@ -64,14 +61,13 @@ class FallStreaks:
             inputs.layer.thickness_max_m, parameters.shear, parameters.fall_speed, math.radians(parameters.turning),
             towards,
         )  # fmt: skip
-        evolves = math.isfinite(inputs.motion.evolution_time_s)
-        self._rate = MEASURED_S / inputs.motion.evolution_time_s if evolves else math.nan
+        self._pace = Pace.of(inputs.motion)
         self._lattices = self._lattices_of(inputs.grid.pixel_size_m)
         self._least, self._most = self._limits()
         farthest = float(np.hypot(*self.fall.displacement_m(np.array([0.0, self.fall.depth_m])))[1])
         self.declares = CloudDeclaration(
-            depends_on=frozenset({"time"}) if evolves or any(self._speed) else frozenset(),
-            evolves=evolves,
+            depends_on=self._pace.depends_on,
+            evolves=self._pace.evolves,
             notes=(f"The last ice is {farthest / 1e3:.3g} km behind the cell from which it fell.",),
         )
 
@@ -90,14 +86,7 @@ class FallStreaks:
         for i in range(0, out.shape[0], _TILE):
             for j in range(0, out.shape[1], _TILE):
                 tile = out[i : i + _TILE, j : j + _TILE]
-                y, x = (
-                    grid.pixel_size_m
-                    * (np.arange(first, first + size) + 0.5 - 0.5 * total + grid.displacement_pixels(speed, time_s))
-                    for first, size, total, speed in zip(
-                        (rows.start + i, columns.start + j), tile.shape, (grid.rows, grid.columns), self._speed,
-                        strict=True,
-                    )
-                )  # fmt: skip
+                y, x = self._pace.positions_m(grid, (rows.start + i, columns.start + j), tile.shape, time_s)
                 path = self._path(self._lattices, grid.pixel_size_m, y, x, time_s)
                 scale = (layer.thickness_max_m - layer.thickness_min_m) / (self._most - self._least)
                 _write(tile, path, self._least, scale, layer.thickness_min_m, layer.thickness_max_m)
@@ -120,7 +109,7 @@ class FallStreaks:
 
     def _path(self, lattices: Lattices, pixel_m: float, y: Any, x: Any, time_s: float) -> NDArray[np.float32]:
         """Return the ice water path at (rows,), (columns,) in m."""
-        time = time_s * self._rate
+        time = time_s * self._pace.rate
         nodes, bounds = flow_nodes(BENDS, y, x, 1.0, pixel_m, self._inputs.seed, time)
         at_y, at_x = np.empty((y.size, x.size)), np.empty((y.size, x.size))
         _bend(at_y, at_x, y, x, nodes, bounds)
