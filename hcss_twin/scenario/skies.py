@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError, Problem, ScenarioError
@@ -32,7 +32,7 @@ def with_skies(
     Raises
     ------
     ScenarioError
-        If a type names parameters that the generator refuses.
+        If a package is installed and has no such generator, or that refuses the parameters of the type.
     """
     layers, notes = [], []
     for number, layer in enumerate(scenario.clouds.layers):
@@ -42,17 +42,14 @@ def with_skies(
             layers.append(layer)
             continue
         name = f"{sky.package}/{sky.generator}"
-        try:
-            model = registry.parameters_model(registry.resolve(Kind.CLOUDS, name))
-        except HcssError:
+        if not any(entry.distribution == sky.package for entry in registry.entries(Kind.CLOUDS)):
             layers.append(layer)
             notes.append(
                 f"clouds of the type '{layer.type}' look more like measured ones with the package {sky.package} "
                 f"({how_to_install(sky.package)}); without it they are fractal"
             )
             continue
-        if model is not None:
-            _require_valid(model, sky, f"clouds.layers[{number}].type", layer.type, origin)
+        _require_valid(registry, name, sky, f"clouds.layers[{number}].type", f"'{layer.type}'", origin)
         chosen: dict[str, object] = {"generator": name, "parameters": dict(sky.parameters)}
         if sky.coverage is not None and "coverage" not in layer.model_fields_set:
             chosen["coverage"] = sky.coverage
@@ -61,10 +58,16 @@ def with_skies(
     return scenario.model_copy(update={"clouds": clouds}), tuple(dict.fromkeys(notes))
 
 
-def _require_valid(model: type[BaseModel], sky: TypeSky, field: str, type_name: str, origin: str) -> None:
+def _require_valid(registry: Registry, name: str, sky: TypeSky, field: str, of_type: str, origin: str) -> None:
+    """Raise ScenarioError unless the installed package has the generator, and that takes the parameters."""
+    try:
+        model = registry.parameters_model(registry.resolve(Kind.CLOUDS, name))
+    except HcssError as error:
+        raise ScenarioError([Problem(field, f"{of_type}: {error}")], origin) from error
+    if model is None:
+        return
     try:
         model.model_validate(sky.parameters)
     except ValidationError as error:
         problems = problems_from(error, model, prefix="sky.parameters", raw=sky.parameters)
-        told = [Problem(field, f"'{type_name}': {problem}") for problem in problems]
-        raise ScenarioError(told, origin) from error
+        raise ScenarioError([Problem(field, f"{of_type}: {problem}") for problem in problems], origin) from error

@@ -78,3 +78,8 @@ def test_scenario_of_a_cube_keeps_the_generator_with_which_it_was_made(tmp_path:
     again = Scenario.from_dict(json.loads(scene.to_json()), base=tmp_path)
     assert again.clouds.layers[0].generator == "hcss-twin/fractal"
     assert again.notes == ()
+
+
+def test_generator_that_an_installed_package_has_not_is_told(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=r"clouds.layers\[0\].type: 'mine.toml': .*imagerie"):
+        _scene(tmp_path, CHOSEN.replace('"imagery"', '"imagerie"'))
