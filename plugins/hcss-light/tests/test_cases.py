@@ -28,6 +28,9 @@ import hcss_twin
 from hcss_twin.physics.multiple_scattering.sunlight import solve_sun
 
 NAMES = case_names()
+FEW = ("step-published", "stratocumulus-day", "two-layers-night")
+"""By day and night, of one and two layers, conservative and absorbing: all others are campaigns of the dear laws."""
+MOST = [name if name in FEW else pytest.param(name, marks=pytest.mark.campaign) for name in NAMES]
 PLUGIN = Path(__file__).parents[1]
 PAGE = Path(hcss_twin.__file__).parents[1] / "docs" / "reference" / "thermal-benchmark.md"
 PUBLISHED = Path(os.environ.get("HCSS_SAMPLE_DATA", "")) / "i3rc-case1"
@@ -149,7 +152,7 @@ def uniform_radiance(case, band, view, column):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", MOST)
 def test_homogeneous_clouds_have_their_plane_parallel_radiance(name):
     """By Monte Carlo and by discrete ordinates; a thinner cloud, the control, has another one."""
     case, told_apart = load_case(name), 0
@@ -166,9 +169,9 @@ def test_homogeneous_clouds_have_their_plane_parallel_radiance(name):
 @pytest.mark.parametrize(
     ("name", "kind", "band", "depth"),
     [
-        ("cumulus-night", 0, 0, 3.0),
+        pytest.param("cumulus-night", 0, 0, 3.0, marks=pytest.mark.campaign),
         ("step-night", 0, 1, 15.0),
-        ("cumulus-night", 0, 1, 0.5),
+        pytest.param("cumulus-night", 0, 1, 0.5, marks=pytest.mark.campaign),
         ("two-layers-night", 1, 0, 3.0),
     ],
 )
@@ -199,7 +202,7 @@ def test_sunlight_of_plane_parallel_clouds_is_that_of_adding_and_doubling():
 
 
 @pytest.mark.filterwarnings("ignore:Some delta-scaled")
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", MOST)
 def test_the_recipe_makes_the_clouds_optics_and_columns_of_the_file(recipe, name):
     case, made = load_case(name), recipe.case_of(name, recipe.recipes()[name])
     for field in ("edges_m", "temperature_K", "extinction_m1", "relative", "albedo", "phase", "moments", "irradiance",
@@ -210,7 +213,9 @@ def test_the_recipe_makes_the_clouds_optics_and_columns_of_the_file(recipe, name
         np.testing.assert_allclose(again, case.column_radiance[band, :, column], rtol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["cumulus-night", "stratocumulus-day", "two-layers-night"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("cumulus-night", marks=pytest.mark.campaign), "stratocumulus-day", "two-layers-night"]
+)
 def test_other_photons_find_the_radiance_of_the_file(recipe, name):
     case = load_case(name)
     few = recipe.traced(replace(case, photons=np.maximum(case.photons // 100, 10)), seed=5)

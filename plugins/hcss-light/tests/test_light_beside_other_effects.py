@@ -44,7 +44,10 @@ def test_terms_are_those_of_columns_and_light_between_them_is_one_more(tier):
     np.testing.assert_allclose(whole, made.radiance.values, rtol=1e-6)
 
 
-@pytest.mark.parametrize(("interval", "bands"), [(60.0, [[10.5, 11.0]]), (10.0, [[10.5, 11.0], [3.6, 3.8]])])
+@pytest.mark.parametrize(
+    ("interval", "bands"),
+    [pytest.param(60.0, [[10.5, 11.0]], marks=pytest.mark.campaign), (10.0, [[10.5, 11.0], [3.6, 3.8]])],
+)
 def test_an_element_above_the_clouds_hides_its_share_of_clouds_with_sides(interval, bands):
     """A body of radiance X leaves 1 - c of what is behind it: X, air included, is that which it has above columns.
 
@@ -131,7 +134,7 @@ def sand(tmp_path):
     return made
 
 
-@pytest.mark.parametrize(("tier", "time"), [("slant", NIGHT), ("source", DAY)])
+@pytest.mark.parametrize(("tier", "time"), [pytest.param("slant", NIGHT, marks=pytest.mark.campaign), ("source", DAY)])
 def test_each_point_has_the_light_over_its_own_ground(sand, tier, time):
     common = {"time": time, "bands": [[3.6, 3.8]], "slant": OFF, "sea": EVEN, "accuracy": 5e-3}
     half, land = (

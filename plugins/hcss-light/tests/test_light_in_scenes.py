@@ -24,8 +24,15 @@ from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.make_plan import make_plan
 
 
-@pytest.mark.parametrize("tier", [SlantLight, SourceLight])
-@pytest.mark.parametrize("time", [NIGHT, DAY])
+@pytest.mark.parametrize(
+    ("tier", "time"),
+    [
+        (SlantLight, NIGHT),
+        (SourceLight, DAY),
+        pytest.param(SlantLight, DAY, marks=pytest.mark.campaign),
+        pytest.param(SourceLight, NIGHT, marks=pytest.mark.campaign),
+    ],
+)
 def test_uniform_cloud_keeps_the_radiance_of_the_tables(tier, time):
     plan = make_plan(scene("columns", time=time, bands=[[3.6, 3.7]]))
     tables = tables_of(plan)
