@@ -24,6 +24,17 @@ CASES: dict[str, Callable[[Path], Results]] = {
 QUICK = ("clear-sky", "night", "window", "layers-averaged-pixels", "plan")
 """Cases that take a second or less each with the kernels compiled: every run of the tests compares them."""
 
+CAMPAIGN = (
+    "fit-dimension",
+    "fit-image",
+    "match",
+    "shipped-cirrus",
+    "shipped-cumulus",
+    "shipped-simulated",
+    "shipped-stratus",
+)
+"""Cases whose parts others record: layers of shipped scenes, and the fields and measures that searches compare."""
+
 NEEDS = {
     "imagery-clouds": "iris_sample_data",
     "surrogate-clouds": "hcss_skies",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import record
-from cases import CASES, NEEDS, QUICK, RANDOM_WALKS
+from cases import CAMPAIGN, CASES, NEEDS, QUICK, RANDOM_WALKS
 from distributions import need
 
 
@@ -26,11 +26,15 @@ def test_a_last_bit_is_found_where_bits_are_compared():
     assert len(record.compare(one, other, exact=False)) == 1
 
 
+def marks(name):
+    if name in QUICK:
+        return []
+    return pytest.mark.campaign if name in CAMPAIGN else pytest.mark.long
+
+
 @pytest.mark.xdist_group("bits")
 @pytest.mark.filterwarnings("default")
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.long) for name in CASES]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=marks(name)) for name in CASES])
 def test_results_are_those_recorded(name, tmp_path):
     content = record.recorded()
     other = record.differences_of_environment(content["environment"])

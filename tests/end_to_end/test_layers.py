@@ -202,10 +202,11 @@ def test_a_third_layer_without_cloud_leaves_the_radiance_of_two(both):
 
 
 @pytest.mark.long
-def test_five_layers_of_the_default_model_are_certified():
+@pytest.mark.parametrize("models", [{}, pytest.param(OWN, marks=pytest.mark.campaign)], ids=["as-printed", "default"])
+def test_five_layers_are_certified(models):
     heights = {"cumulus": (300.0, 1200.0), "stratus": (1500.0, 2200.0), "altocumulus": (3000.0, 3600.0)}
     layers = [{"type": kind, "coverage": 0.5, "base": low, "top": high} for kind, (low, high) in heights.items()]
     layers += [{"type": "altocumulus", "coverage": 0.4, "base": 5000.0, "top": 5500.0}, CIRRUS | {"base": 9000.0}]
     small = {"image.rows": 32, "image.columns": 32, "accuracy": 1e-2, "frames.count": 1, "output.certificate": 20}
-    made = simulate(scenario(*layers, **(OWN | small | {"bands": NARROW[1:]})))
+    made = simulate(scenario(*layers, **(models | small | {"bands": NARROW[1:]})))
     assert made.attrs["hcss_certificate"].startswith("PASSED")
