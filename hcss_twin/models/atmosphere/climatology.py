@@ -11,6 +11,7 @@ from calendar import isleap
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -129,11 +130,24 @@ class Climatology:
 
     @cached_property
     def _fields(self) -> dict[str, Array]:
-        with open_format(self._catalog.find("coads-monthly", "climatology", ".nc"), *_FORMAT) as dataset:
-            return {
-                name: np.ma.filled(variable[:].astype(np.float64), np.nan)
-                for name, variable in dataset.variables.items()
-            }
+        return self._catalog.shelf.parsed(self._catalog.find("coads-monthly", "climatology", ".nc"), read_fields)
+
+
+def read_fields(path: Path) -> dict[str, Array]:
+    """Return the variables of the file, missing values as NaN.
+
+    Raises
+    ------
+    CatalogError
+        If the file cannot be read.
+    """
+    with open_format(path, *_FORMAT) as dataset:
+        fields = {
+            name: np.ma.filled(variable[:].astype(np.float64), np.nan) for name, variable in dataset.variables.items()
+        }
+    for values in fields.values():
+        values.flags.writeable = False  # all plans of a catalog share them
+    return fields
 
 
 def _year_fraction(time: datetime) -> float:
