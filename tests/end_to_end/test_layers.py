@@ -111,7 +111,7 @@ CASES = {
 @pytest.mark.parametrize(
     ("case", "accuracy"),
     [("day", 1e-2), *((case, 1e-3) for case in CASES)]
-    + [pytest.param(case, 1e-4, marks=pytest.mark.long if case == "slant" else pytest.mark.campaign) for case in CASES],
+    + [pytest.param(case, 1e-4, marks=pytest.mark.campaign) for case in CASES],
 )
 def test_tables_of_two_layers_agree_with_the_reference_path(case, accuracy):
     plan = make_plan(scenario(CUMULUS, CIRRUS, accuracy=accuracy, **CASES[case]))

@@ -118,7 +118,7 @@ def test_tables_agree_with_the_reference_path(name, accuracy):
     ("name", "accuracy"),
     [
         ("stratus", 1e-3),
-        pytest.param("cirrus", 1e-3, marks=pytest.mark.long),
+        pytest.param("cirrus", 1e-3, marks=pytest.mark.campaign),
         pytest.param("cumulus", 1e-4, marks=pytest.mark.campaign),
         pytest.param("cumulus", 1e-3, marks=pytest.mark.campaign),
         pytest.param("stratus", 1e-4, marks=pytest.mark.campaign),

@@ -122,14 +122,21 @@ with announce_compilation(print):
 
 
 @pytest.mark.parametrize(
-    "way", [pytest.param("command", marks=pytest.mark.long), pytest.param("function", marks=pytest.mark.campaign)]
+    "way",
+    [
+        pytest.param("command, clear sky", marks=pytest.mark.long),  # of few kernels
+        pytest.param("command", marks=pytest.mark.campaign),
+        pytest.param("function", marks=pytest.mark.campaign),
+    ],
 )
 def test_the_first_run_on_a_machine_says_that_it_compiles_and_the_next_does_not(tmp_path, way):
     kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
     code = MODULES, "run", "stratus", *SMALL, "--force"
-    if way == "function":  # no cloud, so few kernels: all are compiled for the command
-        clear = SCENARIO | {"clouds.coverage": 0.0, "image.samples_per_pixel": 2}
-        code = (f"import hcss_twin as h; h.simulate(h.Scenario.load('stratus', {clear!r}))",)
+    clear = {"clouds.coverage": 0.0, "image.samples_per_pixel": 2}
+    if way == "command, clear sky":
+        code = *code, *(word for key, value in clear.items() for word in ("--set", f"{key}={value}"))
+    if way == "function":
+        code = (f"import hcss_twin as h; h.simulate(h.Scenario.load('stratus', {SCENARIO | clear!r}))",)
     assert python(*code, cwd=tmp_path, **kept).stderr == f"{COMPILING}\n"
     assert python(*code, cwd=tmp_path, **kept).stderr == ""
 

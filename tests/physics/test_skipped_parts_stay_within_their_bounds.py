@@ -94,7 +94,7 @@ def test_sunlight_in_frames_after_sunset(monkeypatch):
         (CHEAP, "stratus", "12:30"),
         (CHEAP, "cirrus-over-cumulus", "15:30"),
         (PHYSICAL, "stratus", "16:00"),
-        pytest.param(PHYSICAL, "cirrus", "15:00", marks=pytest.mark.long),
+        pytest.param(PHYSICAL, "cirrus", "15:00", marks=pytest.mark.campaign),
         pytest.param(PHYSICAL, "stratus", "12:30", marks=pytest.mark.campaign),
     ],
 )
@@ -235,7 +235,7 @@ def reached(plan, scene, sun):
         (CHEAP, {"view.zenith": 0.0}),
         (CHEAP, {"view.zenith": 55.0, **NIGHT}),
         (CHEAP, {"time": "2024-04-20T16:30:00+10:00", "view.azimuth": 100.0}),
-        pytest.param(PHYSICAL, {}, marks=pytest.mark.long),
+        pytest.param(PHYSICAL, {}, marks=pytest.mark.campaign),
         pytest.param(PHYSICAL, {"time": "2024-04-20T16:00:00+10:00"}, marks=pytest.mark.campaign),
         # Toward the glory and beside the rainbow of the droplets.
         pytest.param(PHYSICAL, {"view.zenith": 26.0, "view.azimuth": 200.0}, marks=pytest.mark.long),

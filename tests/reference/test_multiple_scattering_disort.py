@@ -288,7 +288,7 @@ def test_light_scattered_twice_in_closed_form_makes_few_streams_as_good_as_many(
 @pytest.mark.parametrize(
     ("kind", "wavelength_um", "tau", "degrees"),
     [
-        pytest.param("bulk cirrus", 4.0, 3.0, (45.0, 23.0, 117.0), id="ice"),
+        pytest.param("bulk cirrus", 4.0, 3.0, (45.0, 23.0, 117.0), id="ice", marks=pytest.mark.long),
         pytest.param("bulk stratus", 3.7, 5.0, (36.0, 33.0, 1.0), id="glory"),
         pytest.param("bulk cumulus", 2.95, 5.0, (79.0, 69.0, 162.0), id="grazing"),
     ],

@@ -62,7 +62,7 @@ def radiance_of(scene, plan, thickness):
             CHEAP,
             "stratus",
         ),
-        pytest.param({"view.zenith": 0.0, "image.pixel_size": 8000.0}, CHEAP, "stratus", marks=pytest.mark.long),
+        pytest.param({"view.zenith": 0.0, "image.pixel_size": 8000.0}, CHEAP, "stratus", marks=pytest.mark.campaign),
         pytest.param(
             {"view.zenith": 45.0, "view.azimuth": 250.0, "accuracy": 1e-3}, CHEAP, "cumulus", marks=pytest.mark.long
         ),

@@ -193,7 +193,7 @@ def test_what_is_wrong_with_an_image_names_the_file_and_options_of_the_command(
 @pytest.mark.parametrize(
     ("pattern", "options", "budget", "limit"),
     [
-        ("OR_ABI-L2-CMIPM2-M3C01*.nc", (), 45, 0.05),
+        pytest.param("OR_ABI-L2-CMIPM2-M3C01*.nc", (), 45, 0.05, marks=pytest.mark.campaign),
         pytest.param("OR_ABI-L2-CMIPM2-M3C03*.nc", (), 45, 0.05, marks=pytest.mark.campaign),
         pytest.param("OR_ABI-L1b-RadC-M3C08*.nc", (), 45, 0.05, marks=pytest.mark.campaign),
         ("Miriam*.jpg", ("--pixel-size", "2 km"), 45, 0.05),

@@ -385,7 +385,7 @@ def test_a_wrong_key_is_refused_before_draws_are_checked(tmp_path, monkeypatch, 
     assert len(checked) <= 3
 
 
-@pytest.mark.long
+@pytest.mark.campaign
 def test_the_spread_is_that_of_independent_scenes_within_sampling_error(posterior):
     """12 scenes made one by one by ``simulate``, with draws of their own."""
     count, key = 12, "sea.temperature"
