@@ -229,7 +229,14 @@ def test_only_who_selects_a_broken_provider_gets_its_error(crowded, name, parts)
     assert not list(crowded.folder.glob(f"{name}.nc*"))
 
 
-@pytest.mark.parametrize("name", ["hcss-grey-atmosphere/grey", "second-grey/grey", "hcss-twin/table"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("hcss-grey-atmosphere/grey", marks=pytest.mark.campaign),
+        "second-grey/grey",
+        pytest.param("hcss-twin/table", marks=pytest.mark.campaign),
+    ],
+)
 def test_qualified_name_selects_among_duplicates(crowded, name):
     done = crowded.run(f"{name.replace('/', '-')}.nc", **{"atmosphere.provider": name})
     assert done.returncode == 0, done.stderr
