@@ -82,7 +82,9 @@ def image(live, *given, **options):
     return live.frame(*given, **options).radiance.copy()
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.campaign] * (name == "three layers")) for name in SCENES]
+)
 def test_a_frame_has_the_bits_of_the_cube(name, folder):
     planned = scene(name, folder)
     cube = hcss_twin.simulate(planned)["radiance"].values
