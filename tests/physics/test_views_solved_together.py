@@ -18,8 +18,9 @@ def plan_of(time, pixel_m, accuracy=1e-3):
     return make_plan(Scenario.load("stratus", keys))
 
 
-@pytest.mark.parametrize("time", [DAY, NIGHT])
-@pytest.mark.parametrize("steps", [0, 2])
+@pytest.mark.parametrize(
+    ("time", "steps"), [(DAY, 0), (DAY, 2), (NIGHT, 0), pytest.param(NIGHT, 2, marks=pytest.mark.campaign)]
+)
 def test_columns_do_not_depend_on_the_views_solved_with_them(time, steps):
     # They share no models. The level is given below: a coarse accuracy saves its choice.
     plan, other = (plan_of(time, 100.0, 0.05) for _ in range(2))
