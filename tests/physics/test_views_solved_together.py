@@ -46,7 +46,7 @@ def test_the_numerical_level_suffices_toward_all_views():
     for view in views_over_image(plan.assembly).at(EDGES)[:2]:
         found, exact = (
             sum(assembly.toward(view).cloudy(WAVENUMBER_CM1[3:], thickness, sun).values())
-            for assembly in (plan.assembly, plan.assembly.at_level(6))
+            for assembly in (plan.assembly, plan.assembly.at_level(7))
         )
         assert np.abs(found / exact - 1.0).max() < 0.5e-3
 
