@@ -167,19 +167,16 @@ _FORMS = [
 def _form(data: Sequence[tuple[int, str]]) -> tuple[_Form, int | None]:
     """Return the form of the table and the index of its first row, whose number of fields occurs most.
 
-    Of two forms that differ in decimal commas alone, it is the one with more rows.
+    It is the form with the most rows, and of those without words before the numbers, if there are any.
     """
-    found: list[tuple[int, _Form, int]] = []
+    best: tuple[int, _Form, int | None] = (0, _FORMS[0], None)
     for form in _FORMS:
         counts = [form.numbers_in(line) for _, line in data]
         usual = Counter(filter(None, counts)).most_common(1)
-        if usual:
-            found.append((usual[0][1], form, counts.index(usual[0][0])))
-    if not found:
-        return _FORMS[0], None
-    alike = [each for each in found if (each[1].separator, each[1].words) == (found[0][1].separator, found[0][1].words)]
-    _, form, start = max(alike, key=lambda each: (each[0], not each[1].has_commas))
-    return form, start
+        is_second_choice = best[2] is not None and form.words > best[1].words
+        if usual and usual[0][1] > best[0] and not is_second_choice:
+            best = usual[0][1], form, counts.index(usual[0][0])
+    return best[1:]
 
 
 def _decoded(content: bytes) -> str:
