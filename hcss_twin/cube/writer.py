@@ -138,7 +138,9 @@ def links(spec: VariableSpec, header: CubeHeader) -> dict[str, str]:
     """Return the attributes that refer to other variables; per-pixel coordinates have none."""
     if spec.kind == "geometry":
         return {}
-    names = {"coordinates": " ".join(auxiliary_names(header, spec.dims))}
+    # The image centre is no coordinate of pixels, which x and y place, and CDO skips variables that name it.
+    listed = [name for name in auxiliary_names(header, spec.dims) if name not in ("latitude", "longitude")]
+    names = {"coordinates": " ".join(listed)}
     return names if header.layout is not None else {**names, "grid_mapping": GRID_MAPPING}
 
 
@@ -209,7 +211,7 @@ class CubeWriter(StreamedWriter):
             dataset.setncattr(name, value)
         values = coordinate_values(header)
         for name, size in dimensions(header).items():
-            dataset.createDimension(name, size)
+            dataset.createDimension(name, None if name == "time" else size)  # NCO joins files along record dimensions
         if header.layout is None:
             plane = dataset.createVariable(GRID_MAPPING, "i4", fill_value=False)
             plane.setncatts(grid_mapping_attributes(header))
@@ -230,7 +232,11 @@ class CubeWriter(StreamedWriter):
 
     def _define_coordinate(self, spec: VariableSpec, values: NDArray[Any]) -> None:
         variable = self._dataset.createVariable(
-            spec.name, str if spec.dtype == "str" else spec.dtype, spec.dims, fill_value=False if spec.units else None
+            spec.name,
+            str if spec.dtype == "str" else spec.dtype,
+            spec.dims,
+            fill_value=False if spec.units else None,
+            chunksizes=np.shape(values) if "time" in spec.dims else None,
         )
         variable.setncatts(coordinate_attributes(spec, self.header))
         if spec.dims:
@@ -239,7 +245,7 @@ class CubeWriter(StreamedWriter):
             variable.assignValue(values)
 
     def _define_data(self, spec: VariableSpec) -> None:
-        chunked = self.compression is not None or self.tile is not None
+        chunked = self.compression is not None or self.tile is not None or "time" in spec.dims
         # measured for 16 x 3 x 800 x 800: 0.06 s, compared with 0.10 s in chunks of one plane
         layout: dict[str, Any] = {"chunksizes": self._chunk(spec)} if chunked else {"contiguous": True}
         if self.compression is not None:
