@@ -149,7 +149,7 @@ def _define(
         if value is not None:
             measured.setncattr(name, value)
     for name, dimension in clean.dimensions.items():
-        measured.createDimension(name, None if dimension.isunlimited() else dimension.size)
+        measured.createDimension(name, dimension.size)
     for name, source in clean.variables.items():
         if not is_replaced(name, getattr(source, INPUTS, "")):
             _copy_definition(measured, name, source)

@@ -444,3 +444,9 @@ type = "paper-cirrus"
     found = refusal(TIME + PLACE + layers)
     assert set(found) == {"clouds.layers[0].type", "clouds.layers[0].top"}
     assert "must not overlap" in found["clouds.layers[0].top"]
+
+
+def test_a_time_within_a_leap_second_is_told_with_the_closest_one():
+    problems = refusal("time = '2016-12-31T23:59:60.5+00:00'\n" + PLACE)
+    assert "is within a leap second" in problems["time"]
+    assert "closest valid choice is 2016-12-31T23:59:59+00:00" in problems["time"]
