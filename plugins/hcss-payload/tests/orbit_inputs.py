@@ -316,7 +316,7 @@ def _mean_elements():
                 positions(lines),
                 place=below(lines),
                 within_m=30.0,
-            )  # fmt: skip
+            )
         )
     return result
 
@@ -482,7 +482,7 @@ def _bad_mean_elements():
             {"provider": "omm", "file": "orbit.omm"},
             omm(keys | change, kind),
             names=names,
-        )  # fmt: skip
+        )
         for name, (change, names) in faults.items()
         for kind in ("text", "XML", "JSON")
     ]
@@ -494,9 +494,7 @@ def _bad_mean_elements():
     }  # fmt: skip
     for name, (content, names) in raw.items():
         result.append(
-            OrbitInput(
-                f"elements message: {name}", {"provider": "omm", "file": "orbit.omm"}, content, names=names
-            )  # fmt: skip
+            OrbitInput(f"elements message: {name}", {"provider": "omm", "file": "orbit.omm"}, content, names=names)
         )
     return result
 

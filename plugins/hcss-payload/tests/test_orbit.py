@@ -99,7 +99,7 @@ def test_a_place_below_the_horizon_is_told_with_the_next_pass_as_skyfield_has_it
     highest = START + timedelta(
         days=float(next(time for time, event in zip(times, events, strict=True) if event == 1) - first)
     )
-    with pytest.raises(PayloadError, match="below the horizon at time 0 s; .*the next pass rises at about") as refused:
+    with pytest.raises(PayloadError, match=r"below the horizon at time 0 s; .*the next pass rises at about") as refused:
         Track(TwoLineElements(*LINES, START), 30.0, -20.0).at(0.0)
     told = datetime.fromisoformat(str(refused.value).rpartition("(")[2].removesuffix(" UTC)")).replace(tzinfo=UTC)
     assert abs((told - highest).total_seconds()) <= 20.0
