@@ -17,8 +17,8 @@ _INTRODUCTION = f"""# The cube
 
 {{GENERATED}}
 
-A cube is one NetCDF-4 file that follows CF-1.11 and ACDD-1.3. It contains frames of an image in one or more
-bands, and on request the terms of the radiance and the truth layers of the scene.
+A cube is one NetCDF-4 file that follows CF-1.11 (CF-1.12 where values are rounded) and ACDD-1.3. It contains frames
+of an image in one or more bands, and on request the terms of the radiance and the truth layers of the scene.
 
 ```python
 from hcss_twin.cube.reader import open_cube, scenario_text

@@ -98,8 +98,11 @@ def _bands() -> Iterator[str]:
         "blanks, below lines that label them. The labels name the column of wavelength or wavenumber and its unit "
         "(um, nm, cm-1). Without labels it is the first column, in um up to 100, else an error asks for a label or "
         "`unit`. The response is the only other column, the only one labelled as response, RSR, SRF or "
-        "transmission, the one with the name of the band, or `column` (label or number). It is a fraction of 1, or "
-        "in percent if the label or a peak above 1.5 says so. Negative values down to 1 % of the peak count as 0. "
+        "transmission, the one with the name of the band, or `column` (label or number). Rows that begin with names "
+        "of bands are read for the band of that name; detectors in columns before the wavelength are averaged. It is "
+        "a fraction of 1, or in percent if the label, percent signs or a peak above 1.5 say so. Negative values down "
+        "to 1 % of the peak count as 0, -99 (-999, ...) as no value, and a row that repeats the one before is not "
+        "used: all of them are reported with their lines, as are decimal commas. "
         "`hcss plan` and the notes of the cube state how a file was read, unless its labels are `wavelength_um` and"
         " `response`.\n"
     )

@@ -111,7 +111,8 @@ COORDINATES: tuple[VariableSpec, ...] = (
     _coordinate("sensor_altitude", (), "m", "altitude of the sensor",
         "Altitude above the ellipsoid, if the scenario has it.", "height_above_reference_ellipsoid", positive="up"),
     _coordinate("solar_zenith_angle", ("time",), "degree", "zenith angle of the sun",
-        _ZENITH.format(body="sun") + " Above 90 degrees the sun is below the horizon.", "solar_zenith_angle"),
+        _ZENITH.format(body="sun") + " As refracted by the air. Above 90 degrees the sun is below the horizon.",
+        "solar_zenith_angle"),
     _coordinate("solar_azimuth_angle", ("time",), "degree", "azimuth angle of the sun", _AZIMUTH.format(body="sun"),
         "solar_azimuth_angle"),
 )  # fmt: skip

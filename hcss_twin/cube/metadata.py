@@ -169,8 +169,10 @@ def global_attributes(header: CubeHeader) -> dict[str, Attribute]:
             raise CubeError(f"attribute {name}: computed from the cube; it cannot be given")
     created = creation_time()
     stamp = _iso(created)
+    # Attributes of quantization are new in 1.12.
+    version = "1.12" if any(spec.significant_bits is not None for spec in header.variables) else "1.11"
     return {
-        "Conventions": "CF-1.11, ACDD-1.3",
+        "Conventions": f"CF-{version}, ACDD-1.3",
         **DEFAULTS,
         "id": _identifier(header),
         "history": f"{stamp} created by hcss_twin",

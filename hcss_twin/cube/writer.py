@@ -138,7 +138,9 @@ def links(spec: VariableSpec, header: CubeHeader) -> dict[str, str]:
     """Return the attributes that refer to other variables; per-pixel coordinates have none."""
     if spec.kind == "geometry":
         return {}
-    names = {"coordinates": " ".join(auxiliary_names(header, spec.dims))}
+    # The image centre is no coordinate of pixels, which x and y place, and CDO skips variables that name it.
+    listed = [name for name in auxiliary_names(header, spec.dims) if name not in ("latitude", "longitude")]
+    names = {"coordinates": " ".join(listed)}
     return names if header.layout is not None else {**names, "grid_mapping": GRID_MAPPING}
 
 

@@ -141,7 +141,7 @@ def _profile(
     atmosphere, field = scenario.atmosphere, "atmosphere.profile"
     with attribute_to_field(field):
         if atmosphere.profile is not None:
-            given = load_profiles(atmosphere.profile, catalog, atmosphere.profile_above)
+            given = load_profiles(atmosphere.profile, catalog, atmosphere.profile_above, scenario.time.astimezone(UTC))
             if isinstance(given, ProfileField):
                 centre = scenario.place.latitude, scenario.place.longitude
                 given = given.with_levels_near(*centre)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Mapping
+from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
@@ -33,7 +34,7 @@ from hcss_twin.scenario.models import DerivedSection, ElementSection, Radiance, 
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.response_file import read_response
-from hcss_twin.scenario.section_types import ScenarioSection, own
+from hcss_twin.scenario.section_types import ScenarioSection, own, parse_instant
 from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, StageSection, choose_sensor, load_sensor, raw_stages
 
 SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {
@@ -250,10 +251,10 @@ def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) ->
     yield from overlap_problems(sound)
     atmosphere = data.get("atmosphere", {})
     if isinstance(atmosphere, Mapping):
-        yield from _profile_problems(atmosphere, catalog)
+        yield from _profile_problems(atmosphere, data.get("time"), catalog)
 
 
-def _profile_problems(atmosphere: Mapping[str, Any], catalog: Catalog) -> Iterator[Problem]:
+def _profile_problems(atmosphere: Mapping[str, Any], time: object, catalog: Catalog) -> Iterator[Problem]:
     above = atmosphere.get("profile_above", STANDARD)
     if not isinstance(above, str):
         return
@@ -265,7 +266,11 @@ def _profile_problems(atmosphere: Mapping[str, Any], catalog: Catalog) -> Iterat
             "atmosphere.profile_above", "without atmosphere.profile; allowed: with the file that it completes"
         )
     if isinstance(profile, str) and not problems:
-        yield from _file_problems("atmosphere.profile", partial(load_profiles, profile, catalog, above))
+        try:
+            instant = parse_instant(time).astimezone(UTC)
+        except PydanticCustomError:  # reported with the other keys
+            instant = datetime(2000, 1, 1, tzinfo=UTC)
+        yield from _file_problems("atmosphere.profile", partial(load_profiles, profile, catalog, above, instant))
 
 
 def _variable_problems(data: Mapping[str, Any], registry: Registry, layer_count: int) -> Iterator[Problem]:

@@ -5,6 +5,7 @@ Particle limits apply to cloud types and scenarios. Times have a zone: a local t
 
 from __future__ import annotations
 
+import re
 from datetime import UTC, date, datetime, timedelta
 from typing import Annotated, Any, Literal
 
@@ -102,6 +103,10 @@ def _from_text(text: str) -> datetime:
     try:
         return datetime.fromisoformat(text)
     except ValueError as error:
+        leap = re.fullmatch(r"(.*[T ]\d\d:\d\d:)60(\.\d+)?(.*)", text.strip())
+        if leap:
+            why = f"is within a leap second; {ALLOWED}; closest valid choice is {leap[1]}59{leap[3]}"
+            raise _refused(text, why) from error
         raise _refused(text, f"is not a date and time with zone; {ALLOWED}") from error
 
 

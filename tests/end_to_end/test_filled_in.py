@@ -202,7 +202,7 @@ def test_a_radiosonde_runs_and_its_completion_is_noted(any_air, tmp_path):
     assert any("altitudes computed from pressure" in note for note in notes)
     assert any("from 'us-standard-1976'" in note for note in notes)
     assert "atmosphere.profile" not in filled(make_plan(scenario))
-    (tmp_path / "sonde.csv").write_text(text.replace("-4,40", "-4,"), encoding="utf-8")
+    (tmp_path / "sonde.csv").write_text(text.replace("-4,40", "-4,moist"), encoding="utf-8")
     with pytest.raises(ScenarioError, match=r"atmosphere.profile: sonde.csv, line 4"):
         Scenario.from_toml(CLEAR, {**any_air, "atmosphere.profile": "sonde.csv"}, base=tmp_path)
 

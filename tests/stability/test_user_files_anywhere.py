@@ -12,7 +12,7 @@ import pytest
 from cheap import CHEAP
 from examples import examples
 from hcss_evaluate.database.cloud_import import ImportOptions, import_image
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from input_files import small_table
 from pydantic import BaseModel, ValidationError
@@ -77,6 +77,7 @@ def test_a_number_that_is_none_in_a_table_is_named_with_file_and_line(kind, tmp_
     @SOME
     @given(st.integers(0, len(rows) - 1), st.integers(0, head.count(",")), BAD_WORDS)
     def poison(row, column, word):
+        assume(kind != "profile" or word.strip().lower() not in ("", "nan"))  # a level that is left out, and told
         cells = [line.split(",") for line in rows]
         cells[row][column] = word
         path = tmp_path / "bad.csv"

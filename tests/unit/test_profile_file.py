@@ -166,13 +166,22 @@ def test_thousands_of_levels_are_thinned_within_the_stated_tolerance(tmp_path):
     assert any("levels kept" in note for note in profile.notes)
 
 
-class TestRefusals:
-    def test_a_missing_value_names_line_and_column(self, tmp_path):
-        text = refusal(tmp_path, csv(rows=[*ROWS[:3], "4,616.6,-11,", *ROWS[4:]]))
-        assert "line 5" in text
-        assert "relative_humidity_percent is missing" in text
+@pytest.mark.parametrize("missing", ["", "nan"])
+def test_a_level_without_a_value_is_left_out_and_told(tmp_path, missing):
+    profile = load(tmp_path, csv(rows=[*ROWS[:2], f"2,795,2,{missing}", *ROWS[3:]]))
+    without = load(tmp_path, csv(rows=[*ROWS[:2], *ROWS[3:]]))
+    np.testing.assert_array_equal(profile.temperature_K, without.temperature_K)
+    assert "profile 'sonde.csv': 1 levels without a value not used (line 4)" in profile.notes
 
-    @pytest.mark.parametrize("bad", ["nan", "inf", "-9999", "9999", "warm"])
+
+def test_levels_may_come_from_the_top_down(tmp_path):
+    np.testing.assert_array_equal(
+        load(tmp_path, csv(rows=ROWS[::-1])).temperature_K, load(tmp_path, csv()).temperature_K
+    )
+
+
+class TestRefusals:
+    @pytest.mark.parametrize("bad", ["inf", "-9999", "9999", "warm"])
     def test_impossible_temperature(self, tmp_path, bad):
         text = refusal(tmp_path, csv(rows=[*ROWS[:2], f"2,795,{bad},55", *ROWS[3:]]))
         assert "line 4" in text
@@ -188,9 +197,6 @@ class TestRefusals:
         assert "108.0 % over water" in text
         assert "105 %" in text
         load(tmp_path, csv(rows=[*ROWS[:3], "4,616.6,-11,104.9", *ROWS[4:]]))
-
-    def test_levels_from_the_top_down(self, tmp_path):
-        assert "run downwards" in refusal(tmp_path, csv(rows=ROWS[::-1]))
 
     def test_unsorted_levels(self, tmp_path):
         text = refusal(tmp_path, csv(rows=[*ROWS[:2], ROWS[3], ROWS[2], *ROWS[4:]]))

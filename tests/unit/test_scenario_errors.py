@@ -319,9 +319,9 @@ def test_a_cloud_type_file_of_the_user_is_checked_with_the_scenario(old, new, pa
     ("content", "part"),
     [
         (b"wavelength_um,a,b\n3,1,1\n4,1,1\n", "column = one of a, b"),
-        (b"wavelength_um,response\n3,1\n4,nan\n", "line 3: a value is not finite"),
+        (b"wavelength_um,response\n3,1\n4,nan\n", "line 3: nan is not finite"),
         (b"wavelength_um,response\n3,one\n4,1\n", "line 2"),
-        (b"wavelength_um,response\n4,1\n3,1\n3.5,1\n", "line 4: neither ascending nor descending"),
+        (b"wavelength_um,response\n4,1\n3,1\n3.5,1\n", "line 4: 3.5 after 3"),
         (b"wavelength_um,response\n3,-1\n4,1\n", "0..1"),
         (b"wavelength_um,response\n3,0\n4,0\n", "positive somewhere"),
         (b"wavelength_um,response\n3,1\n3.0000000001,1\n", "too narrow"),
@@ -444,3 +444,9 @@ type = "paper-cirrus"
     found = refusal(TIME + PLACE + layers)
     assert set(found) == {"clouds.layers[0].type", "clouds.layers[0].top"}
     assert "must not overlap" in found["clouds.layers[0].top"]
+
+
+def test_a_time_within_a_leap_second_is_told_with_the_closest_one():
+    problems = refusal("time = '2016-12-31T23:59:60.5+00:00'\n" + PLACE)
+    assert "is within a leap second" in problems["time"]
+    assert "closest valid choice is 2016-12-31T23:59:59+00:00" in problems["time"]

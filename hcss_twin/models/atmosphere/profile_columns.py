@@ -62,6 +62,9 @@ _MOLE_FRACTION = {
     **dict.fromkeys(("ppmv", "ppm", "1e-6"), (1e-6, 0.0)),
     **dict.fromkeys(("ppbv", "ppb", "1e-9"), (1e-9, 0.0)),
 }
+_GEOPOTENTIAL = dict.fromkeys(
+    ("m2_s-2", "m2_s2", "m**2_s**-2", "m2_s**-2", "m^2_s^-2", "m^2_s^2", "j_kg-1", "j_kg"), _M
+)
 _GAS_NAMES = {
     "h2o": "water_vapour",
     "co2": "carbon_dioxide",
@@ -79,12 +82,13 @@ QUANTITIES: Mapping[str, ProfileQuantity] = MappingProxyType(
     {
         quantity.name: quantity
         for quantity in (
-            ProfileQuantity("altitude", ("altitude", "height", "geometric_altitude", "z"), _LENGTH, 0.0, 1e6),
+            ProfileQuantity("altitude", ("altitude", "height", "geometric_altitude", "z"), _LENGTH, -1e3, 1e6),
+            ProfileQuantity("geopotential", ("geopotential",), _GEOPOTENTIAL, -1e4, 1e7),
             ProfileQuantity(
                 "geopotential_height",
                 ("geopotential_height", "geopotential_altitude", "gph"),
                 {**_LENGTH, "gpm": (1.0, 0.0)},
-                0.0,
+                -1e3,
                 1e6,
             ),
             ProfileQuantity("pressure", ("pressure", "air_pressure", "pressure_level", "p"), _PRESSURE, 0.0, 1.1e5),
@@ -123,7 +127,7 @@ QUANTITIES: Mapping[str, ProfileQuantity] = MappingProxyType(
 PASSED_OVER = (
     "air_number_density", "time", "latitude", "longitude", "lat", "lon", "level", "wind_speed", "wind_direction",
     "wind_from_direction", "wind_from", "u_wind", "v_wind", "eastward_wind", "northward_wind", "ascent_rate",
-    "frost_point", "potential_temperature",
+    "frost_point", "ice_point", "humidity_wrt_ice", "potential_temperature",
 )  # fmt: skip
 """Sounding columns that a profile does not need, in any unit."""
 
@@ -169,13 +173,22 @@ def recognised(header: str) -> tuple[ProfileQuantity, Unit] | None:
     raise ValueError(f"column '{header}' is not known; allowed: {', '.join(QUANTITIES)}{hint}")
 
 
-def named(names: Iterable[str]) -> ProfileQuantity | None:
-    """Return the ProfileQuantity that matches a name of a NetCDF variable, or None."""
+def named(names: Iterable[str], unit: str = "") -> ProfileQuantity | None:
+    """Return the ProfileQuantity that matches a name of a NetCDF variable, or None.
+
+    Reanalyses call geopotential z, and the pressure of their levels level, which their units tell.
+    """
     for name in names:
+        label = _folded_name(name)
+        if label in _BY_UNIT and folded(unit) in QUANTITIES[_BY_UNIT[label]].units:
+            return QUANTITIES[_BY_UNIT[label]]
         for quantity in QUANTITIES.values():
-            if _folded_name(name) in quantity.spellings:
+            if label in quantity.spellings:
                 return quantity
     return None
+
+
+_BY_UNIT = {"z": "geopotential", "level": "pressure", "lev": "pressure", "isobaricinhpa": "pressure"}
 
 
 def unit_of(quantity: ProfileQuantity, unit: str, label: str) -> Unit:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Self
@@ -21,14 +22,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.reading import Reading
-from hcss_twin.models.atmosphere.sounding import (
-    UNREADABLE,
-    ProfileVariable,
-    Sounding,
-    profile_variables,
-    sounding_of,
-    values_of,
-)
+from hcss_twin.models.atmosphere.sounding import UNREADABLE, ProfileVariable, Sounding, profile_variables, sounding_of
+from hcss_twin.models.atmosphere.time_choice import TimeChoice, values_of
 from hcss_twin.physics.profile import Profile
 
 PLACES: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -58,9 +53,10 @@ class SoundingGrid:
     longitude_deg: Array
     variables: tuple[ProfileVariable, ...]
     values: tuple[Array, ...]
+    notes: tuple[str, ...] = ()
 
     @classmethod
-    def read(cls, path: Path, name: str) -> Self | None:
+    def read(cls, path: Path, name: str, time: datetime | None = None) -> Self | None:
         """Read a file; None if it holds only one place.
 
         Raises
@@ -72,17 +68,24 @@ class SoundingGrid:
             axes = [_axis(dataset, name, coordinate) for coordinate in PLACES]
             if axes == [None, None]:
                 return None
+            choice = TimeChoice.of(dataset, name, time)
             variables = profile_variables(dataset, name)
-            values = [_by_place(variable, name, [axis and axis[0] for axis in axes]) for variable in variables]
+            places = [axis and axis[0] for axis in axes]
+            values = [_by_place(variable, choice.values_of(variable.data), name, places) for variable in variables]
         degrees = []
         for number, axis in enumerate(axes):
             given = np.zeros(1) if axis is None else axis[1]
             order = np.argsort(given)
             degrees.append(given[order])
             values = [value if value.shape[number] == 1 else np.take(value, order, axis=number) for value in values]
-        return cls(
-            name, degrees[0], degrees[1], tuple(replace(variable, data=None) for variable in variables), tuple(values)
-        )
+        west, east = degrees[1][0], degrees[1][-1]
+        if degrees[1].size > 1 and east - west + 1.001 * np.max(np.diff(degrees[1])) >= 360.0 > east - west:
+            degrees[1] = np.append(degrees[1], west + 360.0)  # around the globe
+            values = [
+                value if value.shape[1] == 1 else np.concatenate((value, value[:, :1]), axis=1) for value in values
+            ]
+        without_data = tuple(replace(variable, data=None) for variable in variables)
+        return cls(name, degrees[0], degrees[1], without_data, tuple(values), choice.notes)
 
     def node(self, row: int, column: int) -> Sounding:
         """Return the sounding of the file at one of its places.
@@ -98,7 +101,7 @@ class SoundingGrid:
             if degrees.size > 1
         ]
         values = [value[min(row, value.shape[0] - 1), min(column, value.shape[1] - 1)] for value in self.values]
-        return sounding_of(f"{self.name} at {' '.join(coordinates)}", self.variables, values)
+        return sounding_of(f"{self.name} at {' '.join(coordinates)}", self.variables, values, self.notes)
 
     def eastward(self, longitude_deg: float) -> float:
         """Return a longitude in the range used by the file, for example 0 to 360."""
@@ -207,6 +210,8 @@ def _axis(dataset: Any, name: str, coordinate: str) -> tuple[str, Array] | None:
         if variable is None or variable.ndim != 1 or variable.size < 2:
             continue
         degrees = values_of(variable)
+        if coordinate == "longitude":
+            degrees = np.unwrap(degrees, period=360.0)
         steps = np.diff(degrees)
         if not (np.all(steps > 0.0) or np.all(steps < 0.0)):
             raise CatalogError(f"{name}: {label} does not ascend or descend; allowed: each {coordinate} once, in order")
@@ -214,9 +219,9 @@ def _axis(dataset: Any, name: str, coordinate: str) -> tuple[str, Array] | None:
     return None
 
 
-def _by_place(variable: ProfileVariable, name: str, places: list[str | None]) -> Array:
+def _by_place(variable: ProfileVariable, values: Array, name: str, places: list[str | None]) -> Array:
     """Return the values of a variable (latitude, longitude, level); missing axes have one element."""
-    values, dimensions = values_of(variable.data), list(variable.data.dimensions)
+    dimensions = list(variable.data.dimensions)
     levels = [
         dimension
         for dimension, size in zip(dimensions, values.shape, strict=True)
@@ -225,7 +230,7 @@ def _by_place(variable: ProfileVariable, name: str, places: list[str | None]) ->
     if len(levels) != 1:
         raise CatalogError(
             f"{name}: '{variable.label}' has the dimensions {', '.join(dimensions)}; allowed: levels, latitude and "
-            "longitude (select one time)"
+            "longitude"
         )
     wanted = [*places, levels[0]]
     kept = [dimension for dimension in wanted if dimension in dimensions]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from datetime import datetime
 from functools import lru_cache
 
 import numpy as np
@@ -37,7 +38,7 @@ COMPLETE_M = 100_000.0
 CLEARANCE_M = 1000.0
 """Distance between the last level of the profile and the first model level above it."""
 
-LOWEST_LEVEL_M = 200.0
+LOWEST_LEVEL_M = 450.0
 """A profile that begins below this altitude is extended down to the sea."""
 
 LAPSE_RATE_K_M = 0.0065
@@ -74,7 +75,7 @@ def build_profile(sounding: Sounding, model: Callable[[], Profile]) -> Profile:
         other; the message names the line or level in the file.
     """
     columns, notes = dict(sounding.columns), list(sounding.notes)
-    _require_falling_pressure(sounding, columns["pressure"])
+    _require_positive_pressure(sounding, columns["pressure"])
     columns["h2o"] = _mole_fraction(columns)
     _require_unsaturated(sounding, columns)
     columns["altitude"] = _altitude(sounding, columns, notes)
@@ -96,21 +97,10 @@ def build_profile(sounding: Sounding, model: Callable[[], Profile]) -> Profile:
     )
 
 
-def _require_falling_pressure(sounding: Sounding, pressure: Array) -> None:
+def _require_positive_pressure(sounding: Sounding, pressure: Array) -> None:
     if np.any(pressure <= 0):
         level = int(np.flatnonzero(pressure <= 0)[0])
         raise CatalogError(f"{sounding.name}, {sounding.where[level]}: pressure is 0; allowed: above 0")
-    rises = np.flatnonzero(np.diff(pressure) >= 0)
-    if not rises.size:
-        return
-    if rises.size == pressure.size - 1:
-        raise CatalogError(f"{sounding.name}: the levels run downwards; allowed: from the sea upwards")
-    level = int(rises[0]) + 1
-    raise CatalogError(
-        f"{sounding.name}, {sounding.where[level]}: pressure {pressure[level] / 100:g} hPa does not fall below the "
-        f"{pressure[level - 1] / 100:g} hPa of {sounding.where[level - 1]}; allowed: levels sorted from the sea "
-        "upwards, each once"
-    )
 
 
 def _mole_fraction(columns: Mapping[str, Array]) -> Array:
@@ -264,8 +254,8 @@ STANDARD = "us-standard-1976"
 """Model that completes profiles by default."""
 
 
-def load_profile(name: str, catalog: Catalog, above: str = STANDARD) -> Profile:
-    """Read a profile by catalog name or from a user's CSV or NetCDF file (docs/how-to/atmospheres.md).
+def load_profile(name: str, catalog: Catalog, above: str = STANDARD, time: datetime | None = None) -> Profile:
+    """Read a profile by catalog name or from a user's CSV, IGRA 2 or NetCDF file (docs/how-to/atmospheres.md).
 
     Parameters
     ----------
@@ -275,6 +265,8 @@ def load_profile(name: str, catalog: Catalog, above: str = STANDARD) -> Profile:
     above : str
         Name or path of the profile that provides gases missing from a file and the air above its last level; it must
         reach 100 km.
+    time : datetime, optional
+        Of several times in a file, the nearest to this one is read.
 
     Raises
     ------
@@ -282,13 +274,15 @@ def load_profile(name: str, catalog: Catalog, above: str = STANDARD) -> Profile:
         If a file is missing or malformed, or its levels are not physical; the message names the line or level.
     """
     path = catalog.find(name, "atmospheres", ".csv")
-    profile = build_profile(read_sounding(path, name), _model(name, catalog, above))
+    profile = build_profile(read_sounding(path, name, time), _model(name, catalog, above))
     if path.is_relative_to(catalog.root):
         return replace(profile, model_gases=frozenset(profile.mixing_ratio))
     return profile
 
 
-def load_profiles(name: str, catalog: Catalog, above: str = STANDARD) -> Profile | ProfileField:
+def load_profiles(
+    name: str, catalog: Catalog, above: str = STANDARD, time: datetime | None = None
+) -> Profile | ProfileField:
     """Read a profile like :func:`load_profile`, or the profiles of a NetCDF file with several latitudes or longitudes.
 
     Raises
@@ -298,11 +292,11 @@ def load_profiles(name: str, catalog: Catalog, above: str = STANDARD) -> Profile
     """
     path = catalog.find(name, "atmospheres", ".csv")
     if path.suffix.lower() in NETCDF_SUFFIXES:
-        grid = SoundingGrid.read(path, name)
+        grid = SoundingGrid.read(path, name, time)
         if grid is not None:
             model = _model(name, catalog, above)
             return ProfileField(grid, lru_cache(MAX_PROFILES)(lambda *node: build_profile(grid.node(*node), model)))
-    return load_profile(name, catalog, above)
+    return load_profile(name, catalog, above, time)
 
 
 def _model(name: str, catalog: Catalog, above: str) -> Callable[[], Profile]:

@@ -1,10 +1,15 @@
-"""Reader for user profiles and radiosonde soundings in CSV or NetCDF; see docs/how-to/atmospheres.md."""
+"""Reader for user profiles and radiosonde soundings in CSV, IGRA 2 or NetCDF; see docs/how-to/atmospheres.md.
+
+Levels of measured ascents are kept as far as a profile can use them: those without a value, and those that repeat a
+pressure, are left out and reported.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +18,8 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.reading import Reading
+from hcss_twin.models.atmosphere.igra import is_igra, read_igra
+from hcss_twin.models.atmosphere.moist_air import GRAVITY_M_S2
 from hcss_twin.models.atmosphere.profile_columns import (
     HUMIDITIES,
     QUANTITIES,
@@ -22,9 +29,17 @@ from hcss_twin.models.atmosphere.profile_columns import (
     recognised,
     unit_of,
 )
+from hcss_twin.models.atmosphere.time_choice import TimeChoice
+from hcss_twin.models.atmosphere.usable_levels import usable_levels
+
+_IGRA_UNITS = {"pressure": (1.0, 0.0), "geopotential_height": (1.0, 0.0), "temperature": (1.0, 273.15),
+               "relative_humidity": (0.01, 0.0), "dewpoint": (1.0, 273.15)}  # fmt: skip
 
 NETCDF_SUFFIXES = (".nc", ".nc4", ".cdf", ".netcdf")
 MAX_LEVELS = 100_000
+
+PACKING = 1e-3
+"""Largest negative value that packing into 16 bits can make of a humidity near 0, relative to the largest value."""
 
 UNREADABLE = "not a readable NetCDF file"
 
@@ -42,7 +57,7 @@ class Sounding:
     columns : mapping of str to ndarray (L,)
         ProfileQuantity (``profile_columns``) to values; every value finite and within its physical limits.
     notes : tuple of str
-        Notes on unused columns.
+        Notes on unused columns and levels.
     """
 
     name: str
@@ -51,15 +66,17 @@ class Sounding:
     notes: tuple[str, ...] = ()
 
 
-def read_sounding(path: Path, name: str) -> Sounding:
+def read_sounding(path: Path, name: str, time: datetime | None = None) -> Sounding:
     """Read the levels of a profile file.
 
     Parameters
     ----------
     path : Path
-        NetCDF according to its suffix, otherwise comma-separated text.
+        NetCDF according to its suffix, otherwise text: comma-separated, or soundings of IGRA 2.
     name : str
         For messages.
+    time : datetime, optional
+        Of several times in the file, the nearest to this one is read.
 
     Raises
     ------
@@ -69,15 +86,26 @@ def read_sounding(path: Path, name: str) -> Sounding:
     """
     if path.suffix.lower() in NETCDF_SUFFIXES:
         with Reading(path, CatalogError, UNREADABLE).netcdf() as dataset:
+            choice = TimeChoice.of(dataset, name, time)
             variables = profile_variables(dataset, name)
-            return sounding_of(
-                name, variables, [_one_column(variable.data, variable.label, name) for variable in variables]
-            )
-    return _finished(name, *_read_csv(path, name))
+            arrays = [_one_column(choice.values_of(each.data), each.label, name) for each in variables]
+            return sounding_of(name, variables, arrays, choice.notes)
+    with Reading(path, CatalogError, "not a text file"):
+        text = path.read_text(encoding="utf-8-sig")
+    if is_igra(text):
+        where, values, notes = read_igra(text, name, time)
+        si = {
+            field: _in_si(values[field], QUANTITIES[field], unit, field, where, name)
+            for field, unit in _IGRA_UNITS.items()
+        }
+        return _finished(name, where, si, notes)
+    return _finished(name, *_read_csv(text, name), ())
 
 
-def _finished(name: str, where: tuple[str, ...], columns: dict[str, Array]) -> Sounding:
+def _finished(name: str, where: tuple[str, ...], columns: dict[str, Array], notes: tuple[str, ...] = ()) -> Sounding:
     """Return the sounding of a file's columns, which must contain one humidity and one height."""
+    if "geopotential" in columns:
+        columns["geopotential_height"] = columns.pop("geopotential") / GRAVITY_M_S2
     for required in ("pressure", "temperature"):
         if required not in columns:
             quantity = QUANTITIES[required]
@@ -85,13 +113,12 @@ def _finished(name: str, where: tuple[str, ...], columns: dict[str, Array]) -> S
                 f"{name}: {required} is missing; allowed names: {', '.join(quantity.spellings)} in "
                 f"{', '.join(quantity.units)}"
             )
-    notes = _set_aside(columns, name)
-    return Sounding(name, where, columns, tuple(notes))
+    told = [*notes, *_set_aside(columns, name)]
+    where, columns, left_out = usable_levels(name, where, columns)
+    return Sounding(name, where, columns, (*told, *left_out))
 
 
-def _read_csv(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]:
-    with Reading(path, CatalogError, "not a text file"):
-        text = path.read_text(encoding="utf-8-sig")
+def _read_csv(text: str, name: str) -> tuple[tuple[str, ...], dict[str, Array]]:
     lines = _lines(text)
     number, header = next(lines, (0, None))
     if header is None:
@@ -116,8 +143,8 @@ def _read_csv(path: Path, name: str) -> tuple[tuple[str, ...], dict[str, Array]]
         where.append(line)
         if len(rows) > MAX_LEVELS:
             raise CatalogError(f"{name}: more than {MAX_LEVELS} levels")
-    if len(rows) < 2:
-        raise CatalogError(f"{name}: {len(rows)} levels; at least 2 are needed")
+    if not rows:
+        raise CatalogError(f"{name}: no levels; at least 2 are needed")
     table = np.array(rows, dtype=np.float64)
     columns = {}
     for position, (quantity, unit, head) in enumerate(used.values()):
@@ -133,11 +160,13 @@ def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _number(text: str, head: str, where: str) -> float:
+    """Return a number; NaN for an empty field."""
+    if text.lower() in ("", "nan"):
+        return math.nan
     try:
         value = float(text)
     except ValueError:
-        what = f"'{text}' is not a number" if text else "is missing"
-        raise CatalogError(f"{where}: {head} {what}; {_REMEDY}") from None
+        raise CatalogError(f"{where}: {head} '{text}' is not a number; {_REMEDY}") from None
     if not math.isfinite(value):
         raise CatalogError(f"{where}: {head} is {text}; {_REMEDY}")
     return value
@@ -167,7 +196,7 @@ def profile_variables(dataset: Any, name: str) -> list[ProfileVariable]:
     used: dict[int, tuple[ProfileQuantity, Unit, str]] = {}
     variables = []
     for index, (label, variable) in enumerate(dataset.variables.items()):
-        quantity = named((str(getattr(variable, "standard_name", "")), label))
+        quantity = named((str(getattr(variable, "standard_name", "")), label), str(getattr(variable, "units", "")))
         if quantity is None:
             continue
         _refuse_twice(used, quantity, label, name)
@@ -180,7 +209,9 @@ def profile_variables(dataset: Any, name: str) -> list[ProfileVariable]:
     return variables
 
 
-def sounding_of(name: str, variables: Sequence[ProfileVariable], arrays: Sequence[Array]) -> Sounding:
+def sounding_of(
+    name: str, variables: Sequence[ProfileVariable], arrays: Sequence[Array], notes: tuple[str, ...] = ()
+) -> Sounding:
     """Return the sounding at one place from the values (L,) of its variables.
 
     Raises
@@ -201,18 +232,22 @@ def sounding_of(name: str, variables: Sequence[ProfileVariable], arrays: Sequenc
         bad = np.flatnonzero(~np.isfinite(array))
         if bad.size:
             raise CatalogError(f"{name}, {where[bad[0]]}: {variable.label} is missing; {_REMEDY}")
+        array, noise = _without_noise(array, variable.quantity)
+        if noise:
+            notes = (*notes, f"profile '{name}': {noise} negative values of {variable.label} by packing taken as 0")
         columns[variable.quantity.name] = _in_si(array, variable.quantity, variable.unit, variable.label, where, name)
-    return _finished(name, where, columns)
+    return _finished(name, where, columns, notes)
 
 
-def values_of(variable: Any) -> Array:
-    """Return the values of a variable; missing ones are NaN."""
-    filled: Array = np.ma.filled(np.ma.asarray(variable[:]).astype(np.float64), np.nan)
-    return filled
+def _without_noise(values: Array, quantity: ProfileQuantity) -> tuple[Array, int]:
+    """Return values that cannot be negative without those that packing into integers made so, and their number."""
+    if quantity.low != 0.0:
+        return values, 0
+    noise = (values < 0.0) & (values >= -PACKING * np.max(values))
+    return np.where(noise, 0.0, values), int(np.sum(noise))
 
 
-def _one_column(variable: Any, label: str, name: str) -> Array:
-    values = values_of(variable)
+def _one_column(values: Array, label: str, name: str) -> Array:
     squeezed: Array = np.squeeze(values)
     if squeezed.ndim != 1:
         raise CatalogError(
@@ -244,8 +279,9 @@ def _in_si(
 
 def _set_aside(columns: dict[str, Array], name: str) -> list[str]:
     """Delete all but one humidity and one height column; return a note on the others."""
-    present = [humidity for humidity in HUMIDITIES if humidity in columns]
-    if not present:
+    given = {humidity: int(np.sum(np.isfinite(columns[humidity]))) for humidity in HUMIDITIES if humidity in columns}
+    present = sorted(given, key=lambda humidity: -given[humidity])  # stable: of equally many values the first
+    if not present or not given[present[0]]:
         listed = ", ".join(HUMIDITIES)
         raise CatalogError(f"{name}: humidity is missing; give one of {listed} (h2o = 0 for dry air)")
     spare = present[1:]

@@ -1,10 +1,12 @@
-"""Two-line elements and orbit ephemeris messages: 100 that must be read, with the positions they mean, and bad ones.
+"""Two-line elements and orbit messages: 200 that must be read, with the positions they mean, and bad ones.
 
-Positions come from SGP4 (package sgp4) and sidereal time from ERFA, and never from the readers that are judged. Every
-input is determined by its number.
+Positions come from SGP4 (package sgp4), sidereal time and the classical matrices of precession and nutation from ERFA,
+and never from the readers that are judged. Every input is determined by its number.
 """
 
+import json
 import math
+import re
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from functools import lru_cache
@@ -129,22 +131,47 @@ def stamp(moment, form="plain"):
     return moment.strftime("%Y-%m-%dT%H:%M:%S.%f")
 
 
+LEAP_S = {"UTC": 0.0, "TAI": 37.0, "GPS": 18.0, "TT": 69.184}
+"""Time in each scale less UTC, in 2024."""
+
+
+@lru_cache(maxsize=10_000)
+def celestial(moment, frame):
+    """Matrix from a frame that does not turn to the Earth-fixed one, the classical way: equinox and sidereal time."""
+    import erfa
+
+    midnight = datetime(moment.year, moment.month, moment.day, tzinfo=UTC)
+    days = float((midnight - datetime(2000, 1, 1, 12, tzinfo=UTC)).days) + 0.5
+    part = (moment - midnight).total_seconds() / 86400.0
+    first, terrestrial = 2451545.0 + days, part + LEAP_S["TT"] / 86400.0
+    turn = erfa.rz(erfa.gst06a(first, part, first, terrestrial), erfa.pnm06a(first, terrestrial))
+    return turn @ erfa.bp06(2451545.0, 0.0)[0].T if frame in ("EME2000", "J2000") else turn
+
+
 def state(lines, moment, frame):
-    return teme(lines, moment) if frame.startswith("TEME") else earth_fixed(lines, moment)
+    if frame.startswith("TEME"):
+        return teme(lines, moment)
+    position, velocity = earth_fixed(lines, moment)
+    if frame.startswith(("ITRF", "WGS")):
+        return position, velocity
+    turn = celestial(moment, frame)
+    return turn.T @ position, turn.T @ (velocity + np.cross([0.0, 0.0, RATE], position))
 
 
 def block(
     lines, first_s, last_s, step_s, *, frame="ITRF2020", form="plain", keys=None, columns=6, unit=1e-3,
-    velocity_unit=None, digits=9, edit=None, separator=" ", drop=(), object_id="2013-008A", stated=None,
+    velocity_unit=None, digits=9, edit=None, separator=" ", drop=(), object_id="2013-008A", stated=None, scale="UTC",
 ):  # fmt: skip
     """Lines of a segment: metadata and states."""
     times = np.arange(first_s, last_s + 0.5 * step_s, step_s)
     span = stated or (times[0], times[-1])
     moments = [START + timedelta(seconds=float(time)) for time in times]
+    later = timedelta(seconds=LEAP_S.get(scale, 0.0))
+    zero = START + later
     meta = {
         "OBJECT_NAME": "SATELLITE", "OBJECT_ID": object_id, "CENTER_NAME": "EARTH", "REF_FRAME": frame,
-        "TIME_SYSTEM": "UTC", "START_TIME": stamp(START + timedelta(seconds=float(span[0])), form),
-        "STOP_TIME": stamp(START + timedelta(seconds=float(span[1])), form),
+        "TIME_SYSTEM": scale, "START_TIME": stamp(zero + timedelta(seconds=float(span[0])), form),
+        "STOP_TIME": stamp(zero + timedelta(seconds=float(span[1])), form),
     } | (keys or {})  # fmt: skip
     text = ["META_START", *(f"{key} = {value}" for key, value in meta.items() if key not in drop), "META_STOP"]
     for number, moment in enumerate(moments):
@@ -155,7 +182,7 @@ def block(
         gravity = -3.986004418e14 * position / max(radius, 1.0) ** 3
         speed_unit = unit if velocity_unit is None else velocity_unit
         values = np.concatenate((position * unit, velocity * speed_unit, gravity * unit))[:columns]
-        text.append(separator.join((stamp(moment, form), *(f"{value:.{digits}f}" for value in values))))
+        text.append(separator.join((stamp(moment + later, form), *(f"{value:.{digits}f}" for value in values))))
     return text
 
 
@@ -174,8 +201,124 @@ COVARIANCE = (
 
 
 def good():
-    """Return 100 inputs that must be read."""
-    return [*_good_elements(), *_good_messages()]
+    """Return 200 inputs that must be read."""
+    return [*_good_elements(), *_good_messages(), *_everyday_messages(), *_mean_elements()]
+
+
+def _everyday_messages():
+    """60 ephemeris messages: five frames, four time scales, text, XML, and several segments of 21 states."""
+    result = []
+    frames = ("EME2000", "GCRF", "ICRF", "TEME", "ITRF2014")
+    for number in range(60):
+        orbit = LOW[number % 4]
+        lines = elements(orbit, 1.0, seed=7000 + number)
+        frame, scale, kind = (
+            frames[number % 5],
+            list(LEAP_S)[number // 5 % 4],
+            ("text", "XML", "segments")[number // 20],
+        )
+        common = {"frame": frame, "scale": scale, "form": ("plain", "day", "z")[number % 3]}
+        step = (60.0, 120.0, 240.0)[number % 3]
+        if kind == "segments":
+            blocks = [block(lines, -10.0 * step, 30.0, (10.0 * step + 30.0) / 20.0, **common),
+                      block(lines, 30.0, 30.0 + 20.0 * step, step, **common)]  # fmt: skip
+        else:
+            blocks = [block(lines, -10.0 * step, 10.0 * step, step, **common)]
+        mark = b"\xef\xbb\xbf" if number % 4 == 1 else b""
+        content = xml(*blocks, start=mark, combined=number % 2 == 0) if kind == "XML" else message(*blocks, start=mark)
+        if number % 7 == 3 and kind != "XML":
+            content = content.decode().encode("utf-16")
+        name = f"everyday {number}: {orbit}, {frame}, {scale}, {kind}, every {step:g} s"
+        result.append(_message_file(name, lines, content, within_m=20.0 if step > 200.0 else 5.0))
+    return result
+
+
+def xml(*blocks, start=b"", combined=False):
+    """A message in XML from the lines of segments."""
+    text = ['<?xml version="1.0" encoding="UTF-8"?>', *(["<ndm>"] if combined else [])]
+    text += ['<oem id="CCSDS_OEM_VERS" version="2.0">', "<header><COMMENT>a = b</COMMENT>"]
+    text += ["<CREATION_DATE>2024-04-19T00:00:00</CREATION_DATE><ORIGINATOR>TEST</ORIGINATOR></header><body>"]
+    names = ("EPOCH", "X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT")
+    for lines in blocks:
+        stop = lines.index("META_STOP")
+        meta = [re.sub(r"(\S+) = (.*)", r"<\1>\2</\1>", line) for line in lines[1:stop]]
+        text += ["<segment><metadata>", *meta, "</metadata><data>", "<COMMENT>made for a test</COMMENT>"]
+        for line in lines[stop + 1 :]:
+            unit = dict(zip(names, ["", *3 * [' units="km"'], *3 * [' units="km/s"']], strict=True))
+            values = zip(names, line.split(), strict=False)
+            text.append(f"<stateVector>{''.join(f'<{n}{unit[n]}>{v}</{n}>' for n, v in values)}</stateVector>")
+        text += ["<covarianceMatrix><EPOCH/><CX_X>1.0</CX_X></covarianceMatrix>", "</data></segment>"]
+    text += ["</body></oem>", *(["</ndm>"] if combined else [])]
+    return start + "\n".join(text).encode()
+
+
+def omm_keys(lines, number="39084", **changes):
+    """Keys of a mean-elements message with the numbers of two lines."""
+    from sgp4.api import Satrec
+
+    satellite = Satrec.twoline2rv(*lines)
+    epoch = datetime(2000, 1, 1, 12, tzinfo=UTC) + timedelta(
+        days=satellite.jdsatepoch - 2451545.0
+    ) + timedelta(days=satellite.jdsatepochF)  # fmt: skip
+    degrees = {
+        "INCLINATION": satellite.inclo, "RA_OF_ASC_NODE": satellite.nodeo, "ARG_OF_PERICENTER": satellite.argpo,
+        "MEAN_ANOMALY": satellite.mo,
+    }  # fmt: skip
+    return {
+        "OBJECT_NAME": "SATELLITE 1", "OBJECT_ID": "2013-008A", "CENTER_NAME": "EARTH", "REF_FRAME": "TEME",
+        "TIME_SYSTEM": "UTC", "MEAN_ELEMENT_THEORY": "SGP4", "EPOCH": stamp(epoch),
+        "MEAN_MOTION": f"{satellite.no_kozai * 720.0 / math.pi:.8f}", "ECCENTRICITY": f"{satellite.ecco:.7f}",
+        **{key: f"{math.degrees(value):.4f}" for key, value in degrees.items()},
+        "EPHEMERIS_TYPE": "0", "CLASSIFICATION_TYPE": "U", "NORAD_CAT_ID": number, "ELEMENT_SET_NO": "999",
+        "REV_AT_EPOCH": "1", "BSTAR": f"{satellite.bstar:.8f}", "MEAN_MOTION_DOT": "0", "MEAN_MOTION_DDOT": "0",
+    } | changes  # fmt: skip
+
+
+def omm(keys, kind, start=b""):
+    """A mean-elements message as text, XML or JSON."""
+    if kind == "JSON":
+        number = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?")
+        values = {key: json.loads(value) if number.fullmatch(value) else value for key, value in keys.items()}
+        return start + json.dumps([values]).encode()
+    if kind == "text":
+        return start + "\n".join(
+            ["CCSDS_OMM_VERS = 2.0", "CREATION_DATE =", "COMMENT made for a test", "", *(
+                f"{key:14} = {value}" for key, value in keys.items())]
+        ).encode()  # fmt: skip
+    names = list(keys)
+    parts = (names[:6], names[6:13], names[13:])
+    inside = ["".join(f"<{key}>{keys[key]}</{key}>" for key in part) for part in parts]
+    return (
+        start
+        + (
+            '<ndm><omm id="CCSDS_OMM_VERS" version="2.0"><header><CREATION_DATE/></header><body><segment>'
+            f"<metadata>{inside[0]}</metadata><data><meanElements>{inside[1]}</meanElements>"
+            f"<tleParameters>{inside[2]}</tleParameters></data></segment></body></omm></ndm>"
+        ).encode()
+    )
+
+
+def _mean_elements():
+    """40 mean-elements messages, with catalogue numbers beyond those of two lines."""
+    result = []
+    for number in range(40):
+        orbit = list(ORBITS)[number % 7]
+        lines = elements(orbit, 1.0, seed=8000 + number)
+        kind, catalogue = ("text", "XML", "JSON")[number % 3], ("39084", "100001", "799999999")[number // 3 % 3]
+        units = {"INCLINATION": omm_keys(lines)["INCLINATION"] + " [deg]"} if number % 4 == 2 and kind == "text" else {}
+        mark = b"\xef\xbb\xbf" if number % 5 == 0 else b""
+        content = omm(omm_keys(lines, catalogue, **units), kind, mark)
+        result.append(
+            OrbitInput(
+                f"elements message {number}: {orbit}, {kind}, {catalogue}",
+                {"provider": "omm", "file": "orbit.omm"},
+                content,
+                positions(lines),
+                place=below(lines),
+                within_m=30.0,
+            )
+        )
+    return result
 
 
 def _elements_file(name, lines, content, **more):
@@ -298,7 +441,62 @@ def _good_messages():
 
 def bad():
     """Return inputs (more than 100) that must be refused, or noted where they are doubtful."""
-    return [*_bad_elements(), *_bad_messages()]
+    return [*_bad_elements(), *_bad_messages(), *_bad_xml(), *_bad_mean_elements()]
+
+
+def _bad_xml():
+    lines = elements("polar", 1.0, seed=5000)
+    content = xml(block(lines, -600.0, 600.0, 60.0))
+    metres = content.replace(b'<X units="km">', b'<X units="m">')
+    return [
+        _bad_oem("XML that ends early", content[: len(content) // 2], "line .*not XML"),
+        _bad_oem("XML in metres", metres, "line .*X in m; allowed: km"),
+        _bad_oem(
+            "XML with a word", re.sub(rb"<Y units=.km.>[^<]*", b"<Y>east", content, count=1), "no time with numbers"
+        ),
+        _bad_oem("XML in another frame", content.replace(b"ITRF2020", b"TOD"), "REF_FRAME TOD; allowed"),
+        _bad_oem("a page of a server", b"<html><body>not found</body></html>", "no CCSDS_OEM_VERS"),
+    ]
+
+
+def _bad_mean_elements():
+    keys = omm_keys(elements("polar", 1.0, seed=9000))
+    faults = {
+        "inclination 200": ({"INCLINATION": "200.0"}, "inclination 200 deg; allowed"),
+        "no motion": ({"MEAN_MOTION": "0"}, "0 revolutions a day; allowed"),
+        "eccentricity 1.5": ({"ECCENTRICITY": "1.5"}, "ECCENTRICITY 1.5; allowed"),
+        "eccentricity as in two lines": ({"ECCENTRICITY": "0001000"}, "ECCENTRICITY 0001000; allowed"),
+        "radians": ({"INCLINATION": "1.71 [rad]"}, "INCLINATION .*allowed: a number, in deg"),
+        "a word": ({"MEAN_ANOMALY": "north"}, "MEAN_ANOMALY 'north'; allowed: a number"),
+        "another theory": ({"MEAN_ELEMENT_THEORY": "SGP4-XP"}, "MEAN_ELEMENT_THEORY SGP4-XP; allowed: SGP4"),
+        "elements of SGP4-XP": ({"EPHEMERIS_TYPE": "4"}, "EPHEMERIS_TYPE 4; allowed"),
+        "another frame": ({"REF_FRAME": "EME2000"}, "REF_FRAME EME2000; allowed: TEME"),
+        "Mars": ({"CENTER_NAME": "MARS"}, "CENTER_NAME MARS; allowed: EARTH"),
+        "a date alone": ({"EPOCH": "2024-04-20"}, "EPOCH: '2024-04-20' is no time"),
+        "too old": ({"EPOCH": "2021-04-20T00:00:00"}, "days older"),
+        "zone": ({"EPOCH": "2024-04-20T00:00:00+09:00"}, "EPOCH.*no time"),
+    }
+    result = [
+        OrbitInput(
+            f"elements message: {name}, {kind}",
+            {"provider": "omm", "file": "orbit.omm"},
+            omm(keys | change, kind),
+            names=names,
+        )
+        for name, (change, names) in faults.items()
+        for kind in ("text", "XML", "JSON")
+    ]
+    without = {key: value for key, value in keys.items() if key != "BSTAR"}
+    two = omm(keys, "JSON")[:-1] + b"," + omm(keys, "JSON")[1:]
+    raw = {
+        "no drag": (omm(without, "JSON"), "BSTAR is missing"), "two satellites": (two, "2 satellites; allowed"),
+        "JSON that ends early": (omm(keys, "JSON")[:-9], "not JSON"), "no keys": (b"{}", "is missing"),
+    }  # fmt: skip
+    for name, (content, names) in raw.items():
+        result.append(
+            OrbitInput(f"elements message: {name}", {"provider": "omm", "file": "orbit.omm"}, content, names=names)
+        )
+    return result
 
 
 def _bad_tle(name, first, second, names, *, place=None, raw=None):
@@ -363,7 +561,7 @@ def _bad_elements():
         _bad_tle("empty", "", "", "orbit.file", raw=b""),
         _bad_tle("one line", "", "", "orbit.file", raw=first.encode()),
         _bad_tle("not text", "", "", "orbit.file", raw=bytes(range(128, 256))),
-        _bad_tle("UTF-16", "", "", "orbit.file", raw=f"{first}\n{second}".encode("utf-16")),
+        _bad_tle("UTF-16 without mark", "", "", "orbit.file", raw=f"{first}\n{second}".encode("utf-16-be")),
         _bad_tle("a message of another kind", "", "", "orbit|line", raw=b'[{"NAME": "X",\n"MEAN_MOTION": 15.5}]'),
         _bad_tle("blanks became tabs", first.replace("  ", "\t"), second, "line1"),
     ]  # fmt: skip
@@ -470,7 +668,7 @@ def _bad_messages():
         "second segment in another frame",
         "REF_FRAME",
         block(lines, -600.0, 0.0, 60.0),
-        renamed("TEME", "EME2000", block(lines, 0.0, 600.0, 60.0, frame="TEME")),
+        renamed("TEME", "TOD", block(lines, 0.0, 600.0, 60.0, frame="TEME")),
     )
     add(
         "second segment of the Moon",
@@ -478,9 +676,9 @@ def _bad_messages():
         block(lines, -600.0, 0.0, 60.0),
         block(lines, 0.0, 600.0, 60.0, keys={"CENTER_NAME": "MOON"}),
     )
-    for frame in ("EME2000", "ICRF", "GCRF", "J2000", "TOD"):
+    for frame in ("EME1950", "MOD", "RTN", "TOD", "ICRF BARYCENTRIC"):
         add(f"frame {frame}", "REF_FRAME", renamed("= TEME", f"= {frame}", one(frame="TEME")))
-    for system in ("TAI", "GPS", "TT", "TDB", "UT1"):
+    for system in ("GLONASS", "MET", "TCG", "TDB", "UT1"):
         add(f"times in {system}", "TIME_SYSTEM", one(keys={"TIME_SYSTEM": system}))
     add("inertial called Earth-fixed", "gravity|velocit|frame", renamed("= TEME", "= ITRF2020", one(frame="TEME")))
     add("TEME of an epoch", "REF_FRAME_EPOCH|REF_FRAME", one(frame="TEME", keys={"REF_FRAME_EPOCH": stamp(START)}))

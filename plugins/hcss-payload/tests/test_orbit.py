@@ -1,6 +1,6 @@
 """Positions against astropy and Skyfield, and laws of the other trajectories."""
 
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from hcss_payload import (
     Geostationary,
     PayloadError,
     PositionTable,
+    Track,
     TwoLineElements,
     read_oem,
     write_oem,
@@ -61,6 +62,57 @@ def test_elements_agree_with_skyfield_over_a_day():
         assert np.linalg.norm(orbit.at(3600.0 * hour) - expected) < 1.0
 
 
+@pytest.mark.parametrize("frame", ["GCRF", "TEME"])
+@pytest.mark.parametrize("scale", ["UTC", "TAI", "TT"])
+def test_messages_in_frames_that_do_not_turn_agree_with_astropy(frame, scale, tmp_path):
+    pytest.importorskip("erfa")
+    pytest.importorskip("astropy", reason="the reference is not installed")
+    from astropy import units
+    from astropy.coordinates import GCRS, ITRS, TEME, CartesianRepresentation
+    from astropy.time import Time
+    from astropy.utils import iers
+
+    orbit = Circular(700e3, 98.2)
+    moments = Time(START, scale="utc") + np.arange(0.0, 601.0, 30.0) * units.s  # 21 states
+    lines = [
+        f"CCSDS_OEM_VERS = 2.0\nMETA_START\nCENTER_NAME = EARTH\nREF_FRAME = {frame}\nTIME_SYSTEM = {scale}\nMETA_STOP"
+    ]
+    with iers.earth_orientation_table.set(iers.IERS_B.open()):
+        for moment, time_s in zip(moments, np.arange(0.0, 601.0, 30.0), strict=True):
+            fixed = ITRS(CartesianRepresentation(orbit.at(time_s), unit="m"), obstime=moment)
+            other = fixed.transform_to(GCRS(obstime=moment) if frame == "GCRF" else TEME(obstime=moment))
+            stamp = getattr(moment, scale.lower()).isot
+            lines.append(f"{stamp} " + " ".join(f"{x:.6f}" for x in other.cartesian.xyz.to_value("km")))
+    (tmp_path / "orbit.oem").write_text("\n".join(lines))
+    message = read_oem(tmp_path / "orbit.oem", START, astropy_orientation(moments[10]))
+    for time_s in (0.0, 45.0, 311.0, 600.0):
+        assert np.linalg.norm(message.at(time_s) - orbit.at(time_s)) < 0.5
+
+
+def test_a_place_below_the_horizon_is_told_with_the_next_pass_as_skyfield_has_it():
+    pytest.importorskip("sgp4")
+    skyfield = pytest.importorskip("skyfield.api", reason="the reference is not installed")
+    timescale = skyfield.load.timescale(builtin=True)
+    place = skyfield.wgs84.latlon(30.0, -20.0)
+    first, last = (timescale.from_datetime(START + timedelta(days=days)) for days in (0, 1))
+    times, events = skyfield.EarthSatellite(*LINES, "like Landsat", timescale).find_events(place, first, last, 10.0)
+    highest = START + timedelta(
+        days=float(next(time for time, event in zip(times, events, strict=True) if event == 1) - first)
+    )
+    with pytest.raises(PayloadError, match=r"below the horizon at time 0 s; .*the next pass rises at about") as refused:
+        Track(TwoLineElements(*LINES, START), 30.0, -20.0).at(0.0)
+    told = datetime.fromisoformat(str(refused.value).rpartition("(")[2].removesuffix(" UTC)")).replace(tzinfo=UTC)
+    assert abs((told - highest).total_seconds()) <= 20.0
+
+
+def test_a_time_within_a_leap_second_is_told(tmp_path):
+    path = tmp_path / "orbit.oem"
+    write_oem(path, Circular(500e3, 51.6), START, [0.0, 60.0, 120.0], "TEST")
+    path.write_text(path.read_text().replace("02:31:00.000000 ", "23:59:60.5 "))
+    with pytest.raises(PayloadError, match=r"'2024-04-20T23:59:60\.5' is within a leap second; allowed: UTC"):
+        read_oem(path, START)
+
+
 def test_geostationary_satellite_does_not_move():
     orbit = Geostationary(140.7)
     assert altitude_m(orbit.at(0.0)) == pytest.approx(35_786e3, abs=1e3)
@@ -101,8 +153,8 @@ def test_table_and_message_return_the_orbit(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("ITRF2020", "EME2000", "REF_FRAME EME2000; allowed: ITRF, TEME"),
-        ("= UTC", "= TAI", "TIME_SYSTEM TAI; allowed: UTC"),
+        ("ITRF2020", "TOD", "REF_FRAME TOD; allowed: ITRF, TEME, GCRF, ICRF, EME2000"),
+        ("= UTC", "= TDB", "TIME_SYSTEM TDB; allowed: UTC, TAI, GPS, TT"),
         ("CCSDS_OEM_VERS", "CCSDS_OPM_VERS", "no CCSDS_OEM_VERS"),
         ("T02:31:00", "T02:xx", "no time with numbers"),
     ],

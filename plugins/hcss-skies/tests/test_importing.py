@@ -120,9 +120,9 @@ def test_a_file_of_many_images_and_channels_is_imported_in_one_command(tmp_path)
     example = import_example(tmp_path / "stack.nc", at={"scene": 0, "time": 1}).example
     found = example.opaque_m[example.opaque]
     assert np.corrcoef(found.ravel(), cloud_field(64, 4)[::-1].ravel())[0, 1] > 0.9  # north last
-    with pytest.raises(CatalogError, match="ir_108 has 2 images along time; choose one with --at time=0 to 1"):
+    with pytest.raises(CatalogError, match="ir_108 has 2 images along time; allowed: one, chosen with at time=0 to 1"):
         CliRunner().invoke(skies, [*arguments, "--force"], catch_exceptions=False)
-    with pytest.raises(CatalogError, match="--at scene=2; allowed: 0 to 1"):
+    with pytest.raises(CatalogError, match="at scene=2; allowed: 0 to 1"):
         import_example(tmp_path / "stack.nc", at={"scene": 2, "time": 0})
     with pytest.raises(CatalogError, match="no such dimension of ir_108; allowed: scene, time; closest is 'scene'"):
         import_example(tmp_path / "stack.nc", at={"scen": 0})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -11,7 +12,7 @@ from hcss_twin.models.clouds.imagery.moving_window import MovingWindow
 __all__ = ["ImageReading"]
 
 # Only for an image: the clouds of an entry are already extracted.
-_OF_AN_IMAGE = ("variable", "method", "limits_um", "window_pixels", "cloud_is")
+_OF_AN_IMAGE = ("variable", "at", "method", "limits_um", "window_pixels", "cloud_is")
 
 # Only for a whole scene, which has a border and gaps.
 _OF_A_SCENE = ("row_origin", "column_origin", "missing", "beyond")
@@ -37,6 +38,9 @@ class ImageReading(BaseModel):
         min_length=1,
         description="Variable of a NetCDF or .npz file, or number of a GeoTIFF's band; may be left out where there "
         "is only one.",
+    )
+    at: Mapping[str, Annotated[int, Field(ge=0)]] = Field(
+        {}, description="Index along each further dimension of a NetCDF variable of several images: {time = 3}."
     )
     method: Literal["auto", "temperature", "otsu", "local", "coverage"] = Field(
         "auto",

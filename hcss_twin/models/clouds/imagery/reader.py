@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
@@ -26,7 +27,7 @@ _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _NETCDF = (".nc", ".nc4", ".cdf", ".netcdf")
 
 
-def read_image(path: Path, variable: str | None = None) -> SatelliteImage:
+def read_image(path: Path, variable: str | None = None, at: Mapping[str, int] | None = None) -> SatelliteImage:
     """Read an image; the first bytes of the file, not its name, determine the format.
 
     Parameters
@@ -36,6 +37,8 @@ def read_image(path: Path, variable: str | None = None) -> SatelliteImage:
         transparent pixels are missing), ``.npy`` or ``.npz``.
     variable : str, optional
         Variable of a NetCDF or ``.npz`` file, or TIFF band number, from 1; needed if there are several planes.
+    at : mapping of str to int, optional
+        Index along each further dimension of a NetCDF variable of several images.
 
     Raises
     ------
@@ -47,8 +50,10 @@ def read_image(path: Path, variable: str | None = None) -> SatelliteImage:
         require_no_stream(path, CatalogError)
         raise CatalogError(f"no image '{path}'")
     magic = Reading(path, CatalogError).first_bytes()
+    if at and not magic.startswith(NETCDF):
+        raise CatalogError(f"{path}: at {next(iter(at))}: allowed for NetCDF variables of several images only")
     if magic.startswith(NETCDF):
-        image = read_netcdf(path, variable)
+        image = read_netcdf(path, variable, at or {})
     elif magic.startswith(_TIFF):
         image = read_tiff(path, variable)
     elif magic.startswith((b"\x93NUMPY", b"PK\x03\x04", b"PK\x05\x06")):

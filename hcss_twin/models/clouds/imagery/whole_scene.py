@@ -149,7 +149,7 @@ def _window(
 
 
 def _from_image(inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> tuple[MovingWindow, _Plane]:
-    image = read_image(path, parameters.variable)
+    image = read_image(path, parameters.variable, parameters.at)
     rows, columns = image.values.shape
     turned = (image.north_first, image.east_first)
     window = _window(inputs, parameters, (rows, columns), image.pixel_size_m, turned)

@@ -17,10 +17,11 @@ from hcss_payload.ccsds import read_aem, read_oem
 from hcss_payload.checks import PayloadError
 from hcss_payload.earth_rotation import EarthOrientation
 from hcss_payload.jitter import Jitter, JitterLine
+from hcss_payload.mean_elements import read_elements
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.sections import AttitudeSection, CameraSection, JitterSection, OrbitSection
 from hcss_payload.trajectory import Circular, Geostationary, PositionTable, Trajectory
-from hcss_payload.two_lines import TwoLineElements, read_two_lines
+from hcss_payload.two_lines import TwoLineElements
 from hcss_twin import Scenario
 from hcss_twin.plan.sensor_stages import Stage
 from hcss_twin.providers import Catalog, HcssError, Problem, ScenarioError, choose_from
@@ -168,9 +169,10 @@ def _trajectory(section: OrbitSection, scenario: Scenario, catalog: Catalog) -> 
             return _circular(section)
         case "geostationary":
             return Geostationary(float(section.longitude or 0.0))
-        case "tle":
-            lines = section.lines or read_two_lines(catalog.file(str(section.file)))
-            return TwoLineElements(lines[-2], lines[-1], start, earth)
+        case "tle" | "omm":
+            if section.lines:
+                return TwoLineElements(section.lines[-2], section.lines[-1], start, earth)
+            return read_elements(catalog.file(str(section.file)), start, earth)
         case "oem":
             return read_oem(catalog.file(str(section.file)), start, earth)
         case "table":
@@ -232,8 +234,8 @@ def _table(catalog: Catalog, field: str, name: str, columns: tuple[str, ...]) ->
 
 def _of_package(group: str, section: str, name: str) -> Callable[..., Any]:
     """Return the function of another package; raises :class:`PayloadError`."""
-    shipped = ("circular", "geostationary", "tle", "oem", "table")
-    shipped = shipped if section == "orbit" else ("nadir", "track", "push-broom", "aem", "table")
+    orbits, attitudes = ("circular", "geostationary", "tle", "omm", "oem"), ("nadir", "track", "push-broom", "aem")
+    shipped = (*(orbits if section == "orbit" else attitudes), "table")
     known = {entry.name: entry for entry in importlib.metadata.entry_points(group=group)}
     if name not in known:
         raise PayloadError(

@@ -1,7 +1,7 @@
-"""CCSDS orbit and attitude ephemeris messages (OEM, AEM) in their text form (KVN).
+"""CCSDS orbit and attitude ephemeris messages (OEM, AEM), in their text form (KVN) or in XML.
 
 Sources: CCSDS 502.0-B-3, "Orbit Data Messages" (2023), section 5; CCSDS 504.0-B-2, "Attitude Data Messages" (2024),
-section 4. Positions in ITRF or TEME are read; other frames need precession and nutation, which other tools provide.
+section 4.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import itertools
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TypeVar
 
@@ -21,11 +21,11 @@ from hcss_payload.attitude import Attitude, AttitudeTable
 from hcss_payload.checks import PayloadError, require_utc
 from hcss_payload.earth_rotation import EarthOrientation, days_since_2000
 from hcss_payload.examination import largest_turn_rad, require_consistent_velocities, require_radius
+from hcss_payload.message_text import SCALES, message_lines, shown, utc_of
 from hcss_payload.spans import Spans
 from hcss_payload.trajectory import LARGEST_DEGREE, USUAL_DEGREE, PositionTable, Trajectory, velocity_m_s
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.files import Writing
-from hcss_twin.core.reading import Reading
 
 _AnyTable = TypeVar("_AnyTable", PositionTable, AttitudeTable)
 
@@ -45,7 +45,8 @@ _MARKS = {
 }
 """Lines that begin and end parts of a message, and the part that follows."""
 
-_TIME = re.compile(r"(\d{4})-(\d{3}|\d\d-\d\d)T(\d\d):(\d\d):(\d\d(?:\.\d*)?)Z?")
+_FRAMES = {r"ITRF[-_ ]?\d*|WGS-?84": "", "TEME": "TEME", r"GCRF|ICRF[-_ ]?\d*": "GCRF", "EME2000|J2000": "EME2000"}
+"""Names of reference frames as patterns; of those that do not turn with the Earth, the name of the turn."""
 
 _WIDE_RAD = 0.2
 """Turn between points up to which velocities are left out where no interpolation is stated: through eight positions the
@@ -78,10 +79,14 @@ class _Segment:
             raise PayloadError(f"{self.where}: {key} {self.keys.get(key, 'missing')}; allowed: {allowed}")
         return value
 
+    def utc(self, text: str, where: str) -> datetime:
+        """Return a time of the segment's scale in UTC."""
+        return utc_of(text, where, self.one_of("TIME_SYSTEM", ", ".join(SCALES), "|".join(SCALES)))
+
     def usable_s(self, start: datetime) -> tuple[float, float]:
         """Return the first and last time that may be used, which the times of the keys must contain."""
         known = {
-            key: _parsed(self.keys[key], f"{self.where}: {key}")
+            key: self.utc(self.keys[key], f"{self.where}: {key}")
             for key in ("START_TIME", "USEABLE_START_TIME", "USEABLE_STOP_TIME", "STOP_TIME")
             if key in self.keys
         }
@@ -116,13 +121,13 @@ def read_oem(path: str | Path, start: datetime, orientation: EarthOrientation | 
     start : datetime
         Time 0 of the trajectory, in UTC.
     orientation : EarthOrientation, optional
-        For positions in TEME.
+        For positions in frames that do not turn with the Earth.
 
     Raises
     ------
     PayloadError
-        If the file is not such a message of one object around the Earth, in UTC and ITRF or TEME, or its states are
-        impossible.
+        If the file is not such a message of one object around the Earth, in a frame and time scale that can be read, or
+        its states are impossible.
     """
     segments = _read(Path(path), _OEM)
     tables = [_positions(segment, start, orientation or EarthOrientation()) for segment in segments]
@@ -132,7 +137,8 @@ def read_oem(path: str | Path, start: datetime, orientation: EarthOrientation | 
 def _positions(segment: _Segment, start: datetime, earth: EarthOrientation) -> PositionTable:
     where = segment.where
     segment.one_of("CENTER_NAME", "EARTH", "EARTH")
-    frame = segment.one_of("REF_FRAME", "ITRF, TEME", r"ITRF[-_ ]?\d*|WGS-?84|TEME")
+    named = segment.one_of("REF_FRAME", "ITRF, TEME, GCRF, ICRF, EME2000", "|".join(_FRAMES))
+    frame = next(frame for pattern, frame in _FRAMES.items() if re.fullmatch(pattern, named))
     if frame == "TEME" and "REF_FRAME_EPOCH" in segment.keys:
         raise PayloadError(
             f"{where}: REF_FRAME_EPOCH {segment.keys['REF_FRAME_EPOCH']} with TEME; allowed: TEME of date"
@@ -143,9 +149,9 @@ def _positions(segment: _Segment, start: datetime, earth: EarthOrientation) -> P
     states = 1e3 * np.array(segment.values)
     positions, velocities = states[:, :3], states[:, 3:6] if count > 3 else None
     require_radius(where, segment.lines, positions)
-    if frame == "TEME":
+    if frame:
         days = [days_since_2000(time) for time in segment.times]
-        positions, velocities = earth.states(positions, velocities, days)
+        positions, velocities = earth.states(frame, positions, velocities, days)
     times_s = np.array(_seconds(segment.times, start))
     if velocities is not None:
         require_consistent_velocities(where, segment.lines, times_s, positions, velocities)
@@ -262,12 +268,10 @@ def write_aem(path: str | Path, attitude: Attitude, start: datetime, times_s: Se
 
 def _read(path: Path, version: str) -> list[_Segment]:
     """Read the segments of a message; comments and covariances are skipped."""
-    with Reading(path, PayloadError, "not a text file"):
-        text = path.read_text(encoding="utf-8-sig")  # Windows writes a byte-order mark
     header: dict[str, str] = {}
     segments: list[_Segment] = []
     part = "header"
-    for number, line in enumerate(map(str.strip, text.splitlines()), start=1):
+    for number, line in message_lines(path):
         if not line or line.split()[0] == "COMMENT":
             continue
         if line in _MARKS:
@@ -280,18 +284,16 @@ def _read(path: Path, version: str) -> list[_Segment]:
             keys = header if part == "header" else segments[-1].keys
             key, equals, value = (word.strip() for word in line.partition("="))
             if not equals or key in keys:
-                raise PayloadError(f"{path}: line {number}: {_shown(line)!r}; allowed: KEY = value, each key once")
+                raise PayloadError(f"{path}: line {number}: {shown(line)!r}; allowed: KEY = value, each key once")
             keys[key] = value
         elif part != "covariance":
             raise PayloadError(
-                f"{path}: line {number}: {_shown(line)!r} is no state; allowed: a block that begins with META_START"
+                f"{path}: line {number}: {shown(line)!r} is no state; allowed: a block that begins with META_START"
             )
     if version not in header:
-        raise PayloadError(f"{path}: no {version}; allowed: a message of this kind in text form (KVN)")
+        raise PayloadError(f"{path}: no {version}; allowed: a message of this kind, as text (KVN) or XML")
     if header[version] not in _VERSIONS[version]:
         raise PayloadError(f"{path}: {version} {header[version]}; allowed: {', '.join(_VERSIONS[version])}")
-    for segment in segments:
-        segment.one_of("TIME_SYSTEM", "UTC", "UTC")
     short = next((segment for segment in segments if len(segment.times) < 2), None)
     if short is not None or not segments:
         where = path if short is None else short.where
@@ -304,11 +306,11 @@ def _add_state(segment: _Segment, number: int, line: str, version: str) -> None:
     where = f"{segment.path}: line {number}"
     time, *fields = line.split()
     try:
-        moment, values = _parsed(time, where), [float(number) for number in fields]
+        moment, values = segment.utc(time, where), [float(number) for number in fields]
     except ValueError as error:
-        raise PayloadError(f"{where}: {_shown(line)!r} is no time with numbers") from error
+        raise PayloadError(f"{where}: {shown(line)!r} is no time with numbers") from error
     if not np.all(np.isfinite(values)):
-        raise PayloadError(f"{where}: {_shown(line)!r} is not finite; allowed: finite numbers")
+        raise PayloadError(f"{where}: {shown(line)!r} is not finite; allowed: finite numbers")
     count = len(segment.values[0]) if segment.values else len(values)
     if len(values) != count or count < 4 - (version == _OEM):
         raise PayloadError(f"{where}: {len(values)} numbers; allowed: as many as in a state")
@@ -317,24 +319,6 @@ def _add_state(segment: _Segment, number: int, line: str, version: str) -> None:
     segment.times.append(moment)
     segment.values.append(values)
     segment.lines.append(number)
-
-
-def _parsed(text: str, where: str) -> datetime:
-    """Return a time of either form of the standard, yyyy-mm-dd or yyyy-ddd."""
-    found = _TIME.fullmatch(text)
-    try:
-        if found is None:
-            raise ValueError(text)
-        year, date, hour, minute, second = found.groups()
-        day = datetime.strptime(f"{year}-{date}", "%Y-%m-%d" if "-" in date else "%Y-%j").replace(tzinfo=UTC)
-        if int(hour) > 23 or int(minute) > 59 or float(second) >= 60.0:
-            raise ValueError(text)
-    except ValueError as error:
-        raise PayloadError(
-            f"{where}: {_shown(text)!r} is no time with numbers; allowed: UTC, as 2024-04-20T02:30:00.0 or "
-            "2024-111T02:30:00.0"
-        ) from error
-    return day + timedelta(hours=int(hour), minutes=int(minute), seconds=float(second))
 
 
 def _stamp(time: datetime) -> str:
@@ -379,9 +363,3 @@ def _write(
     ]
     with Writing(path, PayloadError) as draft:
         draft.write_text("\n".join(text) + "\n", encoding="utf-8")
-
-
-def _shown(text: str) -> str:
-    """Return a line of a file for a message, at most 200 characters."""
-    line = " ".join(text.split())
-    return line if len(line) <= 200 else f"{line[:197]}..."

@@ -1,14 +1,20 @@
-"""Rotation of the Earth: from the frame of two-line elements (TEME) to the Earth-fixed frame."""
+"""Rotation of the Earth: from frames that do not turn with it to the Earth-fixed frame.
+
+The frame of two-line elements (TEME) needs sidereal time alone; precession and nutation of the others come from ERFA,
+the IAU's routines (package pyerfa, extra ``frames``), as do leap seconds.
+"""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
+from typing import Any
 
 import numpy as np
 
-from hcss_payload.checks import require_within
+from hcss_payload.checks import PayloadError, require_within
 from hcss_twin.providers import Array
 
 EARTH_RATE_RAD_S = 7.292115e-5
@@ -53,13 +59,60 @@ class EarthOrientation:
         pole_x, pole_y = (value * _ARCSECOND for value in self.pole_arcsec)
         return np.array([x + pole_x * z, y - pole_y * z, z - pole_x * x + pole_y * y])
 
-    def states(self, teme_m: Array, teme_m_s: Array | None, utc_days: Sequence[float]) -> tuple[Array, Array | None]:
-        """Return positions (N, 3) and velocities (N, 3) over the rotating Earth of those of the TEME frame."""
-        positions = np.array([self.earth_fixed(vector, day) for vector, day in zip(teme_m, utc_days, strict=True)])
-        if teme_m_s is None:
+    def states(
+        self, frame: str, position_m: Array, velocity_m_s: Array | None, utc_days: Sequence[float]
+    ) -> tuple[Array, Array | None]:
+        """Return positions (N, 3) and velocities (N, 3) over the rotating Earth of those of another frame.
+
+        Parameters
+        ----------
+        frame : str
+            ``TEME`` of date, ``GCRF``, or ``EME2000`` (mean equator and equinox of J2000).
+
+        Raises
+        ------
+        PayloadError
+            If the frame needs the extra ``frames``.
+        """
+        turns = [self._turn(frame, day) for day in utc_days]
+        positions = np.array([turn @ vector for turn, vector in zip(turns, position_m, strict=True)])
+        if velocity_m_s is None:
             return positions, None
-        turned = np.array([self.earth_fixed(vector, day) for vector, day in zip(teme_m_s, utc_days, strict=True)])
+        turned = np.array([turn @ vector for turn, vector in zip(turns, velocity_m_s, strict=True)])
         return positions, turned - np.cross([0.0, 0.0, EARTH_RATE_RAD_S], positions)
+
+    def _turn(self, frame: str, utc_days: float) -> Array:
+        """Return the matrix (3, 3) from a frame to the Earth-fixed one."""
+        if frame == "TEME":
+            return np.stack([self.earth_fixed(axis, utc_days) for axis in np.eye(3)], axis=1)
+        erfa = _erfa(f"positions in {frame}")
+        since_tai_s = tai_minus_utc_s(_J2000 + timedelta(days=utc_days))
+        terrestrial, universal = utc_days + (since_tai_s + 32.184) / 86400.0, utc_days + self.dut1_s / 86400.0
+        pole = (value * _ARCSECOND for value in self.pole_arcsec)
+        turn: Array = erfa.c2t06a(2451545.0, terrestrial, 2451545.0, universal, *pole)
+        return turn if frame == "GCRF" else turn @ erfa.bp06(2451545.0, 0.0)[0].T
+
+
+def tai_minus_utc_s(utc: datetime) -> float:
+    """Return the leap seconds of a day, TAI - UTC, from 1960 on; later than known, those of the last known day.
+
+    Raises
+    ------
+    PayloadError
+        Without the extra ``frames``.
+    """
+    erfa = _erfa("leap seconds")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about years for which none is announced yet
+        return float(erfa.dat(utc.year, utc.month, utc.day, 0.0))
+
+
+def _erfa(what: str) -> Any:
+    try:
+        import erfa  # an extra
+    except ModuleNotFoundError as missing:
+        raise PayloadError(f"trajectory: {what} need pyerfa: pip install 'hcss-payload[frames]'") from missing
+    return erfa
 
 
 def days_since_2000(utc: datetime) -> float:

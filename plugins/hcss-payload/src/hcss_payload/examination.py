@@ -16,7 +16,7 @@ from hcss_payload.earth_rotation import EARTH_RATE_RAD_S
 from hcss_payload.rays import geographic
 from hcss_payload.spans import Spans
 from hcss_payload.trajectory import PositionTable, Trajectory
-from hcss_payload.two_lines import TwoLineElements
+from hcss_payload.two_lines import Sgp4Orbit
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.providers import Array
 
@@ -110,9 +110,7 @@ def examine(trajectory: Trajectory, first_s: float, last_s: float) -> tuple[str,
     """
     times = np.unique(np.linspace(first_s, last_s, _TIMES)).tolist()
     notes: list[str] = []
-    if isinstance(
-        trajectory, TwoLineElements
-    ):  # first, since SGP4 takes very old elements for those of a decayed orbit
+    if isinstance(trajectory, Sgp4Orbit):  # first, since SGP4 takes very old elements for those of a decayed orbit
         notes += _age(trajectory, first_s, last_s)
     for time_s in times:
         _require_above_ground(trajectory, time_s)
@@ -138,7 +136,7 @@ def _require_above_ground(trajectory: Trajectory, time_s: float) -> None:
         )
 
 
-def _age(elements: TwoLineElements, first_s: float, last_s: float) -> Iterator[str]:
+def _age(elements: Sgp4Orbit, first_s: float, last_s: float) -> Iterator[str]:
     since = [((elements.start - elements.epoch).total_seconds() + time_s) / 86400.0 for time_s in (first_s, last_s)]
     age = max(since, key=abs)
     text = f"the elements are {abs(age):.3g} days {'older' if age > 0.0 else 'younger'} than the frames"

@@ -123,7 +123,7 @@ class OrbitSection(_ByProvider):
     """Trajectory of the camera."""
 
     provider: str = Field(
-        "circular", description='"circular", "geostationary", "tle", "oem", "table", or one of another package.'
+        "circular", description='"circular", "geostationary", "tle", "omm", "oem", "table", or one of another package.'
     )
     altitude: Length | None = Field(None, ge=1e5, le=1e8, description="circular: above the equatorial radius, m.")
     inclination: Angle | None = Field(None, ge=0, le=180, description="circular: inclination, degrees.")
@@ -145,11 +145,15 @@ class OrbitSection(_ByProvider):
         None, min_length=2, max_length=3, description="tle: the two lines of the elements; a name may come first."
     )
     file: str | None = Field(
-        None, description="tle: file with two lines; oem: CCSDS message; table: CSV with time_s, x_m, y_m, z_m (ITRF)."
+        None,
+        description="tle, omm: file with two lines, or a mean-elements message (text, XML, JSON); oem: ephemeris "
+        "message (text, XML); table: CSV with time_s, x_m, y_m, z_m (ITRF).",
     )
-    dut1: Duration | None = Field(None, ge=-1, le=1, description="tle, oem in TEME: UT1 - UTC, s; default 0.")
+    dut1: Duration | None = Field(
+        None, ge=-1, le=1, description="tle, omm, oem in frames that do not turn: UT1 - UTC, s; default 0."
+    )
     pole: Pair | None = Field(
-        None, description="tle, oem in TEME: coordinates x, y of the pole, arc seconds; default 0."
+        None, description="tle, omm, oem in such frames: coordinates x, y of the pole, arc seconds; default 0."
     )
     parameters: dict[str, Any] | None = Field(None, description="Parameters of a provider of another package.")
 
@@ -164,6 +168,7 @@ class OrbitSection(_ByProvider):
                 ),
                 "geostationary": (("longitude",), ()),
                 "tle": ((), ("lines", "file", *earth)),
+                "omm": (("file",), earth),
                 "oem": (("file",), earth),
                 "table": (("file",), ()),
             }

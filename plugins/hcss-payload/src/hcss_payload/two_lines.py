@@ -6,7 +6,6 @@ import re
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ import numpy as np
 from hcss_payload.checks import PayloadError, require_utc
 from hcss_payload.earth import EARTH_M3_S2, SEMI_MAJOR_AXIS_M
 from hcss_payload.earth_rotation import EarthOrientation, days_since_2000
-from hcss_twin.core.reading import Reading
 from hcss_twin.providers import Array
 
 _NUMBER = r"(?P<number>[ \dA-HJ-NP-Z][ \d]{3}\d)"
@@ -39,8 +37,33 @@ _SGP4_ERRORS = {
 }
 
 
+class Sgp4Orbit:
+    """An orbit that SGP4 propagates from mean elements."""
+
+    start: datetime
+    orientation: EarthOrientation
+
+    @property
+    def epoch(self) -> datetime:
+        """Time of the elements, in UTC."""
+        raise NotImplementedError
+
+    @property
+    def _satellite(self) -> Any:
+        raise NotImplementedError
+
+    def at(self, time_s: float) -> Array:
+        """Return the position; an orbit that SGP4 cannot propagate is an error."""
+        days = days_since_2000(self.start) + time_s / 86400.0
+        error, kilometres, _ = self._satellite.sgp4(2451545.0, days)
+        if error:
+            why = _SGP4_ERRORS.get(error, "unknown")
+            raise PayloadError(f"trajectory: SGP4 fails {time_s:g} s after the start with error {error}: {why}")
+        return self.orientation.earth_fixed(1e3 * np.array(kilometres), days)
+
+
 @dataclass(frozen=True)
-class TwoLineElements:
+class TwoLineElements(Sgp4Orbit):
     """An orbit from two-line elements by SGP4; needs the extra ``tle`` (package sgp4).
 
     Parameters
@@ -72,18 +95,7 @@ class TwoLineElements:
         motion, eccentricity = float(second["motion"]), 1e-7 * float(second["eccentricity"])
         if not 1.0 <= day < 367.0:
             raise PayloadError(f"trajectory.line1: day {day:g} of the year; allowed: 1 to 366")
-        if inclination > 180.0:
-            raise PayloadError(f"trajectory.line2: inclination {inclination:g} deg; allowed: 0 to 180 deg")
-        # The Earth's radius has 17.0 revolutions a day.
-        if not 0.0 < motion < 17.1:
-            raise PayloadError(f"trajectory.line2: {motion:g} revolutions a day; allowed: above 0 to 17")
-        axis_m = (EARTH_M3_S2 / (2.0 * np.pi * motion / 86400.0) ** 2) ** (1.0 / 3.0)
-        perigee_m = axis_m * (1.0 - eccentricity) - SEMI_MAJOR_AXIS_M
-        if perigee_m < 0.0:
-            raise PayloadError(
-                f"trajectory.line2: {motion:g} revolutions a day with eccentricity {eccentricity:g} have their perigee "
-                f"{-1e-3 * perigee_m:.0f} km inside the Earth; allowed: above it"
-            )
+        require_orbit("trajectory.line2", motion, eccentricity, inclination)
 
     @property
     def epoch(self) -> datetime:
@@ -93,38 +105,54 @@ class TwoLineElements:
             days=float(self.line1[20:32].replace(" ", "0")) - 1.0
         )
 
-    def at(self, time_s: float) -> Array:
-        """Return the position; an orbit that SGP4 cannot propagate is an error."""
-        days = days_since_2000(self.start) + time_s / 86400.0
-        error, kilometres, _ = self._satellite.sgp4(2451545.0, days)
-        if error:
-            why = _SGP4_ERRORS.get(error, "unknown")
-            raise PayloadError(f"trajectory: SGP4 fails {time_s:g} s after the start with error {error}: {why}")
-        return self.orientation.earth_fixed(1e3 * np.array(kilometres), days)
-
     @cached_property
     def _satellite(self) -> Any:
-        try:
-            from sgp4.api import Satrec  # an extra
-        except ModuleNotFoundError as missing:
-            raise PayloadError("trajectory: two-line elements need sgp4: pip install 'hcss-payload[tle]'") from missing
-        return Satrec.twoline2rv(self.line1, self.line2)
+        return type(satrec()[0]).twoline2rv(self.line1, self.line2)
 
 
-def read_two_lines(path: Path) -> tuple[str, str]:
-    """Return the two lines of a file, which may begin with the name of the satellite.
+def satrec() -> tuple[Any, Any]:
+    """Return a satellite of sgp4 without elements, and its constants of gravity.
+
+    Raises
+    ------
+    PayloadError
+        Without the extra ``tle``.
+    """
+    try:
+        from sgp4.api import WGS72, Satrec  # an extra
+    except ModuleNotFoundError as missing:
+        raise PayloadError("trajectory: mean elements need sgp4: pip install 'hcss-payload[tle]'") from missing
+    return Satrec(), WGS72
+
+
+def require_orbit(where: str, motion: float, eccentricity: float, inclination: float) -> None:
+    """Raise a :class:`PayloadError` for elements of no orbit around the Earth; revolutions a day, degrees."""
+    if not 0.0 <= inclination <= 180.0:
+        raise PayloadError(f"{where}: inclination {inclination:g} deg; allowed: 0 to 180 deg")
+    # The Earth's radius has 17.0 revolutions a day.
+    if not 0.0 < motion < 17.1:
+        raise PayloadError(f"{where}: {motion:g} revolutions a day; allowed: above 0 to 17")
+    axis_m = (EARTH_M3_S2 / (2.0 * np.pi * motion / 86400.0) ** 2) ** (1.0 / 3.0)
+    perigee_m = axis_m * (1.0 - eccentricity) - SEMI_MAJOR_AXIS_M
+    if perigee_m < 0.0:
+        raise PayloadError(
+            f"{where}: {motion:g} revolutions a day with eccentricity {eccentricity:g} have their perigee "
+            f"{-1e-3 * perigee_m:.0f} km inside the Earth; allowed: above it"
+        )
+
+
+def two_lines_of(name: str, text: str) -> tuple[str, str]:
+    """Return the two lines of a file's text, which may begin with the name of the satellite.
 
     Raises
     ------
     PayloadError
         If it has other lines.
     """
-    with Reading(path, PayloadError, "not a text file"):
-        text = path.read_text(encoding="utf-8-sig")  # Windows writes a byte-order mark
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
     if len(lines) not in (2, 3):
         raise PayloadError(
-            f"{path.name} has {len(lines)} lines; allowed: those of one satellite, two, or three with a name before"
+            f"{name} has {len(lines)} lines; allowed: those of one satellite, two, or three with a name before"
         )
     return lines[-2], lines[-1]
 

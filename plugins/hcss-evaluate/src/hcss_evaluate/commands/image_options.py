@@ -11,6 +11,17 @@ import click
 from hcss_twin.cli.options import Number
 
 
+def indices(_context: click.Context, _option: click.Parameter, given: tuple[str, ...]) -> dict[str, int]:
+    """Parse indices such as ``scene=3``."""
+    found: dict[str, int] = {}
+    for text in given:
+        name, _, number = text.partition("=")
+        if not name or not number.isdigit() or name in found:
+            raise click.BadParameter(f"'{text}' given, allowed: each dimension once, with an index, such as scene=3")
+        found[name] = int(number)
+    return found
+
+
 def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
     """Read a length such as ``1 km``; a plain number is in metres."""
     from pydantic_core import PydanticCustomError
@@ -40,6 +51,14 @@ def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
     """
     options = (
         click.option("--variable", help="Variable of a NetCDF or .npz file, or band number of a GeoTIFF."),
+        click.option(
+            "--at",
+            multiple=True,
+            metavar="DIMENSION=INDEX",
+            callback=indices,
+            help="Which image of a NetCDF variable with several, for example time=3, from 0; repeat for each "
+            "dimension.",
+        ),
         click.option(
             "--method",
             default=method,
@@ -79,13 +98,13 @@ def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
     return add
 
 
-_OF_AN_IMAGE = ("variable", "method", "window_pixels", "cloud_is", "missing", "row_origin", "column_origin")
+_OF_AN_IMAGE = ("variable", "at", "method", "window_pixels", "cloud_is", "missing", "row_origin", "column_origin")
 """Options of :func:`image_options` that apply only to an image."""
 
 
 def refuse_image_options(options: dict[str, Any], image: str, *more: str) -> None:
     """Raise UsageError for options that apply only with the argument ``image``."""
-    refused = [name for name in (*_OF_AN_IMAGE, *more) if options[name] not in (None, "auto", "error")]
+    refused = [name for name in (*_OF_AN_IMAGE, *more) if options[name] not in (None, "auto", "error", {})]
     if refused:
         raise click.UsageError(f"{', '.join(refused)}: applies only with {image}; leave it out")
 

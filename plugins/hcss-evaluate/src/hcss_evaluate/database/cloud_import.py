@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -34,6 +34,8 @@ class ImportOptions:
     ----------
     variable : str or None
         Variable or band to read from a file with several.
+    at : mapping of str to int
+        Index along each further dimension of a NetCDF variable of several images.
     method : {"otsu", "local", "coverage", "valid"}
         Cloud detection method. ``valid`` is for products with values in cloud only, such as cloud-top heights: every
         pixel with a value is cloud, every other one clear.
@@ -56,6 +58,7 @@ class ImportOptions:
     """
 
     variable: str | None = None
+    at: Mapping[str, int] = field(default_factory=dict)
     method: Literal["otsu", "local", "coverage", "valid"] = "otsu"
     window: int | None = None
     coverage: float | None = None
@@ -78,7 +81,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
     """
     options = options or ImportOptions()
     _check(path, options)
-    image = read_image(path, options.variable)
+    image = read_image(path, options.variable, options.at)
     part = ""
     if options.crop is not None:
         image = _cropped(path, image, options.crop)
@@ -117,7 +120,7 @@ def import_image(path: Path, options: ImportOptions | None = None) -> CloudEntry
     boxes = _dimension(lambda: box_counting_dimension(grey))
     sign = 1.0 if bright else -1.0
     facts = CloudEntry.Facts(
-        source_file=path.name + part,
+        source_file=image.source + part,
         source_sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
         variable=image.variable or CloudEntry.NOT_STATED,
         band=options.band or image.band or CloudEntry.NOT_STATED,

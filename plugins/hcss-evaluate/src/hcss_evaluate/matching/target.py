@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -39,7 +39,7 @@ class ImageChoice:
 
     Attributes
     ----------
-    variable, window_pixels, cloud_is, missing, row_origin, column_origin
+    variable, at, window_pixels, cloud_is, missing, row_origin, column_origin
         As :class:`hcss_twin.models.clouds.imagery.parameters.ImageryParameters`.
     method : {"auto", "otsu", "local", "coverage", "valid"}
         Cloud detection method. ``valid``, for products with values in cloud only, selects every pixel with a value;
@@ -53,6 +53,7 @@ class ImageChoice:
     """
 
     variable: str | None = None
+    at: Mapping[str, int] = field(default_factory=dict)
     method: Method = "auto"
     window_pixels: int | None = None
     cloud_is: SatelliteImage.CloudIs = "auto"
@@ -219,7 +220,7 @@ def _cube(path: Path, choice: ImageChoice) -> _Source | None:
 
 def _image(path: Path, choice: ImageChoice) -> _Source:
     """Read any other image; a damaged entry is reported as such."""
-    image = read_image(path, choice.variable)
+    image = read_image(path, choice.variable, choice.at)
     method = choice.method
     if method == "auto":
         method = "valid" if image.has_values_in_cloud_only else "otsu"
@@ -231,6 +232,7 @@ def _image(path: Path, choice: ImageChoice) -> _Source:
             "image": str(path.resolve()),
             "method": method,
             "variable": choice.variable,
+            "at": dict(choice.at),
             "window_pixels": choice.window_pixels,
             "cloud_is": choice.cloud_is,
         }
