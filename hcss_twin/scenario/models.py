@@ -9,6 +9,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
+from hcss_twin.core.units import (
+    Accuracy,
+    Angle,
+    Duration,
+    Fraction,
+    Length,
+    QuantityParser,
+    Speed,
+    Temperature,
+    quantity_or_word,
+)
 from hcss_twin.scenario.atmosphere import Atmosphere
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.clouds import Clouds, OpticsSection
@@ -22,17 +33,6 @@ from hcss_twin.scenario.section_types import (
     filled,
 )
 from hcss_twin.scenario.sensor import SensorSection
-from hcss_twin.scenario.units import (
-    Accuracy,
-    Angle,
-    Duration,
-    Fraction,
-    Length,
-    QuantityParser,
-    Speed,
-    Temperature,
-    quantity_or_word,
-)
 
 
 class PlaceSection(ScenarioSection):

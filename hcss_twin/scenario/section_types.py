@@ -13,8 +13,8 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
+from hcss_twin.core.units import Angle, InstrumentLength, Length, QuantityParser, Speed, quantity_or_word
 from hcss_twin.physics.viewing import GEOSTATIONARY_M
-from hcss_twin.scenario.units import Angle, InstrumentLength, Length, QuantityParser, Speed, quantity_or_word
 
 
 class ScenarioSection(BaseModel):

@@ -12,10 +12,10 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
+from hcss_twin.core.units import QuantityParser
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.problems import read_model
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import QuantityParser
 
 DEFAULT_MODEL = "radiometer"
 

@@ -91,7 +91,7 @@ def test_a_wrong_section_is_told_by_key_value_and_choices(text, field, message):
         ({"read_noise": 3.0}, 'read_noise has no influence with noise = "none"; allowed with noise = "photon"'),
         ({"pixel_angle": 1e-5}, "pixel_angle has no effect without aperture_diameter"),
         ({"transmission": 0.5}, "transmission has no effect without aperture_diameter and pixel_angle"),
-        ({"bits": 12}, "bits needs radiance_per_number or saturation_radiance"),
+        ({"bits": 12}, "bits needs radiance_per_number, saturation_radiance or saturation_temperature"),
         ({"number_offset": 3}, "number_offset has no effect without bits"),
         ({"bits": 4, "radiance_per_number": 1.0, "number_offset": 16}, "allowed with 4 bits: 0 to 15"),
         ({"noise": "ner", "ner": -1.0}, "-1 is out of range; allowed: a number from 1e-12 to 1e\\+09"),

@@ -8,32 +8,13 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from hcss_twin.core.units import QuantityParser
 from hcss_twin.providers import choose_from
-from hcss_twin.scenario.units import QuantityParser
 
 Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
 InstrumentLength = Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))]
 Angle = Annotated[float, BeforeValidator(QuantityParser("angle"))]
 Duration = Annotated[float, BeforeValidator(QuantityParser("duration"))]
-
-_SMALL = {"mrad": 1e-3, "urad": 1e-6}
-
-
-def _small_angle(value: object) -> object:
-    """Convert text in mrad or urad to text in rad."""
-    if isinstance(value, str):
-        for unit, factor in _SMALL.items():
-            number = value.strip().removesuffix(unit).strip()
-            if value.strip().endswith(unit):
-                try:
-                    return f"{float(number) * factor!r} rad"
-                except ValueError:
-                    return value
-    return value
-
-
-SmallAngle = Annotated[Angle, BeforeValidator(_small_angle)]
-"""An angle in degrees, or text in deg, rad, mrad or urad."""
 
 Pair = tuple[QuantityParser.Number, QuantityParser.Number]
 Quaternion = tuple[QuantityParser.Number, QuantityParser.Number, QuantityParser.Number, QuantityParser.Number]
@@ -215,14 +196,14 @@ class JitterLineSection(Section):
     """One vibration."""
 
     frequency: QuantityParser.Number = Field(ge=0, le=1e5, description="Frequency, Hz.")
-    amplitude: tuple[SmallAngle, SmallAngle, SmallAngle] = Field(description="Around x, y and z of the body, degrees.")
+    amplitude: tuple[Angle, Angle, Angle] = Field(description="Around x, y and z of the body, degrees.")
     phase: Angle = Field(0.0, ge=-360, le=360, description="At the start, degrees.")
 
 
 class JitterSection(Section):
     """Small turns of the body: a power-law spectrum and lines."""
 
-    rms: tuple[SmallAngle, SmallAngle, SmallAngle] = Field(
+    rms: tuple[Angle, Angle, Angle] = Field(
         (0.0, 0.0, 0.0), description='Root mean square around x, y and z, degrees or text ("20 urad"), without lines.'
     )
     lowest: QuantityParser.Number = Field(0.1, gt=0, le=1e5, description="Lower limit of the spectrum, Hz.")
