@@ -76,7 +76,10 @@ def parse_quantity(value: object, dimension: str) -> object:
             f"{Problem.shown(value)}: {Problem.shown(unit)} is not a unit of {dimension}; {_allowed(dimension)}{hint}",
         )
     factor, offset = units[unit]
-    return factor * float(number) + offset
+    per_plain = round(1.0 / factor)
+    # Division by a whole number gives the float that is closest to the decimal number, 15 um = 1.5e-5.
+    plain = float(number) / per_plain if factor * per_plain == 1.0 else factor * float(number)
+    return plain + offset
 
 
 def quantity_or_word(dimension: str, low: float, high: float, *words: str, above: str) -> Callable[[object], object]:

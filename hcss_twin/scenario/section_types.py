@@ -28,6 +28,9 @@ def filled(section: type[ScenarioSection], description: str) -> Any:
     return Field(default_factory=lambda: section.model_validate({}), description=description)
 
 
+AGREEMENT = 0.05
+"""Relative difference of keys that state the same: that of numbers rounded to two digits."""
+
 Switch = Literal["auto", "on", "off"]
 """An effect: "auto" computes it where it matters and the scene can have it; "on" refuses scenes that cannot."""
 

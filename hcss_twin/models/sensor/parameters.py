@@ -23,7 +23,8 @@ from hcss_twin.core.units import (
 
 __all__ = ["OfBands"]
 
-_AT = " at "
+AT = " at "
+"""Between a temperature difference and the temperature of its black body."""
 
 PerBand = float | dict[str, float]
 
@@ -235,15 +236,13 @@ class RadiometerKeys(BaseModel):
         given = data.get("nedt") if isinstance(data, Mapping) else None
         of_bands = given if isinstance(given, Mapping) else {"": given}
         pairs = {
-            band: value.partition(_AT)[::2]
-            for band, value in of_bands.items()
-            if isinstance(value, str) and _AT in value
+            band: value.partition(AT)[::2] for band, value in of_bands.items() if isinstance(value, str) and AT in value
         }
         if not pairs:
             return data
         if "nedt_temperature" in data or len(pairs) < len(of_bands):
             raise PydanticCustomError(
-                "nedt", f'"{next(iter(pairs.values()))[0]}{_AT}..." with another scene temperature; allowed: "X{_AT}Y" '
+                "nedt", f'"{next(iter(pairs.values()))[0]}{AT}..." with another scene temperature; allowed: "X{AT}Y" '
                 "for every band, or nedt_temperature"
             )  # fmt: skip
         nedt, scene = ({band: pair[index] for band, pair in pairs.items()} for index in (0, 1))
