@@ -18,6 +18,8 @@ __all__ = ["QuantityParser"]
 # unit -> (factor, offset): SI value = factor * value + offset. The first unit is the plain number's.
 UNITS: dict[str, dict[str, tuple[float, float]]] = {
     "length": {"m": (1.0, 0.0), "km": (1e3, 0.0), "cm": (1e-2, 0.0), "ft": (0.3048, 0.0)},
+    "length in km": {"km": (1.0, 0.0), "m": (1e-3, 0.0)},
+    "area": {"m2": (1.0, 0.0), "cm2": (1e-4, 0.0), "km2": (1e6, 0.0)},
     "angle": {
         "deg": (1.0, 0.0),
         "rad": (180.0 / math.pi, 0.0),
@@ -252,6 +254,9 @@ GasAmount = Annotated[float | str, BeforeValidator(_gas_amount)]
 
 Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
 """Metres: a number, or text with m, km, cm or ft."""
+
+Kilometres = Annotated[float, BeforeValidator(QuantityParser("length in km"))]
+Area = Annotated[float, BeforeValidator(QuantityParser("area"))]
 
 InstrumentLength = Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))]
 """Metres: a number, or text with m, cm, mm or um."""

@@ -167,3 +167,35 @@ def test_every_number_of_a_file_has_a_source(tmp_path):
     (tmp_path / "mine.toml").write_text('title = "x"\nnedt = 0.1\nf_number = 2\n[sources]\nnedt = "data sheet"\n')
     found = problems_of(lambda: Scenario.from_dict({**SCENE, "instrument": "mine.toml"}, base=tmp_path))
     assert "sources lacks f_number" in found["instrument.name"]
+
+
+def test_the_schema_takes_instruments_as_people_write_them():
+    import jsonschema
+
+    from hcss_twin.scenario.reference import json_schema
+
+    validator = jsonschema.Draft202012Validator(json_schema())
+    by_band = {"nedt": {"a": "20 mK at 300 K", "b": 0.1}, "bands": [{"name": "a", "limits": [3.7, 4.8]}]}
+    for instrument in ("modis", CAMERA, by_band):
+        validator.validate({**SCENE, "instrument": instrument})
+    for wrong in ({"nedt": "20 mK around 300 K"}, {"f_number": "2 m"}, {"nedtt": 1}, 7):
+        assert not validator.is_valid({**SCENE, "instrument": wrong}), wrong
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "text", "value"),
+    [
+        ("sea", "fetch_m", "200 km", 200e3),
+        ("atmosphere", "visibility_km", "15000 m", 15.0),
+        ("surfaces", "land_temperature", "20 degC", 293.15),
+    ],
+)
+def test_parameters_of_providers_take_units(section, key, text, value):
+    from hcss_twin.providers.registry.registry import Registry
+    from hcss_twin.providers.registry.specs import Kind
+
+    name = {"sea": "rough-sea", "atmosphere": "band-model", "surfaces": "coast"}[section]
+    registry = Registry.discover()
+    model = registry.parameters_model(registry.resolve(Kind(section), name))
+    assert getattr(model.model_validate({key: text}), key) == pytest.approx(value)
+    assert scenario(**{section: {"provider" if section != "sea" else "model": name, "parameters": {key: text}}})

@@ -14,6 +14,7 @@ from hcss_twin.providers import choose_from
 Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
 InstrumentLength = Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))]
 Angle = Annotated[float, BeforeValidator(QuantityParser("angle"))]
+Frequency = Annotated[float, BeforeValidator(QuantityParser("frequency"))]
 Duration = Annotated[float, BeforeValidator(QuantityParser("duration"))]
 
 Pair = tuple[QuantityParser.Number, QuantityParser.Number]
@@ -195,7 +196,7 @@ class AttitudeSection(_ByProvider):
 class JitterLineSection(Section):
     """One vibration."""
 
-    frequency: QuantityParser.Number = Field(ge=0, le=1e5, description="Frequency, Hz.")
+    frequency: Frequency = Field(ge=0, le=1e5, description="Frequency, Hz.")
     amplitude: tuple[Angle, Angle, Angle] = Field(description="Around x, y and z of the body, degrees.")
     phase: Angle = Field(0.0, ge=-360, le=360, description="At the start, degrees.")
 
@@ -206,8 +207,8 @@ class JitterSection(Section):
     rms: tuple[Angle, Angle, Angle] = Field(
         (0.0, 0.0, 0.0), description='Root mean square around x, y and z, degrees or text ("20 urad"), without lines.'
     )
-    lowest: QuantityParser.Number = Field(0.1, gt=0, le=1e5, description="Lower limit of the spectrum, Hz.")
-    highest: QuantityParser.Number = Field(100.0, gt=0, le=1e5, description="Upper limit of the spectrum, Hz.")
+    lowest: Frequency = Field(0.1, gt=0, le=1e5, description="Lower limit of the spectrum, Hz.")
+    highest: Frequency = Field(100.0, gt=0, le=1e5, description="Upper limit of the spectrum, Hz.")
     exponent: QuantityParser.Number = Field(
         2.0, ge=-2, le=6, description="Power spectral density falls as f^-exponent."
     )
