@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
@@ -74,7 +75,9 @@ class Instrument(RadiometerKeys):
         "the poses of a camera in orbit (`[jitter]` has the spectrum), otherwise a blur.",
     )
     bands: Bands | None = Field(None, min_length=1, max_length=100, description="As `bands` of a scenario.")
-    response: str | None = Field(None, min_length=1, description="Response file of a single band, in place of `bands`.")
+    response: str | None = Field(
+        None, min_length=1, description="Response file of a single band, which gets its name, in place of `bands`."
+    )
     model: str = Field(DEFAULT_MODEL, description="Sensor model (see `hcss plugins`).")
     parameters: dict[str, Any] = Field(
         default_factory=dict, description="Parameters of another sensor model, or further ones of this."
@@ -175,7 +178,7 @@ class Instrument(RadiometerKeys):
     def band_keys(self) -> Any:
         """Value of the key ``bands`` of a scenario; None if the instrument says nothing."""
         if self.response is not None:
-            return [{"name": "response", "response": self.response}]
+            return [{"name": Path(self.response).stem or "response", "response": self.response}]
         return self.model_dump(mode="json")["bands"]
 
 
@@ -313,6 +316,7 @@ class _Followed:
         if angle is None:
             if moving:
                 self._problems.append(Problem("instrument.focal_length", _NO_ANGLE))
+                self._data.pop("camera", None)  # which lacks it, too
             return
         if moving or far:
             section = "camera" if moving else "platform"

@@ -120,9 +120,9 @@ def test_the_command_lists_passes_as_text_and_as_json(tmp_path):
     )
     told = CliRunner().invoke(passes, [str(path), "--days", "2"])
     assert told.exit_code == 0, told.output
-    listed = json.loads(CliRunner().invoke(passes, [str(path), "--days", "2", "--json"]).output)["passes"]
-    assert len(listed) == len(told.output.splitlines()) - 2
+    listed = json.loads(CliRunner().invoke(passes, [str(path), "--days", "2", "--json"]).stdout)["passes"]
+    assert len(listed) == len(told.stdout.splitlines()) - 2
     assert listed[0]["highest"][:19] in told.output
     assert all(one["elevation_deg"] > 15.0 for one in listed)
     none = CliRunner().invoke(passes, [str(path), "--days", "0.001"])
-    assert none.output.startswith("0 passes above 15 deg")
+    assert none.stdout.startswith("0 passes above 15 deg")

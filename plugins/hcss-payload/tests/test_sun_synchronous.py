@@ -76,7 +76,7 @@ def test_an_orbit_above_a_place_has_the_local_time_of_that_pass():
 
 
 def test_precession_is_that_of_sgp4():
-    sgp4 = pytest.importorskip("sgp4.api")
+    sgp4 = pytest.importorskip("sgp4.model")  # in Python, which tells all elements
     orbit = Circular(700e3, 98.0, precesses=True)
     along, node = orbit.rates_rad_s
     kepler = np.sqrt(398600.4418 / 7078.137**3) * 60.0
@@ -101,6 +101,20 @@ def test_a_scenario_takes_times_of_day_and_is_read_again():
     again = hcss_twin.Scenario.from_dict(json.loads(one.to_json()))
     assert trajectory_of(again, Catalog()) == trajectory_of(one, Catalog())
     assert trajectory_of(one, Catalog()).inclination_deg == inclination_deg(500e3)
+
+
+def test_an_orbit_with_an_epoch_does_not_depend_on_the_start():
+    for keys in (
+        {"provider": "sun-synchronous", "altitude": 5e5, "local_time": 13.5, "argument": 20.0},
+        {"altitude": 5e5, "inclination": 60.0, "node_longitude": 30.0, "argument": 10.0},
+        {"altitude": 5e5, "inclination": 60.0, "above": [30.0, 140.0], "above_time": 100.0},
+    ):
+        keys = keys | {"epoch": "2024-04-20T12:00:00+00:00"}
+        early, late = (
+            trajectory_of(scenario({**PASS, "orbit": None}, {"orbit": keys, "time": time}), Catalog())
+            for time in ("2024-04-20T12:00:00+00:00", "2024-04-21T15:00:00+02:00")
+        )
+        assert late.at(30.0) == pytest.approx(early.at(25 * 3600.0 + 30.0), abs=0.01)
 
 
 @pytest.mark.parametrize(

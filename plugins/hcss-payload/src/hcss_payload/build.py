@@ -165,9 +165,11 @@ def _trajectory(section: OrbitSection, scenario: Scenario, catalog: Catalog) -> 
     earth = EarthOrientation(section.dut1 or 0.0, section.pole or (0.0, 0.0))
     match section.provider:
         case "circular":
-            return _circular(section)
+            epoch = (section.epoch or start).astimezone(UTC)
+            return _circular(section).later((start - epoch).total_seconds())
         case "sun-synchronous":
-            return _sun_synchronous(section, start)
+            epoch = (section.epoch or start).astimezone(UTC)
+            return _sun_synchronous(section, epoch).later((start - epoch).total_seconds())
         case "geostationary":
             return Geostationary(float(section.longitude or 0.0))
         case "tle":
@@ -190,13 +192,13 @@ def _circular(section: OrbitSection) -> Circular:
     return Circular.above(altitude, inclination, *section.above, section.above_time or 0.0, rising)
 
 
-def _sun_synchronous(section: OrbitSection, start: datetime) -> Circular:
+def _sun_synchronous(section: OrbitSection, epoch: datetime) -> Circular:
     altitude, rising = float(section.altitude or 0.0), section.direction != "descending"
     node = None if section.local_time is None else (section.local_time, section.node != "descending")
     if section.above is not None:
-        return sun_synchronous_above(altitude, start, section.above, section.above_time or 0.0, rising, node)
+        return sun_synchronous_above(altitude, epoch, section.above, section.above_time or 0.0, rising, node)
     assert node is not None  # the section requires it
-    return sun_synchronous(altitude, start, node[0], section.argument or 0.0, node[1])
+    return sun_synchronous(altitude, epoch, node[0], section.argument or 0.0, node[1])
 
 
 def trajectory_of(scenario: Scenario, catalog: Catalog) -> Trajectory:

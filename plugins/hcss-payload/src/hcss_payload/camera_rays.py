@@ -27,6 +27,7 @@ from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZEN
 from hcss_payload.rays import geographic
 from hcss_payload.sampled_pass import FIELD, sample_pass
 from hcss_payload.shutter import LEAST_SMEAR_PX, Shutter, exposure_of, instants_for, largest_smear_px
+from hcss_payload.trajectory import Circular
 from hcss_payload.zonal_disk import ZonalDisk
 from hcss_twin import Scenario
 from hcss_twin.cube.variables import VariableSpec
@@ -191,6 +192,8 @@ class CameraRays(Rays):
                 raise
             start = self._scenario.time.astimezone(UTC)
             told = next_pass(self._payload.trajectory, self._place_deg, start, first_s)
+            if isinstance(self._payload.trajectory, Circular):
+                told += f"; [orbit] counts from its epoch, by default `time`: keep it with epoch = {start.isoformat()}"
             raise ScenarioError(
                 [Problem(problem.field, f"{problem.message}; {told}") for problem in error.problems], error.origin
             ) from error

@@ -42,7 +42,12 @@ def passes(scenario: str, assignments: tuple[str, ...], days: float, lowest: flo
     first = loaded.frames.first * loaded.frames.interval
     found = find_passes(trajectory, place, start, first, first + 86400.0 * days, lowest)
     orbit = loaded.sections["orbit"]
-    if isinstance(orbit, OrbitSection) and isinstance(trajectory, Circular) and not trajectory.precesses and days > 0.0:
+    if isinstance(orbit, OrbitSection) and isinstance(trajectory, Circular) and orbit.epoch is None:
+        click.echo(
+            f"note: the orbit counts from `time`; keep it with orbit.epoch = {start.isoformat()} when you set another",
+            err=True,
+        )
+    if isinstance(trajectory, Circular) and not trajectory.precesses:
         click.echo("note: 'circular' has no precession; the planes of low orbits turn by up to 8 deg a day", err=True)
 
     def when(time_s: float | None) -> str | None:

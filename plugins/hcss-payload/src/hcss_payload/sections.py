@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from datetime import time
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.units import QuantityParser
@@ -132,20 +132,22 @@ class OrbitSection(_ByProvider):
     )
     inclination: Angle | None = Field(None, ge=0, le=180, description="circular: inclination, degrees.")
     node_longitude: Angle | None = Field(
-        None, ge=-360, le=360, description="circular: longitude of the ascending node at the start, degrees."
+        None, ge=-360, le=360, description="circular: longitude of the ascending node at the epoch, degrees."
     )
     argument: Angle | None = Field(
         None,
         ge=-360,
         le=360,
-        description="circular, sun-synchronous: angle from the ascending node along the orbit at the start, degrees.",
+        description="circular, sun-synchronous: angle from the ascending node along the orbit at the epoch, degrees.",
     )
     above: Pair | None = Field(
         None,
         description="circular, sun-synchronous: [latitude, longitude] that the orbit passes, in place of node and "
         "argument.",
     )
-    above_time: Duration | None = Field(None, ge=-1e6, le=1e6, description="circular: when it does so, s; default 0.")
+    above_time: Duration | None = Field(
+        None, ge=-1e6, le=1e6, description="circular: when it does so, s after the epoch; default 0."
+    )
     direction: Literal["ascending", "descending"] | None = Field(
         None, description='circular: of the pass above that place; default "ascending".'
     )
@@ -158,6 +160,11 @@ class OrbitSection(_ByProvider):
     )
     node: Literal["ascending", "descending"] | None = Field(
         None, description='sun-synchronous: which node has that local time; default "ascending".'
+    )
+    epoch: AwareDatetime | None = Field(
+        None,
+        description="circular, sun-synchronous: instant with zone from which node, argument and above_time count; "
+        "default: the start.",
     )
     longitude: Angle | None = Field(None, ge=-180, le=360, description="geostationary: of the satellite, degrees east.")
     lines: tuple[str, ...] | None = Field(
@@ -179,11 +186,11 @@ class OrbitSection(_ByProvider):
             {
                 "circular": (
                     ("altitude", "inclination"),
-                    ("node_longitude", "argument", "above", "above_time", "direction"),
+                    ("node_longitude", "argument", "above", "above_time", "direction", "epoch"),
                 ),
                 "sun-synchronous": (
                     ("altitude",),
-                    ("local_time", "node", "argument", "above", "above_time", "direction"),
+                    ("local_time", "node", "argument", "above", "above_time", "direction", "epoch"),
                 ),
                 "geostationary": (("longitude",), ()),
                 "tle": ((), ("lines", "file", *earth)),

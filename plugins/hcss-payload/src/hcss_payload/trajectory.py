@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -139,6 +139,13 @@ class Circular:
         motion = float(np.sqrt(EARTH_M3_S2 / radius**3))
         share = 1.5 * OBLATENESS * (SEMI_MAJOR_AXIS_M / radius) ** 2 if self.precesses else 0.0
         return motion * (1.0 + share * (4.0 * cosine**2 - 1.0)), -EARTH_RATE_RAD_S - share * motion * cosine
+
+    def later(self, time_s: float) -> Circular:
+        """Return the same motion with another time 0, this much later."""
+        along_rate, node_rate = self.rates_rad_s
+        node = (self.node_longitude_deg + float(np.degrees(node_rate * time_s))) % 360.0
+        argument = (self.argument_deg + float(np.degrees(along_rate * time_s))) % 360.0
+        return replace(self, node_longitude_deg=node, argument_deg=argument)
 
     def at(self, time_s: float) -> Array:
         """Return the position."""
