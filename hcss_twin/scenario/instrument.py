@@ -76,7 +76,7 @@ class Instrument(RadiometerKeys):
     )
     bands: Bands | None = Field(None, min_length=1, max_length=100, description="As `bands` of a scenario.")
     response: str | None = Field(
-        None, min_length=1, description="Response file of a single band, which gets its name, in place of `bands`."
+        None, min_length=1, description="Response file of a single band, which gets its name; in place of `bands`."
     )
     model: str = Field(DEFAULT_MODEL, description="Sensor model (see `hcss plugins`).")
     parameters: dict[str, Any] = Field(

@@ -135,7 +135,7 @@ class _Channel:
         if detector.step:
             per_number = detector.step / detector.per_radiance
             zero = detector.dark / detector.step + detector.offset
-            derived |= {"radiance_per_number": per_number, "radiance_at_number_0": -per_number * zero}
+            derived |= {"radiance_per_number": per_number, "radiance_at_number_0": 0.0 - per_number * zero}
         self._number("offset_radiance")
         return {name: value for name, value in derived.items() if value is not None}
 
