@@ -26,6 +26,7 @@ from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT, coordi
 from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, FrameGeometry
 from hcss_payload.rays import geographic
 from hcss_payload.sampled_pass import FIELD, sample_pass
+from hcss_payload.sections import OrbitSection
 from hcss_payload.shutter import LEAST_SMEAR_PX, Shutter, exposure_of, instants_for, largest_smear_px
 from hcss_payload.trajectory import Circular
 from hcss_payload.zonal_disk import ZonalDisk
@@ -192,7 +193,12 @@ class CameraRays(Rays):
                 raise
             start = self._scenario.time.astimezone(UTC)
             told = next_pass(self._payload.trajectory, self._place_deg, start, first_s)
-            if isinstance(self._payload.trajectory, Circular):
+            orbit = self._scenario.sections.get("orbit")
+            if (
+                isinstance(self._payload.trajectory, Circular)
+                and isinstance(orbit, OrbitSection)
+                and orbit.epoch is None
+            ):
                 told += f"; [orbit] counts from its epoch, by default `time`: keep it with epoch = {start.isoformat()}"
             raise ScenarioError(
                 [Problem(problem.field, f"{problem.message}; {told}") for problem in error.problems], error.origin
