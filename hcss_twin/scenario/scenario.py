@@ -22,7 +22,7 @@ from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.atmosphere import BAND_MODEL
 from hcss_twin.scenario.cloud_types import CloudType, load_cloud_type
 from hcss_twin.scenario.clouds import Layer, has_single_layer
-from hcss_twin.scenario.instrument import take_instrument
+from hcss_twin.scenario.instrument_keys import take_instrument
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.names import SECTIONS, misplaced_parameters, name_problems, normalise, provider_sections
 from hcss_twin.scenario.overrides import apply_overrides

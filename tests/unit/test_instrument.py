@@ -8,6 +8,7 @@ from refusals import problems_of
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.scenario.instrument import Instrument, load_instrument
+from hcss_twin.scenario.instrument_keys import take_instrument
 from hcss_twin.scenario.scenario import Scenario
 
 SCENE = {"time": "2024-07-20T12:30:00+10:00", "place": {"latitude": 30.0, "longitude": 140.0}}
@@ -62,9 +63,6 @@ def test_a_scenario_is_written_with_what_follows_and_read_again():
 
 def test_a_camera_in_orbit_takes_what_the_grid_would():
     data = {**SCENE, "instrument": CAMERA, "orbit": {"provider": "circular"}}
-    Instrument.model_validate({key: value for key, value in CAMERA.items() if key != "name"})
-    from hcss_twin.scenario.instrument import take_instrument
-
     assert take_instrument(data, Catalog())[0] == []
     assert data["camera"] == pytest.approx({"rows": 64, "columns": 80, "focal_length": 0.25, "detector_pitch": 15e-6})
     assert data["jitter"]["rms"] == pytest.approx([math.degrees(18e-6)] * 2 + [0.0])
@@ -199,3 +197,10 @@ def test_parameters_of_providers_take_units(section, key, text, value):
     model = registry.parameters_model(registry.resolve(Kind(section), name))
     assert getattr(model.model_validate({key: text}), key) == pytest.approx(value)
     assert scenario(**{section: {"provider" if section != "sea" else "model": name, "parameters": {key: text}}})
+
+
+def test_an_override_opens_a_named_instrument():
+    one = Scenario.from_dict(
+        {**SCENE, "instrument": "viirs-i", "platform": {"altitude": "829 km"}}, {"instrument.nedt": "0.3 K at 260 K"}
+    )
+    assert (one.sensor.name, one.sensor.parameters["nedt"]) == ("viirs-i", 0.3)

@@ -122,8 +122,8 @@ class _Channel:
         self._require_noise()
         derived = {
             "noise_radiance": self.noise_radiance if electrons is None else None,
-            "nedt": None if electrons is None else self.nedt_of(detector.deviation),
-            "nedt_temperature": None if electrons is None else self._number("nedt_temperature"),
+            "nedt": self.nedt_of(detector.deviation) if electrons else self.noise_radiance / self._per_kelvin or None,
+            "nedt_temperature": self._number("nedt_temperature"),
             "read_noise": None if electrons is None else detector.deviation,
             "background_electrons": detector.dark or None,
             "photon_wavelength_um": self.photon_wavelength_um if self.photons_per_radiance else None,
