@@ -61,7 +61,7 @@ class Instrument(RadiometerKeys):
     cold_shield: QuantityParser.Number | None = Field(
         None,
         ge=0.5,
-        le=1000,
+        le=500,
         description="F-number of the cold shield, if wider than that of the optics: detectors see the housing between.",
     )
     jitter: _PixelsOrAngle = Field(  # type: ignore[assignment]

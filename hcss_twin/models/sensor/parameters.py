@@ -182,7 +182,7 @@ class RadiometerKeys(BaseModel):
     housing_etendue: float | None = Field(
         None,
         gt=0,
-        le=1e4,
+        le=1e7,
         description="Etendue of the housing relative to that of the optics: (F / F_c)^2 - 1 with the f-numbers of "
         "optics and cold shield.",
     )
