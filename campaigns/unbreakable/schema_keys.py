@@ -165,7 +165,7 @@ EXAMPLES: dict[str, list[Any]] = {
     "sensor.parameters.radiance_per_number of radiometer": [0.01],
     "sensor.parameters.saturation_temperature of radiometer": [330.0],
     "sensor.parameters.drift of radiometer": [0.1, "-50 mK"],
-    "instrument": ["modis"],
+    "instrument": ["generic-mwir"],
     "instrument.name": ["modis"],
     "instrument.model": ["radiometer"],
     "instrument.parameters": [{"gain_deviation": 0.01}],
@@ -375,14 +375,20 @@ _PARAMETERS: dict[str, dict[str, Any]] = {
 """Parameters that a parameter needs."""
 
 
-_ALONE = {"sensor": {}, "platform": {}, "image": {"rows": 8, "columns": 8, "pixel_size": 100.0}} | LWIR
+_ALONE = {"sensor": {}, "platform": {}, "frames": {"interval": 1e4}} | LWIR
+_ALONE |= {"image": {"rows": 8, "columns": 8, "pixel_size": 100.0}}
 _OF_INSTRUMENT = {
     **{name.removeprefix("radiometer "): own for name, own in _PARAMETERS.items() if name.startswith("radiometer ")},
     "cold_shield": PHOTONS | {"f_number": 1000.0, "housing_temperature": 290.0},
 }
 CONTEXT |= {
     "instrument": _ALONE | {"instrument": {}},
+    "instrument.name": {name: each for name, each in _ALONE.items() if name != "bands"} | {"instrument": {}},
     **{f"instrument.{name}": _ALONE | {"instrument": own} for name, own in _OF_INSTRUMENT.items()},
+    **{
+        f"instrument.{side}": _ALONE | {"instrument": {}, "image": {"pixel_size": 100.0}}
+        for side in ("rows", "columns")
+    },
     **{f"instrument.{key}": _ALONE | {"instrument": own} for key, own in CONTEXT.items() if key.startswith("bands.")},
 }
 

@@ -204,3 +204,11 @@ def test_an_override_opens_a_named_instrument():
         {**SCENE, "instrument": "viirs-i", "platform": {"altitude": "829 km"}}, {"instrument.nedt": "0.3 K at 260 K"}
     )
     assert (one.sensor.name, one.sensor.parameters["nedt"]) == ("viirs-i", 0.3)
+
+
+def test_what_the_plan_finds_is_told_at_the_instrument():
+    from hcss_twin import make_plan
+
+    keys = {"nedt": {"other": 0.1}, "bands": [[10.0, 10.2]], "pixel_angle": 1e-4, "rows": 8, "columns": 8}
+    found = problems_of(lambda: make_plan(scenario(instrument=keys, platform=FAR, clouds={"layers": []})))
+    assert "gives no number for band '10-10.2um'" in found["instrument.nedt"]
