@@ -10,6 +10,9 @@ from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.reference import json_schema
 
 _BOUNDS = {"minimum": -1, "exclusiveMinimum": -1, "maximum": 1, "exclusiveMaximum": 1}
+_RENAMED = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum", "lt": "exclusiveMaximum"}
+"""Bounds of optional numbers that may have a unit, which pydantic does not rename."""
+
 _SECTIONS = {
     **{name: name for name in ("clouds", "sea", "optics", "atmosphere", "radiance", "surfaces")},
     **{"elements": "elements.0", "sensors": "sensor", "variables": "output.derived.0"},
@@ -160,8 +163,22 @@ EXAMPLES: dict[str, list[Any]] = {
     "sensor.parameters.offset_radiance of radiometer": [0.01],
     "sensor.parameters.saturation_radiance of radiometer": [50.0],
     "sensor.parameters.radiance_per_number of radiometer": [0.01],
+    "sensor.parameters.saturation_temperature of radiometer": [330.0],
+    "sensor.parameters.drift of radiometer": [0.1, "-50 mK"],
+    "instrument": ["generic-mwir"],
+    "instrument.name": ["modis"],
+    "instrument.model": ["radiometer"],
+    "instrument.parameters": [{"gain_deviation": 0.01}],
+    "instrument.response": ["response.csv"],
+    "instrument.jitter": [0.2, "0.3 px"],
 }
 """Values of keys that are no numbers, choices or switches."""
+
+EXAMPLES |= {
+    f"instrument.{key.removeprefix('sensor.parameters.').removesuffix(' of radiometer')}": value
+    for key, value in EXAMPLES.items()
+    if key.startswith(("sensor.parameters.", "bands")) and (" of " in key or key.startswith("bands"))
+}
 
 
 COMPANIONS: dict[tuple[str, Any], dict[str, Any]] = {
@@ -184,6 +201,14 @@ COMPANIONS: dict[tuple[str, Any], dict[str, Any]] = {
     },
 }
 """Other keys without which a value of a key is refused."""
+
+COMPANIONS |= {
+    (key.replace("sensor.parameters", "instrument"), value): {
+        name.replace("sensor.parameters", "instrument"): each for name, each in more.items()
+    }
+    for (key, value), more in COMPANIONS.items()
+    if key.startswith("sensor.parameters")
+}
 
 
 @dataclass(frozen=True)
@@ -240,6 +265,7 @@ def trials():
 
 def _of_key(key, leaf, context):
     context = context_of(key) if context is None else context
+    leaf = {_RENAMED.get(name, name): value for name, value in leaf.items()}
     for name, sign in _BOUNDS.items():
         if name in leaf:
             bound, whole = leaf[name], leaf["type"] == "integer"
@@ -327,6 +353,11 @@ _PARAMETERS: dict[str, dict[str, Any]] = {
     "radiometer ner": {"noise": "ner"},
     "radiometer bits": {"saturation_radiance": 50.0},
     "radiometer radiance_per_number": {"bits": 12, "saturation_radiance": 50.0},
+    "radiometer optics_temperature": PHOTONS | {"transmission": 0.8},
+    "radiometer housing_temperature": PHOTONS | {"housing_etendue": 0.5},
+    "radiometer housing_etendue": PHOTONS | {"housing_temperature": 290.0},
+    "radiometer drift": {"calibration_cycle": 600.0},
+    "radiometer calibration_cycle": {"drift": 0.1},
     "radiometer number_offset": {"bits": 24, "saturation_radiance": 50.0},
     "imagery window_pixels": {"method": "local"},
     "surrogate window_pixels": {"method": "local"},
@@ -342,6 +373,24 @@ _PARAMETERS: dict[str, dict[str, Any]] = {
     "raster temperature_layer": {"classes": {"0": "sea", "1": "ice"}},
 }
 """Parameters that a parameter needs."""
+
+
+_ALONE = {"sensor": {}, "platform": {}, "frames": {"interval": 1e4}} | LWIR
+_ALONE |= {"image": {"rows": 8, "columns": 8, "pixel_size": 100.0}}
+_OF_INSTRUMENT = {
+    **{name.removeprefix("radiometer "): own for name, own in _PARAMETERS.items() if name.startswith("radiometer ")},
+    "cold_shield": PHOTONS | {"f_number": 1000.0, "housing_temperature": 290.0},
+}
+CONTEXT |= {
+    "instrument": _ALONE | {"instrument": {}},
+    "instrument.name": {name: each for name, each in _ALONE.items() if name != "bands"} | {"instrument": {}},
+    **{f"instrument.{name}": _ALONE | {"instrument": own} for name, own in _OF_INSTRUMENT.items()},
+    **{
+        f"instrument.{side}": _ALONE | {"instrument": {}, "image": {"pixel_size": 100.0}}
+        for side in ("rows", "columns")
+    },
+    **{f"instrument.{key}": _ALONE | {"instrument": own} for key, own in CONTEXT.items() if key.startswith("bands.")},
+}
 
 
 def _with_provider(context, section, entry, own):

@@ -69,7 +69,8 @@ _MEASURED = f"""
 
 A scenario with a [sensor](../how-to/sensors.md) writes `NAME.sensor.nc` next to `NAME.nc`: the same coordinates and
 truth layers, with the measurement in place of the radiance. The global attribute `{SENSOR_ATTRIBUTE}` (JSON), which
-only measured cubes have, describes the sensor; `clean_cube` names the other file.
+only measured cubes have, describes the sensor, with the [constants](../how-to/instruments.md#numbers-back-to-radiance)
+that turn digital numbers into radiance; `clean_cube` names the other file.
 """
 
 _STORAGE = """

@@ -63,7 +63,7 @@ TOPICS = (
          "hcss_twin.core.json_numbers", "hcss_twin.core.kernels", "hcss_twin.core.reading",
          "hcss_twin.core.result_cache"),
     ),
-    Topic("Sections of scenarios", False, ("hcss_twin.scenario.units",)),
+    Topic("Sections of scenarios", False, ("hcss_twin.core.units",)),
     Topic("Geometry", False, ("hcss_twin.physics.geodesy", "hcss_twin.physics.sun")),
     Topic(
         "Image geometries",

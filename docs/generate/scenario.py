@@ -11,12 +11,12 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.units import UNITS
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.bands import named_bands
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.reference import field_text, is_model
-from hcss_twin.scenario.units import UNITS
 
 PAGE = "reference/scenario.md"
 

@@ -19,6 +19,7 @@ COMMANDS: Mapping[str, str] = {
     "propagate": "hcss-uncertainty",
     "reference": "hcss-light",
     "reproduce": "hcss-paper",
+    "passes": "hcss-payload",
     "serve": "hcss-payload",
     "skies": "hcss-skies",
     "sweep": "hcss-sweep",

@@ -10,6 +10,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
+from hcss_twin.core.units import MAX_ACCURACY, MIN_ACCURACY, kelvin_of
 from hcss_twin.models.radiance.brightness_temperature import COLDEST_K, HOTTEST_K, BrightnessTemperature
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics.planck import planck
@@ -18,7 +19,6 @@ from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.views import views_over_image
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scenario.units import MAX_ACCURACY, MIN_ACCURACY, kelvin_of
 
 SHARES: Mapping[str, float] = {
     "numerics": 0.28,

@@ -102,7 +102,13 @@ def make_plan(
         catalog.shelf = shelf or catalog.shelf
         return _make_plan(scenario, catalog, family, rays(scenario, catalog))
     except ScenarioError as error:
-        raise ScenarioError(error.problems, scenario.origin) from error
+        typed = [Problem(_key_of_instrument(scenario, each.field), each.message) for each in error.problems]
+        raise ScenarioError(typed, scenario.origin) from error
+
+
+def _key_of_instrument(scenario: Scenario, field: str) -> str:
+    """Return the key of the instrument from which a field followed; the messages about clouds name their own."""
+    return field if field.startswith("clouds") else scenario.field_as_typed(field)
 
 
 def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None, given: Rays | None) -> Plan:

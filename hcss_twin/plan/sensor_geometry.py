@@ -10,7 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.scenario.viewing import AGREEMENT, pixel_angles_rad, pixel_size_and_speed
+from hcss_twin.scenario.section_types import AGREEMENT
+from hcss_twin.scenario.viewing import pixel_angles_rad, pixel_size_and_speed
 
 FASTEST_F_NUMBER = 0.5
 """Least ratio of focal length to aperture in air: that of a sine of 1 (M. Born and E. Wolf, "Principles of Optics")."""

@@ -23,8 +23,9 @@ from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.guard import guard
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.instrument import NamedInstrument, load_instrument
 from hcss_twin.scenario.problems import problems_from
-from hcss_twin.scenario.sensor import NamedSensor, SensorSection, StageSection, choose_sensor, load_sensor
+from hcss_twin.scenario.sensor import SensorSection, StageSection, choose_sensor
 
 __all__ = ["Stage"]
 
@@ -113,8 +114,8 @@ class Stage:
         Its section in the scenario.
     section : StageSection
         The user's settings.
-    named : NamedSensor or None
-        The named sensor file.
+    named : NamedInstrument or None
+        The named instrument file.
     entry : Entry
         Registry entry of the model.
     parameters : mapping
@@ -125,7 +126,7 @@ class Stage:
 
     field: str
     section: StageSection
-    named: NamedSensor | None
+    named: NamedInstrument | None
     entry: Entry
     parameters: Mapping[str, Any]
     provider: SensorModel
@@ -282,7 +283,7 @@ def _build(
 ) -> Stage:
     with attribute_to_field(f"{field}.name"):
         if section.name is not None:
-            load_sensor(section.name, inputs.catalog)
+            load_instrument(section.name, inputs.catalog)
         choice = choose_sensor(section, inputs.catalog)
     registry, scene = Registry.discover(), StageScene(source, earlier, inputs)
     inputs = replace(inputs, scene_at=scene)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
@@ -194,6 +195,18 @@ def _surfaces(plan: Plan) -> Rows:
     yield "surface", f"{', '.join(classes)}; {_named(plan.assembly.entries['surfaces'])}"
 
 
+def _measured(of_band: Mapping[str, Any]) -> str:
+    """Return the noise and range of a band of a sensor, as far as its model says them."""
+    parts = []
+    if "nedt" in of_band:
+        parts.append(f"NEDT {of_band['nedt']:.3g} K at {of_band['nedt_temperature']:g} K")
+    if "saturation_temperature" in of_band:
+        parts.append(f"saturates at {of_band['saturation_temperature']:.4g} K")
+    if "radiance_per_number" in of_band:
+        parts.append(f"one number is {of_band['radiance_per_number']:.3g} W m-2 sr-1")
+    return ", ".join(parts)
+
+
 def _named(entry: Entry) -> str:
     """Return the name of a provider, with its package if that is not this one."""
     return entry.name if entry.distribution == OWN_DISTRIBUTION else f"{entry.name} [{entry.origin}]"
@@ -220,6 +233,11 @@ def _output(plan: Plan) -> Rows:
         measured = ", ".join(spec.name for spec in plan.sensor.variables)
         models = ", then ".join(_named(stage.entry) for stage in plan.sensor.stages)
         yield "sensor", f"{plan.sensor.title} ({models}); separate cube: {measured}"
+        for stage in plan.sensor.stages:
+            worked_out: Mapping[str, Any] = getattr(stage.provider, "worked_out", {})
+            for band, of_band in worked_out.get("bands", {}).items():
+                if text := _measured(of_band):
+                    yield "sensor", f"{band}: {text}"
         for note in plan.sensor.notes:
             yield "sensor", f"note: {note}"
     if plan.needs_radiance:

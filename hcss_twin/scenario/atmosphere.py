@@ -7,9 +7,9 @@ from typing import Any, Literal, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from hcss_twin.core.units import Fraction, GasAmount, Length, QuantityParser, Temperature
 from hcss_twin.models.atmosphere.profile_file import STANDARD
 from hcss_twin.scenario.section_types import ScenarioSection, filled, own
-from hcss_twin.scenario.units import Fraction, GasAmount, Length, QuantityParser, Temperature
 
 BAND_MODEL = ("band-model", own("band-model"))
 

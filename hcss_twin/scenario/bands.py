@@ -13,11 +13,11 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, choose_from
+from hcss_twin.core.units import QuantityParser
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.providers import SensorBand
 from hcss_twin.scenario.response_file import LONGEST_UM, NARROWEST, SHORTEST_UM, Unit, read_response
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import QuantityParser
 
 __all__ = ["spectral_band"]
 

@@ -12,13 +12,13 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.core.units import Fraction, Length, QuantityParser
 from hcss_twin.models.optics.size_distribution import projected_area_m1
 from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.clouds import Layer
 from hcss_twin.scenario.particles import TypeMicrophysics, layer_particles
 from hcss_twin.scenario.problems import read_model
 from hcss_twin.scenario.section_types import THINNEST_M, Material, ScenarioSection
-from hcss_twin.scenario.units import Fraction, Length, QuantityParser
 
 
 @dataclass(frozen=True)

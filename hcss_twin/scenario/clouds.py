@@ -8,6 +8,17 @@ from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem
+from hcss_twin.core.units import (
+    Angle,
+    Fraction,
+    Length,
+    ParticleRadius,
+    QuantityParser,
+    Speed,
+    Temperature,
+    WaterContent,
+    quantity_or_word,
+)
 from hcss_twin.scenario.section_types import (
     LARGEST_UM,
     MAX_WATER_KG_M3,
@@ -18,17 +29,6 @@ from hcss_twin.scenario.section_types import (
     WIDEST,
     Material,
     ScenarioSection,
-)
-from hcss_twin.scenario.units import (
-    Angle,
-    Fraction,
-    Length,
-    ParticleRadius,
-    QuantityParser,
-    Speed,
-    Temperature,
-    WaterContent,
-    quantity_or_word,
 )
 
 

@@ -9,20 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
-from hcss_twin.scenario.atmosphere import Atmosphere
-from hcss_twin.scenario.bands import Bands
-from hcss_twin.scenario.clouds import Clouds, OpticsSection
-from hcss_twin.scenario.section_types import (
-    ImageWindow,
-    Instant,
-    Platform,
-    PlatformSpeed,
-    ScenarioSection,
-    Switch,
-    filled,
-)
-from hcss_twin.scenario.sensor import SensorSection
-from hcss_twin.scenario.units import (
+from hcss_twin.core.units import (
     Accuracy,
     Angle,
     Duration,
@@ -33,6 +20,20 @@ from hcss_twin.scenario.units import (
     Temperature,
     quantity_or_word,
 )
+from hcss_twin.scenario.atmosphere import Atmosphere
+from hcss_twin.scenario.bands import Bands
+from hcss_twin.scenario.clouds import Clouds, OpticsSection
+from hcss_twin.scenario.instrument import InstrumentSection
+from hcss_twin.scenario.section_types import (
+    ImageWindow,
+    Instant,
+    Platform,
+    PlatformSpeed,
+    ScenarioSection,
+    Switch,
+    filled,
+)
+from hcss_twin.scenario.sensor import SensorSection
 
 
 class PlaceSection(ScenarioSection):
@@ -276,4 +277,9 @@ class ScenarioModel(ScenarioSection):
     )
     surfaces: SurfaceSection | None = Field(None, description="Map of the ground; sea everywhere by default.")
     output: OutputSection = filled(OutputSection, "Output.")
+    instrument: str | InstrumentSection | None = Field(
+        None,
+        description="Catalog name or file of an instrument, or `[instrument]`: replaces keys of camera, image, "
+        "platform, bands and sensor.",
+    )
     sensor: SensorSection | None = Field(None, description="Sensor; none by default.")

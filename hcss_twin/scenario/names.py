@@ -29,13 +29,14 @@ from hcss_twin.scenario.cloud_types import (
     overlap_problems,
 )
 from hcss_twin.scenario.clouds import Layer, OpticsSection, single_layer
+from hcss_twin.scenario.instrument import DEFAULT_MODEL, load_instrument
 from hcss_twin.scenario.key_paths import homes
 from hcss_twin.scenario.models import DerivedSection, ElementSection, Radiance, ScenarioModel, Sea, SurfaceSection
 from hcss_twin.scenario.particles import MICROPHYSICAL, layer_particles
 from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.response_file import read_response
 from hcss_twin.scenario.section_types import ScenarioSection, own, parse_instant
-from hcss_twin.scenario.sensor import DEFAULT_MODEL, SensorSection, StageSection, choose_sensor, load_sensor, raw_stages
+from hcss_twin.scenario.sensor import SensorSection, StageSection, choose_sensor, raw_stages
 
 SECTIONS: Mapping[Kind, tuple[type[ScenarioSection], str]] = {
     Kind.ATMOSPHERE: (Atmosphere, "provider"),
@@ -79,7 +80,7 @@ def default_provider(kind: Kind) -> str:
     section, key = SECTIONS[kind]
     if section.model_fields[key].is_required():
         return ""
-    # A sensor's model may also come from a named sensor.
+    # A sensor's model may also come from a named instrument.
     default: str = section.model_fields[key].default or DEFAULT_MODEL
     return default
 
@@ -223,7 +224,7 @@ def _sensor_problems(data: Mapping[str, Any], registry: Registry, catalog: Catal
             given = StageSection.model_validate({"name": name, "model": section.get("model"), "parameters": parameters})
         except ValidationError:  # reported with the other keys
             continue
-        problems = [] if name is None else list(_file_problems(f"{path}.name", partial(load_sensor, name, catalog)))
+        problems = [] if name is None else list(_file_problems(f"{path}.name", partial(load_instrument, name, catalog)))
         yield from problems
         if not problems:
             choice = choose_sensor(given, catalog)

@@ -67,6 +67,8 @@ def apply_overrides(
                 problems.append(Problem(key, why))
                 continue
             parts[1:1] = ["layers", "0"]
+        if parts[0] == "instrument" and len(parts) > 1 and isinstance(data.get("instrument"), str):
+            data["instrument"] = {"name": data["instrument"]}
         dropped = _drop_parameters_of_replaced(data, parts, value)
         if dropped:
             notes.append(f"{key} = {Problem.shown(value)} removes the parameters of the one it replaces: {dropped}")

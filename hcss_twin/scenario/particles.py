@@ -9,6 +9,7 @@ from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.core.units import QuantityParser
 from hcss_twin.providers import Microphysics
 from hcss_twin.scenario.section_types import (
     LARGEST_UM,
@@ -19,7 +20,6 @@ from hcss_twin.scenario.section_types import (
     WIDEST,
     ScenarioSection,
 )
-from hcss_twin.scenario.units import QuantityParser
 
 if TYPE_CHECKING:
     from hcss_twin.scenario.clouds import Layer

@@ -13,8 +13,8 @@ from pydantic_core import ErrorDetails
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError, choose_from, listed
+from hcss_twin.core.units import QuantityParser, in_plain_units, meant_in
 from hcss_twin.scenario.key_paths import Location, dotted, homes, model_at, models_at
-from hcss_twin.scenario.units import QuantityParser, in_plain_units, meant_in
 
 Model = TypeVar("Model", bound=BaseModel)
 

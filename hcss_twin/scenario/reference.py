@@ -117,11 +117,19 @@ def _allow_quantity(name: str, entry: dict[str, Any]) -> None:
             if key in choice:
                 choice[keyword] = choice.pop(key)
     if name not in _PLAIN and any(choice.get("type") == "number" for choice in choices):
-        choices.append({"type": "string", "pattern": r"^\s*[-+0-9.eE]+\s*\S*\s*$"})
+        text = {"type": "string", "pattern": _NEDT if name == "nedt" else _QUANTITY}
+        choices.append(text)
+        for choice in choices:
+            if choice.get("additionalProperties") == {"type": "number"}:  # a table by band
+                choice["additionalProperties"] = {"anyOf": [{"type": "number"}, text]}
 
 
-_PLAIN = ("water_vapour_scale", "water_vapour_column", "effective_variance", "strength")
+_PLAIN = ("water_vapour_scale", "water_vapour_column", "effective_variance", "strength", "f_number", "cold_shield")
 """Plain numbers only."""
+
+_QUANTITY = r"^\s*[-+0-9.eE]+\s*\S*\s*$"
+_NEDT = r"^\s*[-+0-9.eE]+\s*\S*(\s+at\s+[-+0-9.eE]+\s*\S*)?\s*$"
+"""Text of a quantity, and of a temperature difference at a temperature."""
 
 _KEYWORDS = {"ge": "minimum", "le": "maximum", "gt": "exclusiveMinimum", "lt": "exclusiveMaximum"}
 _NUMBER_KEYS = ("type", *_KEYWORDS.values())

@@ -22,6 +22,7 @@ from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.atmosphere import BAND_MODEL
 from hcss_twin.scenario.cloud_types import CloudType, load_cloud_type
 from hcss_twin.scenario.clouds import Layer, has_single_layer
+from hcss_twin.scenario.instrument_keys import take_instrument
 from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.names import SECTIONS, misplaced_parameters, name_problems, normalise, provider_sections
 from hcss_twin.scenario.overrides import apply_overrides
@@ -61,6 +62,7 @@ class Scenario(ScenarioModel):
 
     _base: Path = PrivateAttr(default_factory=Path.cwd)
     _short: bool = PrivateAttr(default=False)
+    _renamed: dict[str, str] = PrivateAttr(default={})
     _origin: str = PrivateAttr(default="scenario")
     _sections: dict[str, BaseModel] = PrivateAttr(default_factory=dict)
     _notes: tuple[str, ...] = PrivateAttr(default=())
@@ -103,8 +105,8 @@ class Scenario(ScenarioModel):
         return air.coefficients or DEFAULT_COEFFICIENTS
 
     def field_as_typed(self, field: str) -> str:
-        """Convert a field path to the user's notation: ``clouds.KEY`` for a single layer in short form."""
-        return _short_fields(self._short, {})(field)
+        """Convert a field path to the user's notation: short form of a single layer, keys of the instrument."""
+        return _typed_fields(self._short, {}, self._renamed)(field)
 
     @classmethod
     @checked
@@ -157,6 +159,8 @@ class Scenario(ScenarioModel):
         data, problems, notes = apply_overrides(normalise(raw), overrides or {})
         catalog = Catalog(base=base)
         catalog.shelf = shelf or catalog.shelf
+        of_instrument, renamed = take_instrument(data, catalog)
+        problems += of_instrument
         fill_bands(data, catalog)
         short = has_single_layer(raw.get("clouds"))
         scenario: Self | None = None
@@ -181,7 +185,7 @@ class Scenario(ScenarioModel):
         names = name_problems(data, registry, catalog)
         problems += [problem for problem in names if problem.field not in reported]
         if problems or scenario is None:
-            typed = _short_fields(short, overrides or {})
+            typed = _typed_fields(short, overrides or {}, renamed)
             better = {problem.field: problem.message for problem in misplaced_parameters(data, registry, typed)}
             raise ScenarioError(
                 [Problem(typed(problem.field), better.get(problem.field, problem.message)) for problem in problems],
@@ -191,6 +195,7 @@ class Scenario(ScenarioModel):
         scenario = _with_coverage_modes(scenario, registry, on_grid)
         scenario._base = base
         scenario._short = short
+        scenario._renamed = renamed
         scenario._origin = origin
         scenario._sections = sections
         scenario._notes = (*notes, *of_skies)
@@ -260,7 +265,7 @@ class Scenario(ScenarioModel):
             return self._json
         data = as_given(self, self.model_dump(mode="json"))
         data |= {name: section.model_dump(mode="json", exclude_none=True) for name, section in self._sections.items()}
-        for name in ("surfaces", "sensor"):
+        for name in ("surfaces", "instrument", "sensor"):
             if getattr(self, name) is None:
                 del data[name]
         atmosphere = data["atmosphere"]
@@ -321,11 +326,15 @@ def _with_coverage_modes(scenario: _Scenario, registry: Registry, on_grid: bool)
 _PROVIDER_KEYS = {"atmosphere": ("provider",), "sea": ("model",), "optics": ("provider",), "radiance": ("model",)}
 
 
-def _short_fields(short: bool, overrides: Mapping[str, Any]) -> Callable[[str], str]:
-    """Return a function that converts ``clouds.layers[0].KEY`` to ``clouds.KEY`` if the user typed that."""
+def _typed_fields(short: bool, overrides: Mapping[str, Any], renamed: Mapping[str, str]) -> Callable[[str], str]:
+    """Return a function that converts fields to what the user typed.
+
+    ``clouds.KEY`` for ``clouds.layers[0].KEY`` in short form, and keys of the instrument for what follows from them.
+    """
     long = "clouds.layers[0]"
 
     def typed(field: str) -> str:
+        field = renamed.get(field, field)
         if not field.startswith(f"{long}."):
             return field
         brief = f"clouds{field.removeprefix(long)}"

@@ -14,8 +14,8 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
+from hcss_twin.core.units import Angle, InstrumentLength, Length, QuantityParser, Speed, quantity_or_word
 from hcss_twin.physics.viewing import GEOSTATIONARY_M
-from hcss_twin.scenario.units import Angle, InstrumentLength, Length, QuantityParser, Speed, quantity_or_word
 
 
 class ScenarioSection(BaseModel):
@@ -28,6 +28,9 @@ def filled(section: type[ScenarioSection], description: str) -> Any:
     """Return the field of a section that has its defaults where it is not given."""
     return Field(default_factory=lambda: section.model_validate({}), description=description)
 
+
+AGREEMENT = 0.05
+"""Relative difference of keys that state the same: that of numbers rounded to two digits."""
 
 Switch = Literal["auto", "on", "off"]
 """An effect: "auto" computes it where it matters and the scene can have it; "on" refuses scenes that cannot."""

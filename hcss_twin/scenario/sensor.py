@@ -1,4 +1,4 @@
-"""The ``[sensor]`` section, and named sensors."""
+"""The ``[sensor]`` section, and its merging with the instrument it names."""
 
 from __future__ import annotations
 
@@ -12,15 +12,9 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, ScenarioError
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
-from hcss_twin.scenario.bands import Bands
-from hcss_twin.scenario.problems import read_model
+from hcss_twin.core.units import QuantityParser
+from hcss_twin.scenario.instrument import DEFAULT_MODEL, NamedInstrument, load_instrument
 from hcss_twin.scenario.section_types import ScenarioSection
-from hcss_twin.scenario.units import QuantityParser
-
-DEFAULT_MODEL = "radiometer"
-
-FOLDER = "sensors"
-"""Catalog folder with a file for each named sensor."""
 
 
 class StageSection(ScenarioSection):
@@ -29,8 +23,8 @@ class StageSection(ScenarioSection):
     name: str | None = Field(
         None,
         min_length=1,
-        description="Catalog name or TOML file of a sensor, for the model, parameters and bands that the scenario does "
-        "not give.",
+        description="Catalog name or TOML file of an instrument, for the model, parameters and bands that the scenario "
+        "does not give.",
     )
     model: str | None = Field(
         None, description=f"Sensor model (see `hcss plugins`); default: that of `name`, or `{DEFAULT_MODEL}`."
@@ -76,30 +70,9 @@ class SensorSection(StageSection):
         return data
 
 
-class NamedSensor(ScenarioSection):
-    """A sensor file from ``catalogs/sensors`` or from a user."""
-
-    title: str = Field(min_length=1, description="What it is.")
-    description: str = Field("", description="Meaning of the numbers, and effects they omit.")
-    model: str = Field(DEFAULT_MODEL, description="Sensor model.")
-    bands: Bands | None = Field(None, min_length=1, max_length=100, description="As `bands` of a scenario.")
-    parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
-    sources: dict[str, str] = Field(description="Where each number comes from, by its key; 'bands' for the bands.")
-
-    @model_validator(mode="after")
-    def _every_number_has_its_source(self) -> Self:
-        wanted = [*self.parameters, *(("bands",) if self.bands is not None else ())]
-        missing = [key for key in wanted if key not in self.sources]
-        if missing:
-            raise PydanticCustomError(
-                "sources", f"sources lacks {', '.join(missing)}; allowed: a source for each number given"
-            )
-        return self
-
-
 @dataclass(frozen=True)
 class SensorChoice:
-    """A section merged with the sensor it names.
+    """A section merged with the instrument it names.
 
     Attributes
     ----------
@@ -107,60 +80,47 @@ class SensorChoice:
         Name that selects the provider.
     parameters : mapping
         Provider parameters, as typed.
-    named : NamedSensor or None
-        The sensor file.
+    named : NamedInstrument or None
+        The instrument file.
     """
 
     model: str
     parameters: Mapping[str, Any]
-    named: NamedSensor | None
-
-
-def load_sensor(name: str, catalog: Catalog) -> NamedSensor:
-    """Read a named sensor.
-
-    Raises
-    ------
-    CatalogError
-        If there is no such file, or it is not TOML.
-    ScenarioError
-        If a key of the file is wrong; its ``origin`` is the file.
-    """
-    return read_model(NamedSensor, catalog, catalog.find(name, FOLDER, ".toml"))
+    named: NamedInstrument | None
 
 
 def choose_sensor(section: StageSection, catalog: Catalog) -> SensorChoice:
-    """Merge a section with the sensor it names.
+    """Merge a section with the instrument it names.
 
-    The default model is always the one of this package. Parameters of a named sensor belong to its own model: if the
-    section selects another, they are ignored.
+    The default model is always the one of this package. Parameters of a named instrument belong to its own model: if
+    the section selects another, they are ignored.
 
     Raises
     ------
     CatalogError, ScenarioError
-        As :func:`load_sensor`.
+        As :func:`hcss_twin.scenario.instrument.load_instrument`.
     """
-    named = None if section.name is None else load_sensor(section.name, catalog)
+    named = None if section.name is None else load_instrument(section.name, catalog)
     default_model = f"{OWN_DISTRIBUTION}/{DEFAULT_MODEL}"
     usual = default_model if named is None or named.model == DEFAULT_MODEL else named.model
     model = section.model or usual
     same = named is not None and model.rpartition("/")[2] == named.model.rpartition("/")[2]
-    parameters = {**(named.parameters if named is not None and same else {}), **section.parameters}
+    parameters = {**(named.sensor_parameters() if named is not None and same else {}), **section.parameters}
     return SensorChoice(model, parameters, named)
 
 
 def fill_bands(data: dict[str, Any], catalog: Catalog) -> None:
-    """Add the bands of the named sensor to a raw scenario without bands; file errors are reported elsewhere."""
+    """Add the bands of the named instrument to a raw scenario without bands; file errors are reported elsewhere."""
     for _, section in raw_stages(data):
         name = section.get("name") if isinstance(section, Mapping) else None
         if not isinstance(name, str) or "bands" in data:
             continue
         try:
-            named = load_sensor(name, catalog)
+            named = load_instrument(name, catalog)
         except (CatalogError, ScenarioError, OSError, RuntimeError, ValueError):  # reported at sensor.name
             continue
-        if named.bands is not None:
-            data["bands"] = named.model_dump(mode="json")["bands"]
+        if (bands := named.band_keys()) is not None:
+            data["bands"] = bands
 
 
 def raw_stages(data: Mapping[str, Any]) -> list[tuple[str, Any]]:

@@ -16,15 +16,15 @@ from hcss_twin.physics.viewing import (
     view_zenith_deg,
 )
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.section_types import ORBIT, Platform
+from hcss_twin.scenario.section_types import AGREEMENT, ORBIT, Platform
 
 _Model = TypeVar("_Model", bound=ScenarioModel)
 
 LARGEST_ZENITH_DEG = 85.0
 """Upper limit of ``view.zenith``."""
 
-AGREEMENT, AGREEMENT_DEG = 0.05, 0.1
-"""Relative and angular difference of keys that state the same: that of numbers rounded to two digits."""
+AGREEMENT_DEG = 0.1
+"""Difference of angles that state the same."""
 
 FULL_SPEED_M_S = 465.0
 """Speed of the equator with the rotation of the Earth, which the speed of a circular orbit neglects."""

@@ -34,6 +34,7 @@ from hcss_twin.core.json_numbers import json_value
 from hcss_twin.core.kernels import kernel
 from hcss_twin.core.reading import Reading
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.core.units import QuantityParser
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.engine.certificate.certificate import Certificate
@@ -105,7 +106,6 @@ from hcss_twin.reports.power_spectrum import Rings
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table
 from hcss_twin.scenario.bands import spectral_band
-from hcss_twin.scenario.units import QuantityParser
 
 SOURCE = Path(__file__).read_text(encoding="utf-8")
 

@@ -88,7 +88,7 @@ def test_the_default_name_of_the_command_is_no_exception(folder):
 
 def test_a_sensor_file_is_not_overwritten_by_what_it_measures(folder):
     simulate(Scenario.load("stratus", SMALL), "cube.nc").close()
-    before = (Catalog().root / "sensors" / "generic-mwir.toml").read_bytes()
+    before = (Catalog().root / "instruments" / "generic-mwir.toml").read_bytes()
     (folder / "mine.toml").write_bytes(before)
     with pytest.raises(CubeError, match="is an input"):
         sense("cube.nc", "mine.toml", "mine.toml")

@@ -130,3 +130,9 @@ def test_rounding_and_compression_are_told_with_the_output():
     text = plan_text(planned(output__compression=1, output__quantization="0.02 %"))
     assert row(text, "output").startswith("radiance, cloud_mask: 0.0 MB before compression, compressed at level 1;")
     assert row(text, "rounding").startswith("numbers are rounded to 12 bits")
+
+
+def test_the_text_tells_noise_and_range_of_an_instrument():
+    keys = {"nedt": "20 mK at 290 K", "saturation_temperature": 330.0, "bits": 12, "pixel_angle": 4e-5}
+    text = plan_text(planned(instrument=keys, bands=[[10.0, 10.2]]))
+    assert "10-10.2um: NEDT 0.02 K at 290 K, saturates at 330 K, one number is 0.0007" in row(text, "sensor")

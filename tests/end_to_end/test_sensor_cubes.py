@@ -262,7 +262,7 @@ def test_what_is_no_clean_cube_is_refused(folder, tmp_path):
         hcss_twin.sense(folder / "alone.nc", hcss_twin.Scenario.load(folder / "alone.toml"))
     with pytest.raises(ScenarioError, match=r"sensor\.nmae: unknown key"):
         hcss_twin.sense(folder / "alone.nc", {"nmae": "modis"})
-    with pytest.raises(ScenarioError, match=r"sensor\.name: 'nobody' is neither in catalogs/sensors"):
+    with pytest.raises(ScenarioError, match=r"sensor\.name: 'nobody' is neither in catalogs/instruments"):
         hcss_twin.sense(folder / "alone.nc", "nobody")
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hcss_twin.scenario.units import parse_quantity
+from hcss_twin.core.units import parse_quantity
 
 
 @pytest.mark.parametrize(

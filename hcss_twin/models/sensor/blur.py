@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -94,14 +95,15 @@ class Blur:
             measured = (read_kernel(inputs.catalog.file(parameters.psf_file)),)
         self._exposure_s = (parameters.integration_time or 0.0) if parameters.smear else 0.0
         self._smear = abs(inputs.platform_speed_m_s) * self._exposure_s / inputs.grid.pixel_size_m
-        self._blurs = parameters.psf in ("gaussian", "airy") or self._smear > 0.0
+        self._blurs = parameters.psf in ("gaussian", "airy") or self._smear > 0.0 or parameters.jitter > 0.0
+        self._sigma = math.hypot(parameters.psf_sigma or 0.0, parameters.jitter) or None
         self._cut = 0.0
         self._kernels = {band.name: (*measured, *self._kernels_of(band)) for band in inputs.bands}
         self._transfers: dict[tuple[str, tuple[int, ...]], Array] = {}
         self.weights = {name: _weights(kernels) for name, kernels in self._kernels.items()}
         spot = measured[0] if measured else None
         self._point_images = [
-            PointImage(parameters.psf_sigma, self._cutoff(band) if parameters.psf == "airy" else None, spot)
+            PointImage(self._sigma, self._cutoff(band) if parameters.psf == "airy" else None, spot)
             for band in inputs.bands
         ]
 
@@ -170,8 +172,9 @@ class Blur:
         still = np.array(0.0)
         if self._parameters.psf == "airy":
             planes = [_airy_kernel(self._cutoff(band))]
-            along_x, cut_x = line_kernel(lambda frequency: smear_mtf(frequency, self._smear))
-            along_y, cut_y = np.ones(1), planes[0][1]
+            along_x, cut_x = line_kernel(lambda frequency: self._motion(still, frequency))
+            along_y, cut_y = line_kernel(lambda frequency: self._motion(frequency, still))
+            cut_y += planes[0][1]
         else:
             planes = []
             along_x, cut_x = line_kernel(lambda frequency: self._transfer(band, still, frequency))
@@ -187,9 +190,13 @@ class Blur:
         assert given.pixel_angle is not None
         return given.aperture_diameter * given.pixel_angle / (photon_wavelength_um(band, None) * 1e-6)
 
+    def _motion(self, along_y: Array, along_x: Array) -> Array:
+        """Return the MTF of smear and jitter."""
+        jitter = self._parameters.jitter
+        return smear_mtf(along_x, self._smear) * gaussian_mtf(along_x, jitter) * gaussian_mtf(along_y, jitter)
+
     def _transfer(self, band: SensorBand, along_y: Array, along_x: Array) -> Array:
-        given = self._parameters
-        factor = smear_mtf(along_x, self._smear)
+        given, factor = self._parameters, self._motion(along_y, along_x)
         if given.psf == "gaussian" and given.psf_sigma is not None:
             return factor * gaussian_mtf(along_x, given.psf_sigma) * gaussian_mtf(along_y, given.psf_sigma)
         if given.psf == "airy":

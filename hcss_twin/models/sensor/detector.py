@@ -27,6 +27,19 @@ def band_radiance_per_kelvin(band: SensorBand, temperature_K: float) -> float:
     return float(weight @ slope)
 
 
+def band_radiance(band: SensorBand, temperature_K: float) -> float:
+    """Return the band radiance of a black body, W m-2 sr-1."""
+    wavelength_um, weight = _nodes(band)
+    return float(weight @ _planck_per_um(wavelength_um, temperature_K))
+
+
+def black_body_K(band: SensorBand, radiance: float) -> float:
+    """Return the temperature of the black body with a band radiance, within the limits 20 and 20000 K."""
+    from scipy.optimize import brentq  # only for sensors with a range
+
+    return float(brentq(lambda kelvin: np.log(max(band_radiance(band, kelvin), 1e-300) / radiance), 20.0, 2e4))
+
+
 def photon_wavelength_um(band: SensorBand, temperature_K: float | None) -> float:
     """Mean wavelength of the light in a band, at which its power is converted to photons: P lambda / (h c) per second.
 

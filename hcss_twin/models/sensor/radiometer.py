@@ -12,10 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.models.sensor.blur import Blur, Weights
 from hcss_twin.models.sensor.detector import (
     Readout,
+    band_radiance,
     band_radiance_per_kelvin,
+    black_body_K,
     photon_wavelength_um,
     photons_per_radiance,
 )
@@ -23,6 +26,10 @@ from hcss_twin.models.sensor.noise import Noise, too_many_electrons
 from hcss_twin.models.sensor.parameters import OfBands, RadiometerParameters
 from hcss_twin.models.sensor.rows import Detector, measure
 from hcss_twin.providers import Measured, Points, SensorBand, SensorDeclaration, SensorInputs
+
+NEDT_AGREES, WELL_AGREES = 0.2, 1.02
+"""Relative difference of a stated NEDT and that of the electrons, and share of a well that may be full at saturation:
+published numbers are rounded."""
 
 _TYPES = {"radiance": np.float32, "photon_rate": np.float32, "digital_number": np.int32, "saturated": np.uint8}
 
@@ -41,7 +48,9 @@ class Radiometer:
             *(("digital_number",) if parameters.bits is not None else ()),
             *(("saturated",) if any(channel.can_saturate for channel in self.channels) else ()),
         )
-        self.declares = SensorDeclaration(reach_pixels=self.blur.reach_pixels)
+        unshaken = parameters.jitter > 0.0 and parameters.psf in ("airy", "file")
+        notes = ("sensor: jitter blurs the image, but not small elements",) if unshaken else ()
+        self.declares = SensorDeclaration(reach_pixels=self.blur.reach_pixels, notes=notes)
         self.worked_out: Mapping[str, Any] = {
             **self.blur.worked_out,
             "bands": {
@@ -52,16 +61,16 @@ class Radiometer:
 
     def measure(self, radiance: Array, frame: int, time_s: float) -> Measured:
         """Return the measurement of ``radiance`` (B, y, x); see :class:`hcss_twin.providers.Sensor`."""
-        return self._measured(radiance, frame, np.zeros((len(self.channels), 0, 0), np.float32))
+        return self._measured(radiance, frame, time_s, np.zeros((len(self.channels), 0, 0), np.float32))
 
     def measure_with(self, radiance: Array, points: Points, frame: int, time_s: float) -> Measured:
         """Return the measurement of a frame with points: see :class:`hcss_twin.providers.SensorOptions`."""
-        return self._measured(radiance, frame, self.blur.of_points(points, *radiance.shape[1:]))
+        return self._measured(radiance, frame, time_s, self.blur.of_points(points, *radiance.shape[1:]))
 
-    def _measured(self, radiance: Array, frame: int, added: NDArray[np.float32]) -> Measured:
+    def _measured(self, radiance: Array, frame: int, time_s: float, added: NDArray[np.float32]) -> Measured:
         """Return the measurement of a frame; what is added (B, y, x), if anything, is not blurred."""
         found = self.arrays(radiance.shape)
-        self.measure_into(np.ascontiguousarray(radiance, dtype=np.float32), frame, found, added=added)
+        self.measure_into(np.ascontiguousarray(radiance, dtype=np.float32), frame, found, added=added, time_s=time_s)
         return Measured(**found)
 
     def arrays(self, shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
@@ -81,10 +90,11 @@ class Radiometer:
         bands: slice = slice(None),
         lines: tuple[int, int] | None = None,
         added: NDArray[np.float32] | None = None,
+        time_s: float = 0.0,
     ) -> None:
         """Write the measurement by rows of ``clean`` (B, y, x), or of some bands and rows, into :meth:`arrays`.
 
-        ``added`` (B, y, x), if any, is not blurred.
+        ``added`` (B, y, x), if any, is not blurred. The time counts for drift alone.
         """
         none = {name: np.empty((0, 0), dtype) for name, dtype in _TYPES.items()}
         for index in range(len(self.channels))[bands]:
@@ -92,7 +102,7 @@ class Radiometer:
             image, weights = self.blur.by_rows(clean[index], channel.band)
             results = {name: values[index] for name, values in found.items()}
             more = none["radiance"] if added is None else added[index]
-            channel.measure_rows(image, weights, more, frame, lines or (0, len(image)), {**none, **results})
+            channel.measure_rows(image, weights, more, frame, time_s, lines or (0, len(image)), {**none, **results})
 
 
 @dataclass(frozen=True)
@@ -108,14 +118,24 @@ class _Channel:
 
     def worked_out(self) -> dict[str, float]:
         """Derived quantities of the band; reports missing band values before the first frame."""
-        electrons = self.electrons_per_radiance
+        electrons, detector = self.electrons_per_radiance, self.detector
+        self._require_noise()
         derived = {
             "noise_radiance": self.noise_radiance if electrons is None else None,
+            "nedt": self.nedt_of(detector.deviation) if electrons else self.noise_radiance / self._per_kelvin or None,
+            "nedt_temperature": self._number("nedt_temperature"),
+            "read_noise": None if electrons is None else detector.deviation,
+            "background_electrons": detector.dark or None,
             "photon_wavelength_um": self.photon_wavelength_um if self.photons_per_radiance else None,
             "photons_per_radiance": self.photons_per_radiance or None,
             "electrons_per_radiance": electrons,
+            "saturation_temperature": self._saturation_K(),
             "signal_per_number": self.readout.step if self.readout.bits is not None else None,
         }
+        if detector.step:
+            per_number = detector.step / detector.per_radiance
+            zero = detector.dark / detector.step + detector.offset
+            derived |= {"radiance_per_number": per_number, "radiance_at_number_0": 0.0 - per_number * zero}
         self._number("offset_radiance")
         return {name: value for name, value in derived.items() if value is not None}
 
@@ -149,9 +169,82 @@ class _Channel:
     def noise_radiance(self) -> float:
         """Standard deviation of Gaussian noise, W m-2 sr-1."""
         if self.parameters.noise == "nedt":
-            slope = band_radiance_per_kelvin(self.band, self._number("nedt_temperature"))
-            return self._number("nedt") * slope
+            return self._number("nedt") * self._per_kelvin
         return self._number("ner") if self.parameters.noise == "ner" else 0.0
+
+    @cached_property
+    def _per_kelvin(self) -> float:
+        """Change of the radiance of a black body of ``nedt_temperature``, W m-2 sr-1 K-1."""
+        return band_radiance_per_kelvin(self.band, self._number("nedt_temperature"))
+
+    @cached_property
+    def dark(self) -> float:
+        """Electrons per integration without light from the scene: dark current, emission of optics and housing."""
+        given, time_s = self.parameters, self.parameters.integration_time
+        if self.electrons_per_radiance is None or time_s is None:
+            return 0.0
+        assert given.aperture_diameter is not None
+        assert given.pixel_angle is not None
+        optics = given.aperture_diameter, given.pixel_angle
+        emitted = 0.0
+        for kelvin, share in (
+            (given.optics_temperature, 1.0 - self._number("transmission")),
+            (given.housing_temperature, given.housing_etendue or 0.0),
+        ):
+            if kelvin is not None:
+                photons = photons_per_radiance(*optics, share, photon_wavelength_um(self.band, kelvin))
+                emitted += photons * band_radiance(self.band, kelvin)
+        return (given.dark_current + emitted * self._number("quantum_efficiency")) * time_s
+
+    def nedt_of(self, read_noise: float) -> float:
+        """NEDT of counted electrons at ``nedt_temperature``, K: noise of shots, read-out and quantisation (1 / 12)."""
+        per_radiance = self.electrons_per_radiance
+        assert per_radiance is not None
+        step = self.readout.step if self.readout.bits is not None else 0.0
+        variance = self._shot_variance + read_noise**2 + step**2 / 12.0
+        return math.sqrt(variance) / (per_radiance * self._per_kelvin)
+
+    @property
+    def _shot_variance(self) -> float:
+        assert self.electrons_per_radiance is not None
+        scene = self.electrons_per_radiance * band_radiance(self.band, self._number("nedt_temperature"))
+        return scene + self.dark if self.parameters.shot_noise else 0.0
+
+    @cached_property
+    def _read_noise(self) -> float:
+        """Read noise in electrons: what the NEDT leaves, unless it is given."""
+        given = self.parameters
+        if given.nedt is None or "read_noise" in given.model_fields_set:
+            return given.read_noise
+        others, wanted = self.nedt_of(0.0), self._number("nedt")
+        per_kelvin = (self.electrons_per_radiance or 0.0) * self._per_kelvin
+        return per_kelvin * math.sqrt(max(wanted**2 - others**2, 0.0))
+
+    def _require_noise(self) -> None:
+        """Raise a :class:`ScenarioError` if the stated NEDT is not that of the electrons."""
+        given = self.parameters
+        if self.electrons_per_radiance is None or given.nedt is None:
+            return
+        wanted, found = self._number("nedt"), self.nedt_of(self._read_noise)
+        if abs(found / wanted - 1.0) <= (NEDT_AGREES if "read_noise" in given.model_fields_set else 1e-6):
+            return
+        what = "with read_noise it" if "read_noise" in given.model_fields_set else "without read noise it"
+        raise self._problem(
+            "nedt",
+            f"{wanted:g} K at {self._number('nedt_temperature'):g} K in band '{self.band.name}', but {what} is "
+            f"{found:.3g} K with {math.sqrt(self._shot_variance):.4g} electrons of shot noise; allowed: keys that "
+            f"agree within {100 * NEDT_AGREES:g} %, from {found:.3g} K on, or more light or a longer integration_time",
+        )
+
+    def _saturation_K(self) -> float | None:
+        """Temperature of the black body at which the range ends; None without a range, or above 20000 K."""
+        read, per_radiance = self.readout, self.electrons_per_radiance
+        ends = [] if read.full is None else [read.full - self.dark]
+        if read.bits is not None:
+            ends.append((2**read.bits - 1 - read.offset) * read.step - self.dark)
+        most = min(ends, default=0.0) / (per_radiance or 1.0)
+        coldest, hottest = (band_radiance(self.band, kelvin) for kelvin in (30.0, 15e3))
+        return black_body_K(self.band, most) if coldest < most < hottest else None
 
     @cached_property
     def readout(self) -> Readout:
@@ -163,6 +256,7 @@ class _Channel:
             else ("well_depth", "electrons_per_number")
         )
         full = None if getattr(given, full_name) is None else self._number(full_name)
+        full = self._full_at_saturation(full)
         if given.bits is None:
             return Readout(full)
         if getattr(given, step_name) is not None:
@@ -171,6 +265,27 @@ class _Channel:
             assert full is not None  # the parameters require one of both
             step = full / max(2**given.bits - 1 - given.number_offset, 1)
         return Readout(full, given.bits, step, given.number_offset)
+
+    def _full_at_saturation(self, well: float | None) -> float | None:
+        """Return the signal at ``saturation_temperature``, which a well must hold; the well's without it."""
+        if self.parameters.saturation_temperature is None:
+            return well
+        kelvin, per_radiance = self._number("saturation_temperature"), self.electrons_per_radiance
+        full = (per_radiance or 1.0) * band_radiance(self.band, kelvin) + self.dark
+        if well is not None and per_radiance is not None and full > well * WELL_AGREES:
+            left = (well - self.dark) / per_radiance
+            hottest = (
+                f"it is full at {black_body_K(self.band, left):.4g} K" if left > 0.0 else "the background fills it"
+            )
+            raise self._problem(
+                "saturation_temperature",
+                f"{kelvin:g} K in band '{self.band.name}' needs {full:.4g} electrons, and well_depth is {well:.4g}: "
+                f"{hottest}; allowed: a colder one, a shorter integration_time, or a deeper well",
+            )
+        return full
+
+    def _problem(self, name: str, message: str) -> ScenarioError:
+        return ScenarioError([Problem(f"sensor.parameters.{name}", message)])
 
     @cached_property
     def pattern(self) -> tuple[NDArray[np.float32], ...]:
@@ -191,6 +306,7 @@ class _Channel:
         weights: Weights,
         added: NDArray[np.float32],
         frame: int,
+        time_s: float,
         lines: tuple[int, int],
         results: Mapping[str, NDArray[Any]],
     ) -> None:
@@ -198,9 +314,19 @@ class _Channel:
         keys = tuple(np.uint64(self._key(stage, frame)) for stage in ("rows", "shot"))
         names = ("radiance", "photon_rate", "digital_number", "saturated")
         written = (results[name] for name in names)
-        behind = (*self.pattern, self.detector, keys, self.inputs.corner, lines)
+        behind = (*self._pattern_at(time_s), self.detector, keys, self.inputs.corner, lines)
         if not measure(image, *weights, added, *behind, *written):
             raise too_many_electrons(float(image.max()) * self.detector.per_radiance + self.detector.dark)
+
+    def _pattern_at(self, time_s: float) -> tuple[NDArray[np.float32], ...]:
+        """Return the pattern with the drift of all detectors since the last calibration."""
+        gain, offset = self.pattern
+        cycle_s = self.parameters.calibration_cycle
+        if cycle_s is None:
+            return gain, offset
+        drift = self._number("drift") * self._per_kelvin * (self.electrons_per_radiance or 1.0)
+        now = np.float32(drift * (time_s % cycle_s) / cycle_s)
+        return gain, offset + now if offset.size else np.full((self.inputs.grid.rows, 1), now)
 
     @cached_property
     def detector(self) -> Detector:
@@ -209,10 +335,10 @@ class _Channel:
         counts = per_radiance is not None
         return Detector(
             per_radiance=1.0 if per_radiance is None else per_radiance,
-            dark=given.dark_current * (given.integration_time or 0.0) if counts else 0.0,
+            dark=self.dark,
             photons=self.photons_per_radiance,
             shot=float(counts and given.shot_noise),
-            deviation=given.read_noise if counts else self.noise_radiance,
+            deviation=self._read_noise if counts else self.noise_radiance,
             full=math.inf if read.full is None else read.full,
             step=read.step if read.bits is not None else 0.0,
             offset=float(read.offset),

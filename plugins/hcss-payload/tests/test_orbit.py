@@ -1,6 +1,6 @@
 """Positions against astropy and Skyfield, and laws of the other trajectories."""
 
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import numpy as np
 import pytest
@@ -10,7 +10,6 @@ from hcss_payload import (
     Geostationary,
     PayloadError,
     PositionTable,
-    Track,
     TwoLineElements,
     read_oem,
     write_oem,
@@ -87,22 +86,6 @@ def test_messages_in_frames_that_do_not_turn_agree_with_astropy(frame, scale, tm
     message = read_oem(tmp_path / "orbit.oem", START, astropy_orientation(moments[10]))
     for time_s in (0.0, 45.0, 311.0, 600.0):
         assert np.linalg.norm(message.at(time_s) - orbit.at(time_s)) < 0.5
-
-
-def test_a_place_below_the_horizon_is_told_with_the_next_pass_as_skyfield_has_it():
-    pytest.importorskip("sgp4")
-    skyfield = pytest.importorskip("skyfield.api", reason="the reference is not installed")
-    timescale = skyfield.load.timescale(builtin=True)
-    place = skyfield.wgs84.latlon(30.0, -20.0)
-    first, last = (timescale.from_datetime(START + timedelta(days=days)) for days in (0, 1))
-    times, events = skyfield.EarthSatellite(*LINES, "like Landsat", timescale).find_events(place, first, last, 10.0)
-    highest = START + timedelta(
-        days=float(next(time for time, event in zip(times, events, strict=True) if event == 1) - first)
-    )
-    with pytest.raises(PayloadError, match=r"below the horizon at time 0 s; .*the next pass rises at about") as refused:
-        Track(TwoLineElements(*LINES, START), 30.0, -20.0).at(0.0)
-    told = datetime.fromisoformat(str(refused.value).rpartition("(")[2].removesuffix(" UTC)")).replace(tzinfo=UTC)
-    assert abs((told - highest).total_seconds()) <= 20.0
 
 
 def test_a_time_within_a_leap_second_is_told(tmp_path):

@@ -26,12 +26,12 @@ from hcss_bench.reference import (
 )
 from hcss_bench.stages import CERTIFICATE, RAW, RUNS, STAGES, Rounds, private_cache, time_certificate, time_stages
 from hcss_twin import Scenario, make_plan
+from hcss_twin.core.units import QuantityParser
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Problem, ScenarioError
-from hcss_twin.scenario.units import QuantityParser
 
 _SEED = 20_240_420
 

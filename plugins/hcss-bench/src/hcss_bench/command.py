@@ -18,7 +18,7 @@ def _accuracies(context: click.Context, option: click.Parameter, given: tuple[st
         return ()
     from pydantic_core import PydanticCustomError
 
-    from hcss_twin.scenario.units import QuantityParser
+    from hcss_twin.core.units import QuantityParser
 
     try:
         return tuple(map(QuantityParser.parse_accuracy, given))

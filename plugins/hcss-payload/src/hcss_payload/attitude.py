@@ -6,7 +6,6 @@ The nominal body looks along +z; +x points right and +y down in its image.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import timedelta
 from typing import Protocol
 
 import numpy as np
@@ -17,9 +16,6 @@ from hcss_payload.rays import geographic
 from hcss_payload.trajectory import Trajectory, velocity_m_s
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.providers import Array
-
-SEARCHED_S, SEARCH_STEP_S, WORTHWHILE_DEG = 5.0 * 86400.0, 20.0, 10.0
-"""How long after a time below the horizon the next pass is searched, in which steps, and how high it must rise."""
 
 _AXIS = np.array([0.0, 0.0, 1.0])
 _PARALLEL = 1e-9
@@ -103,35 +99,10 @@ class Track:
         if away @ _normal(self.target_m) > 0.0:
             raise PayloadError(
                 f"attitude: the place {self.latitude_deg:g} N {self.longitude_deg:g} E is below the horizon at time "
-                f"{time_s:g} s; allowed: times when the camera is above it{self._next_pass(time_s)}"
+                f"{time_s:g} s; allowed: times when the camera is above it"
             )
         north = Ellipsoid.east_north_up(np.float64(self.latitude_deg), np.float64(self.longitude_deg))[1]  # type: ignore[arg-type]
         return looking(away, north)
-
-    def _next_pass(self, time_s: float) -> str:
-        """Return in words when the camera is above the horizon of the place next, by more than a few degrees."""
-        up, times = _normal(self.target_m), np.arange(time_s, time_s + SEARCHED_S, SEARCH_STEP_S)
-        heights = []
-        for time in times.tolist():
-            try:
-                toward = self.trajectory.at(time) - self.target_m
-            except PayloadError:  # a table ends
-                break
-            heights.append(float(np.degrees(np.arcsin(toward @ up / np.linalg.norm(toward)))))
-            if len(heights) > 2 and heights[-2] > WORTHWHILE_DEG and heights[-2] >= max(heights[-3], heights[-1]):
-                break
-        else:
-            return f"; none in the next {SEARCHED_S / 86400.0:g} days"
-        if len(heights) < 3 or max(heights) <= WORTHWHILE_DEG:
-            return "; none before the trajectory ends"
-        highest = len(heights) - 2
-        rises = next(index for index in range(highest, -1, -1) if index == 0 or heights[index - 1] <= 0.0)
-        start = getattr(self.trajectory, "start", None)
-        date = "" if start is None else f" ({start + timedelta(seconds=float(times[highest])):%Y-%m-%d %H:%M:%S} UTC)"
-        return (
-            f"; the next pass rises at about {times[rises]:.0f} s and is highest, {heights[highest]:.0f} deg above the "
-            f"horizon, at about {times[highest]:.0f} s{date}"
-        )
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import importlib.metadata
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC
+from datetime import UTC, datetime
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,6 +20,7 @@ from hcss_payload.jitter import Jitter, JitterLine
 from hcss_payload.mean_elements import read_elements
 from hcss_payload.pose import Pose, pose_at
 from hcss_payload.sections import AttitudeSection, CameraSection, JitterSection, OrbitSection
+from hcss_payload.sun_synchronous import sun_synchronous, sun_synchronous_above
 from hcss_payload.trajectory import Circular, Geostationary, PositionTable, Trajectory
 from hcss_payload.two_lines import TwoLineElements
 from hcss_twin import Scenario
@@ -82,14 +83,13 @@ def payload_of(scenario: Scenario, catalog: Catalog) -> Payload:
     for name in ("camera", "orbit"):
         if name not in sections:
             raise ScenarioError([Problem(name, "is missing; a camera in orbit needs [camera] and [orbit]")])
-    camera, orbit = sections["camera"], sections["orbit"]
+    camera = sections["camera"]
     attitude, jitter = sections.get("attitude", AttitudeSection.model_validate({})), sections.get("jitter")
     assert isinstance(camera, CameraSection)
-    assert isinstance(orbit, OrbitSection)
     assert isinstance(attitude, AttitudeSection)
     _require_time(camera, scenario)
     optics = _named("camera", lambda: _camera(camera))
-    trajectory = _named("orbit", lambda: _trajectory(orbit, scenario, catalog), orbit.file)
+    trajectory = trajectory_of(scenario, catalog)
     toward = _named("attitude", lambda: _attitude(attitude, trajectory, scenario, catalog), attitude.file)
     shaken = None
     if jitter is not None:
@@ -166,7 +166,11 @@ def _trajectory(section: OrbitSection, scenario: Scenario, catalog: Catalog) -> 
     earth = EarthOrientation(section.dut1 or 0.0, section.pole or (0.0, 0.0))
     match section.provider:
         case "circular":
-            return _circular(section)
+            epoch = (section.epoch or start).astimezone(UTC)
+            return _circular(section).later((start - epoch).total_seconds())
+        case "sun-synchronous":
+            epoch = (section.epoch or start).astimezone(UTC)
+            return _sun_synchronous(section, epoch).later((start - epoch).total_seconds())
         case "geostationary":
             return Geostationary(float(section.longitude or 0.0))
         case "tle" | "omm":
@@ -188,6 +192,24 @@ def _circular(section: OrbitSection) -> Circular:
         return Circular(altitude, inclination, section.node_longitude or 0.0, section.argument or 0.0)
     rising = section.direction != "descending"
     return Circular.above(altitude, inclination, *section.above, section.above_time or 0.0, rising)
+
+
+def _sun_synchronous(section: OrbitSection, epoch: datetime) -> Circular:
+    altitude, rising = float(section.altitude or 0.0), section.direction != "descending"
+    node = None if section.local_time is None else (section.local_time, section.node != "descending")
+    if section.above is not None:
+        return sun_synchronous_above(altitude, epoch, section.above, section.above_time or 0.0, rising, node)
+    assert node is not None  # the section requires it
+    return sun_synchronous(altitude, epoch, node[0], section.argument or 0.0, node[1])
+
+
+def trajectory_of(scenario: Scenario, catalog: Catalog) -> Trajectory:
+    """Build the trajectory of a scenario; raises :class:`ScenarioError` that names the field."""
+    orbit = scenario.sections.get("orbit")
+    if orbit is None:
+        raise ScenarioError([Problem("orbit", "is missing; allowed: [orbit] with a provider")])
+    assert isinstance(orbit, OrbitSection)
+    return _named("orbit", lambda: _trajectory(orbit, scenario, catalog), orbit.file)
 
 
 def _attitude(section: AttitudeSection, trajectory: Trajectory, scenario: Scenario, catalog: Catalog) -> Attitude:
@@ -234,8 +256,8 @@ def _table(catalog: Catalog, field: str, name: str, columns: tuple[str, ...]) ->
 
 def _of_package(group: str, section: str, name: str) -> Callable[..., Any]:
     """Return the function of another package; raises :class:`PayloadError`."""
-    orbits, attitudes = ("circular", "geostationary", "tle", "omm", "oem"), ("nadir", "track", "push-broom", "aem")
-    shipped = (*(orbits if section == "orbit" else attitudes), "table")
+    shipped: tuple[str, ...] = ("circular", "sun-synchronous", "geostationary", "tle", "omm", "oem", "table")
+    shipped = shipped if section == "orbit" else ("nadir", "track", "push-broom", "aem", "table")
     known = {entry.name: entry for entry in importlib.metadata.entry_points(group=group)}
     if name not in known:
         raise PayloadError(

@@ -6,6 +6,7 @@ from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
+from datetime import UTC
 from typing import Any
 
 import numpy as np
@@ -20,11 +21,14 @@ from hcss_payload.disk import Disk
 from hcss_payload.disk_scene import climate_of, disk_notes, whole_disk
 from hcss_payload.examination import examine, examine_place
 from hcss_payload.limb import Limb
+from hcss_payload.passes import LOWEST_DEG, direction_deg, next_pass
 from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT, coordinates
 from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, FrameGeometry
 from hcss_payload.rays import geographic
 from hcss_payload.sampled_pass import FIELD, sample_pass
+from hcss_payload.sections import OrbitSection
 from hcss_payload.shutter import LEAST_SMEAR_PX, Shutter, exposure_of, instants_for, largest_smear_px
+from hcss_payload.trajectory import Circular
 from hcss_payload.zonal_disk import ZonalDisk
 from hcss_twin import Scenario
 from hcss_twin.cube.variables import VariableSpec
@@ -139,10 +143,12 @@ class CameraRays(Rays):
         times = np.unique(np.linspace(first, last, TIMES if last > first else 1))
         with _named():
             doubts = examine(payload.trajectory, first, last)
-        self._shutter = self._shutter_over(times)
+        with self._telling_next_pass(first):
+            self._shutter = self._shutter_over(times)
         jitter = payload.jitter
         margin = margin_px + (0.0 if jitter is None else jitter.largest_rad / self.camera.pixel_rad)
-        seen = sample_pass(self.camera, self._geometry, self._require_ground, times, margin, self._largest_deg)
+        with self._telling_next_pass(first):
+            seen = sample_pass(self.camera, self._geometry, self._require_ground, times, margin, self._largest_deg)
         self.directions, footprints = directions_around(seen.toward, seen.limit_deg), seen.footprint_m
         self.climate = climate_of(scenario, catalog, payload.climate)
         disk = whole_disk(scenario, catalog, payload.trajectory, self.directions, seen, times, self.climate is not None)
@@ -175,6 +181,28 @@ class CameraRays(Rays):
             f"camera: {self.samples_per_pixel} x {self.samples_per_pixel} points per pixel; its footprint is "
             f"{np.min(footprints):.4g} to {np.max(footprints):.4g} m, points of the scene are {point_m:.4g} m apart",
         )
+
+    @contextmanager
+    def _telling_next_pass(self, first_s: float) -> Iterator[None]:
+        """Add to errors of a view past the Earth when the next pass above ``[place]`` is, unless it is now."""
+        try:
+            yield
+        except ScenarioError as error:
+            low = direction_deg(self._payload.trajectory, self._place_deg, first_s)[0] < LOWEST_DEG
+            if not low or not any(problem.field in ("attitude", "camera.beyond") for problem in error.problems):
+                raise
+            start = self._scenario.time.astimezone(UTC)
+            told = next_pass(self._payload.trajectory, self._place_deg, start, first_s)
+            orbit = self._scenario.sections.get("orbit")
+            if (
+                isinstance(self._payload.trajectory, Circular)
+                and isinstance(orbit, OrbitSection)
+                and orbit.epoch is None
+            ):
+                told += f"; [orbit] counts from its epoch, by default `time`: keep it with epoch = {start.isoformat()}"
+            raise ScenarioError(
+                [Problem(problem.field, f"{problem.message}; {told}") for problem in error.problems], error.origin
+            ) from error
 
     def _require_ground(self, kind: NDArray[np.uint8], time_s: float) -> None:
         if self._payload.beyond != "refuse" or np.all(kind == GROUND):

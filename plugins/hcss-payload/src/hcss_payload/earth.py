@@ -11,5 +11,8 @@ ECCENTRICITY_SQUARED = _FLATTENING * (2.0 - _FLATTENING)
 MEAN_EARTH_RADIUS_M = 6371008.7714
 """Mean radius of the WGS 84 ellipsoid (2 a + b) / 3; H. Moritz, Geodetic Reference System 1980."""
 
+OBLATENESS = 1.0826359e-3
+"""J2; G. Petit and B. Luzum, IERS Conventions (2010), table 1.1."""
+
 EARTH_M3_S2 = 3.986004418e14
 """Gravitational constant times mass of the Earth; G. Petit and B. Luzum, IERS Conventions (2010), table 1.1."""

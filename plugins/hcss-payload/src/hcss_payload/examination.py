@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from hcss_payload.checks import PayloadError
-from hcss_payload.earth import EARTH_M3_S2, MEAN_EARTH_RADIUS_M, SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
+from hcss_payload.earth import EARTH_M3_S2, MEAN_EARTH_RADIUS_M, OBLATENESS, SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
 from hcss_payload.earth_rotation import EARTH_RATE_RAD_S
 from hcss_payload.rays import geographic
 from hcss_payload.spans import Spans
@@ -44,9 +44,6 @@ _STEPS_PER_PERIOD = 50.0
 
 _SHORTEST_S = 10.0
 """Least step of second differences: positions rounded to 1 m leave 1 % of gravity."""
-
-_OBLATENESS = 1.0826359e-3
-"""J2; G. Petit and B. Luzum, IERS Conventions (2010), table 1.1."""
 
 
 def require_radius(where: str, lines: Sequence[int], positions_m: Array) -> None:
@@ -239,7 +236,7 @@ def _gravity(position_m: Array) -> Array:
     O. Montenbruck and E. Gill, "Satellite Orbits" (2000), section 3.2.
     """
     radius = float(np.linalg.norm(position_m))
-    share = 1.5 * _OBLATENESS * (SEMI_MAJOR_AXIS_M / radius) ** 2
+    share = 1.5 * OBLATENESS * (SEMI_MAJOR_AXIS_M / radius) ** 2
     polar = 5.0 * (position_m[2] / radius) ** 2
     factor = 1.0 + share * (np.array([1.0, 1.0, 3.0]) - polar)
     gravity: Array = -EARTH_M3_S2 / radius**3 * position_m * factor

@@ -1,4 +1,4 @@
-"""Hooks: the command ``serve`` and stages of sensors; imported to list what there is, so it must import quickly."""
+"""Hooks: commands, and stages of sensors; imported to list what there is, so it must import quickly."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from hcss_twin.providers import CommandSpec, ProviderSpec, hookimpl
 
 @hookimpl
 def hcss_commands() -> list[CommandSpec]:
-    """Return the command ``serve``."""
-    return [CommandSpec("serve", "hcss_payload.live.command:serve", "Serve live frames of a camera in shared memory.")]
+    """Return the commands."""
+    return [
+        CommandSpec("passes", "hcss_payload.passes_command:passes", "List the passes of a camera above a place."),
+        CommandSpec("serve", "hcss_payload.live.command:serve", "Serve live frames of a camera in shared memory."),
+    ]
 
 
 def _stage(name: str, module: str, kind: str, summary: str) -> ProviderSpec:

@@ -3,37 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from datetime import time
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from hcss_twin.core.units import QuantityParser
 from hcss_twin.providers import choose_from
-from hcss_twin.scenario.units import QuantityParser
 
 Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
 InstrumentLength = Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))]
 Angle = Annotated[float, BeforeValidator(QuantityParser("angle"))]
+Frequency = Annotated[float, BeforeValidator(QuantityParser("frequency"))]
 Duration = Annotated[float, BeforeValidator(QuantityParser("duration"))]
 
-_SMALL = {"mrad": 1e-3, "urad": 1e-6}
 
-
-def _small_angle(value: object) -> object:
-    """Convert text in mrad or urad to text in rad."""
+def _hours(value: object) -> object:
+    """Convert a time of day, as TOML has it or as text HH:MM, to hours."""
     if isinstance(value, str):
-        for unit, factor in _SMALL.items():
-            number = value.strip().removesuffix(unit).strip()
-            if value.strip().endswith(unit):
-                try:
-                    return f"{float(number) * factor!r} rad"
-                except ValueError:
-                    return value
-    return value
+        try:
+            value = time.fromisoformat(value.strip())
+        except ValueError:
+            value = None
+    if isinstance(value, time) and value.tzinfo is None:
+        return value.hour + (value.minute + value.second / 60.0) / 60.0
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return value
+    raise PydanticCustomError("local_time", 'not a local time; allowed: "00:00" to "23:59" without zone, or hours')
 
 
-SmallAngle = Annotated[Angle, BeforeValidator(_small_angle)]
-"""An angle in degrees, or text in deg, rad, mrad or urad."""
+LocalTime = Annotated[QuantityParser.Number, BeforeValidator(_hours)]
+"""Hours of a time of day."""
 
 Pair = tuple[QuantityParser.Number, QuantityParser.Number]
 Quaternion = tuple[QuantityParser.Number, QuantityParser.Number, QuantityParser.Number, QuantityParser.Number]
@@ -123,22 +124,48 @@ class OrbitSection(_ByProvider):
     """Trajectory of the camera."""
 
     provider: str = Field(
-        "circular", description='"circular", "geostationary", "tle", "omm", "oem", "table", or one of another package.'
+        "circular",
+        description='"circular", "sun-synchronous", "geostationary", "tle", "omm", "oem", "table", or one of another '
+        "package.",
     )
-    altitude: Length | None = Field(None, ge=1e5, le=1e8, description="circular: above the equatorial radius, m.")
+    altitude: Length | None = Field(
+        None, ge=1e5, le=1e8, description="circular, sun-synchronous: above the equatorial radius, m."
+    )
     inclination: Angle | None = Field(None, ge=0, le=180, description="circular: inclination, degrees.")
     node_longitude: Angle | None = Field(
-        None, ge=-360, le=360, description="circular: longitude of the ascending node at the start, degrees."
+        None, ge=-360, le=360, description="circular: longitude of the ascending node at the epoch, degrees."
     )
     argument: Angle | None = Field(
-        None, ge=-360, le=360, description="circular: angle from the node along the orbit at the start, degrees."
+        None,
+        ge=-360,
+        le=360,
+        description="circular, sun-synchronous: angle from the ascending node along the orbit at the epoch, degrees.",
     )
     above: Pair | None = Field(
-        None, description="circular: [latitude, longitude] that the orbit passes, in place of node and argument."
+        None,
+        description="circular, sun-synchronous: [latitude, longitude] that the orbit passes, in place of node and "
+        "argument.",
     )
-    above_time: Duration | None = Field(None, ge=-1e6, le=1e6, description="circular: when it does so, s; default 0.")
+    above_time: Duration | None = Field(
+        None, ge=-1e6, le=1e6, description="circular: when it does so, s after the epoch; default 0."
+    )
     direction: Literal["ascending", "descending"] | None = Field(
         None, description='circular: of the pass above that place; default "ascending".'
+    )
+    local_time: LocalTime | None = Field(
+        None,
+        ge=0,
+        lt=24,
+        description='sun-synchronous: local mean solar time of the node, "13:30" or hours; with `above` it follows '
+        "from the pass.",
+    )
+    node: Literal["ascending", "descending"] | None = Field(
+        None, description='sun-synchronous: which node has that local time; default "ascending".'
+    )
+    epoch: AwareDatetime | None = Field(
+        None,
+        description="circular, sun-synchronous: instant with zone from which node, argument and above_time count; "
+        "default: the start.",
     )
     longitude: Angle | None = Field(None, ge=-180, le=360, description="geostationary: of the satellite, degrees east.")
     lines: tuple[str, ...] | None = Field(
@@ -164,7 +191,11 @@ class OrbitSection(_ByProvider):
             {
                 "circular": (
                     ("altitude", "inclination"),
-                    ("node_longitude", "argument", "above", "above_time", "direction"),
+                    ("node_longitude", "argument", "above", "above_time", "direction", "epoch"),
+                ),
+                "sun-synchronous": (
+                    ("altitude",),
+                    ("local_time", "node", "argument", "above", "above_time", "direction", "epoch"),
                 ),
                 "geostationary": (("longitude",), ()),
                 "tle": ((), ("lines", "file", *earth)),
@@ -175,6 +206,12 @@ class OrbitSection(_ByProvider):
         )
         if self.provider == "tle" and (self.lines is None) == (self.file is None):
             raise PydanticCustomError("provider", "'tle' needs lines or file; allowed: one of them")
+        if self.provider == "sun-synchronous" and self.local_time is None and (self.above is None or self.node):
+            raise PydanticCustomError(
+                "provider",
+                "'sun-synchronous' needs local_time, or above; allowed: local_time of the node, or the pass above a "
+                "place at above_time",
+            )
         if self.above is None and (self.above_time is not None or self.direction is not None):
             raise PydanticCustomError("provider", "above_time or direction without above; allowed: with it")
         if self.above is not None and (self.node_longitude is not None or self.argument is not None):
@@ -219,19 +256,19 @@ class AttitudeSection(_ByProvider):
 class JitterLineSection(Section):
     """One vibration."""
 
-    frequency: QuantityParser.Number = Field(ge=0, le=1e5, description="Frequency, Hz.")
-    amplitude: tuple[SmallAngle, SmallAngle, SmallAngle] = Field(description="Around x, y and z of the body, degrees.")
+    frequency: Frequency = Field(ge=0, le=1e5, description="Frequency, Hz.")
+    amplitude: tuple[Angle, Angle, Angle] = Field(description="Around x, y and z of the body, degrees.")
     phase: Angle = Field(0.0, ge=-360, le=360, description="At the start, degrees.")
 
 
 class JitterSection(Section):
     """Small turns of the body: a power-law spectrum and lines."""
 
-    rms: tuple[SmallAngle, SmallAngle, SmallAngle] = Field(
+    rms: tuple[Angle, Angle, Angle] = Field(
         (0.0, 0.0, 0.0), description='Root mean square around x, y and z, degrees or text ("20 urad"), without lines.'
     )
-    lowest: QuantityParser.Number = Field(0.1, gt=0, le=1e5, description="Lower limit of the spectrum, Hz.")
-    highest: QuantityParser.Number = Field(100.0, gt=0, le=1e5, description="Upper limit of the spectrum, Hz.")
+    lowest: Frequency = Field(0.1, gt=0, le=1e5, description="Lower limit of the spectrum, Hz.")
+    highest: Frequency = Field(100.0, gt=0, le=1e5, description="Upper limit of the spectrum, Hz.")
     exponent: QuantityParser.Number = Field(
         2.0, ge=-2, le=6, description="Power spectral density falls as f^-exponent."
     )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from hcss_payload.checks import PayloadError, ascending, finite, require_inside, require_within
-from hcss_payload.earth import EARTH_M3_S2, SEMI_MAJOR_AXIS_M
+from hcss_payload.earth import EARTH_M3_S2, OBLATENESS, SEMI_MAJOR_AXIS_M
 from hcss_payload.earth_rotation import EARTH_RATE_RAD_S
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.providers import Array
@@ -63,7 +63,7 @@ class Geostationary:
 
 @dataclass(frozen=True)
 class Circular:
-    """A circular orbit around a spherical mass: Kepler's third law, without precession and drag.
+    """A circular orbit by Kepler's third law, without drag.
 
     Parameters
     ----------
@@ -75,12 +75,19 @@ class Circular:
         Longitude of the ascending node at time 0.
     argument_deg : float
         Angle from the ascending node along the orbit at time 0.
+    precesses : bool
+        Whether the oblate Earth turns the plane and changes the period, at their mean rates.
+
+    References
+    ----------
+    Rates: D. A. Vallado, "Fundamentals of Astrodynamics and Applications" (2013), section 9.6, for no eccentricity.
     """
 
     altitude_m: float
     inclination_deg: float
     node_longitude_deg: float = 0.0
     argument_deg: float = 0.0
+    precesses: bool = False
 
     def __post_init__(self) -> None:
         require_within("trajectory.altitude_m", self.altitude_m, 1e5, 1e8, "m")
@@ -97,6 +104,7 @@ class Circular:
         longitude_deg: float,
         time_s: float = 0.0,
         ascending: bool = True,
+        precesses: bool = False,
     ) -> Circular:
         """Return the orbit that passes above a place at a time.
 
@@ -119,16 +127,32 @@ class Circular:
         along = np.arcsin(sine / np.sin(tilt)) if np.sin(tilt) > 0.0 else 0.0
         along = along if ascending else np.pi - along
         east = np.arctan2(np.sin(along) * np.cos(tilt), np.cos(along))
-        radius = SEMI_MAJOR_AXIS_M + altitude_m
-        start = along - np.sqrt(EARTH_M3_S2 / radius**3) * time_s
-        node = np.radians(longitude_deg) - east + EARTH_RATE_RAD_S * time_s
-        return cls(altitude_m, inclination_deg, float(np.degrees(node)) % 360.0, float(np.degrees(start)) % 360.0)
+        along_rate, node_rate = cls(altitude_m, inclination_deg, precesses=precesses).rates_rad_s
+        node, start = np.radians(longitude_deg) - east - node_rate * time_s, along - along_rate * time_s
+        angles = float(np.degrees(node)) % 360.0, float(np.degrees(start)) % 360.0
+        return cls(altitude_m, inclination_deg, *angles, precesses)
+
+    @property
+    def rates_rad_s(self) -> tuple[float, float]:
+        """Rates of the angle along the orbit, and of the longitude of the node over the rotating Earth."""
+        radius, cosine = SEMI_MAJOR_AXIS_M + self.altitude_m, float(np.cos(np.radians(self.inclination_deg)))
+        motion = float(np.sqrt(EARTH_M3_S2 / radius**3))
+        share = 1.5 * OBLATENESS * (SEMI_MAJOR_AXIS_M / radius) ** 2 if self.precesses else 0.0
+        return motion * (1.0 + share * (4.0 * cosine**2 - 1.0)), -EARTH_RATE_RAD_S - share * motion * cosine
+
+    def later(self, time_s: float) -> Circular:
+        """Return the same motion with another time 0, this much later."""
+        along_rate, node_rate = self.rates_rad_s
+        node = (self.node_longitude_deg + float(np.degrees(node_rate * time_s))) % 360.0
+        argument = (self.argument_deg + float(np.degrees(along_rate * time_s))) % 360.0
+        return replace(self, node_longitude_deg=node, argument_deg=argument)
 
     def at(self, time_s: float) -> Array:
         """Return the position."""
         radius = SEMI_MAJOR_AXIS_M + self.altitude_m
-        along = np.radians(self.argument_deg) + np.sqrt(EARTH_M3_S2 / radius**3) * time_s
-        node = np.radians(self.node_longitude_deg) - EARTH_RATE_RAD_S * time_s
+        along_rate, node_rate = self.rates_rad_s
+        along = np.radians(self.argument_deg) + along_rate * time_s
+        node = np.radians(self.node_longitude_deg) + node_rate * time_s
         tilt = np.radians(self.inclination_deg)
         x, y, z = np.cos(along), np.sin(along) * np.cos(tilt), np.sin(along) * np.sin(tilt)
         return radius * np.array([x * np.cos(node) - y * np.sin(node), x * np.sin(node) + y * np.cos(node), z])

@@ -28,7 +28,7 @@ def metres(_context: click.Context, _option: click.Parameter, text: str | None) 
     """Read a length such as ``1 km``; a plain number is in metres."""
     from pydantic_core import PydanticCustomError
 
-    from hcss_twin.scenario.units import QuantityParser
+    from hcss_twin.core.units import QuantityParser
 
     if text is None:
         return None

@@ -79,6 +79,8 @@ class LiveSensor:
                 f"sensor: {', then '.join(stage.entry.name for stage in stages)}; allowed: one "
                 "'radiometer', for live frames"
             )
+        if stages[0].parameters.get("drift") is not None:
+            raise PayloadError("sensor.parameters.drift: is not computed in live frames; allowed: to leave it out")
         cut = {name: shortened(weights, BLUR_LEFT_OUT) for name, weights in sensor.blur.weights.items()}
         sensor.blur.weights = {name: weights for name, (weights, _) in cut.items()}
         self.blur_left_out = max((left_out for _, left_out in cut.values()), default=0.0)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from typing import Annotated
 
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from hcss_twin.core.units import QuantityParser
 from hcss_twin.providers import Array, Measured, SensorDeclaration, SensorInputs
+
+Fraction = Annotated[float, BeforeValidator(QuantityParser("fraction"))]
 
 
 class Parameters(BaseModel):
@@ -13,8 +18,8 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    veil: float = Field(0.01, ge=0, le=0.5, description="Share of the light that is spread evenly over the image.")
-    ghost: float = Field(0.0, ge=0, le=0.5, description="Share that two reflections bring to the opposite pixel.")
+    veil: Fraction = Field(0.01, ge=0, le=0.5, description="Share of the light that is spread evenly over the image.")
+    ghost: Fraction = Field(0.0, ge=0, le=0.5, description="Share that two reflections bring to the opposite pixel.")
 
 
 class StrayLight:

@@ -18,13 +18,33 @@ __all__ = ["QuantityParser"]
 # unit -> (factor, offset): SI value = factor * value + offset. The first unit is the plain number's.
 UNITS: dict[str, dict[str, tuple[float, float]]] = {
     "length": {"m": (1.0, 0.0), "km": (1e3, 0.0), "cm": (1e-2, 0.0), "ft": (0.3048, 0.0)},
-    "angle": {"deg": (1.0, 0.0), "rad": (180.0 / math.pi, 0.0)},
+    "length in km": {"km": (1.0, 0.0), "m": (1e-3, 0.0)},
+    "area": {"m2": (1.0, 0.0), "cm2": (1e-4, 0.0), "km2": (1e6, 0.0)},
+    "angle": {
+        "deg": (1.0, 0.0),
+        "rad": (180.0 / math.pi, 0.0),
+        "mrad": (0.18 / math.pi, 0.0),
+        "urad": (0.18e-3 / math.pi, 0.0),
+        "arcsec": (1.0 / 3600.0, 0.0),
+    },
+    "angle of a pixel": {
+        "rad": (1.0, 0.0),
+        "mrad": (1e-3, 0.0),
+        "urad": (1e-6, 0.0),
+        "arcsec": (math.pi / 648e3, 0.0),
+        "deg": (math.pi / 180.0, 0.0),
+    },
     "temperature": {"K": (1.0, 0.0), "degC": (1.0, 273.15)},
+    "temperature difference": {"K": (1.0, 0.0), "mK": (1e-3, 0.0)},
     "speed": {"m/s": (1.0, 0.0), "km/s": (1e3, 0.0), "km/h": (1 / 3.6, 0.0), "kn": (1852 / 3600, 0.0)},
-    "duration": {"s": (1.0, 0.0), "ms": (1e-3, 0.0), "min": (60.0, 0.0), "h": (3600.0, 0.0)},
+    "duration": {"s": (1.0, 0.0), "ms": (1e-3, 0.0), "us": (1e-6, 0.0), "min": (60.0, 0.0), "h": (3600.0, 0.0)},
     "fraction": {"": (1.0, 0.0), "%": (0.01, 0.0)},
     "particle radius": {"um": (1.0, 0.0), "nm": (1e-3, 0.0), "mm": (1e3, 0.0)},
     "length in an instrument": {"m": (1.0, 0.0), "cm": (1e-2, 0.0), "mm": (1e-3, 0.0), "um": (1e-6, 0.0)},
+    "image distance": {"px": (1.0, 0.0)},
+    "electrons": {"e": (1.0, 0.0), "ke": (1e3, 0.0), "Me": (1e6, 0.0)},
+    "electrons per time": {"e/s": (1.0, 0.0), "ke/s": (1e3, 0.0), "Me/s": (1e6, 0.0)},
+    "frequency": {"Hz": (1.0, 0.0), "kHz": (1e3, 0.0)},
     "water content": {"g/m3": (1.0, 0.0), "kg/m3": (1e3, 0.0), "mg/m3": (1e-3, 0.0)},
 }
 
@@ -58,7 +78,10 @@ def parse_quantity(value: object, dimension: str) -> object:
             f"{Problem.shown(value)}: {Problem.shown(unit)} is not a unit of {dimension}; {_allowed(dimension)}{hint}",
         )
     factor, offset = units[unit]
-    return factor * float(number) + offset
+    per_plain = round(1.0 / factor)
+    # Division by a whole number gives the float that is closest to the decimal number, 15 um = 1.5e-5.
+    plain = float(number) / per_plain if factor * per_plain == 1.0 else factor * float(number)
+    return plain + offset
 
 
 def quantity_or_word(dimension: str, low: float, high: float, *words: str, above: str) -> Callable[[object], object]:
@@ -232,16 +255,30 @@ GasAmount = Annotated[float | str, BeforeValidator(_gas_amount)]
 Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
 """Metres: a number, or text with m, km, cm or ft."""
 
+Kilometres = Annotated[float, BeforeValidator(QuantityParser("length in km"))]
+Area = Annotated[float, BeforeValidator(QuantityParser("area"))]
+
 InstrumentLength = Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))]
 """Metres: a number, or text with m, cm, mm or um."""
 
+PixelAngle = Annotated[float, BeforeValidator(QuantityParser("angle of a pixel"))]
+"""Radians: a number, or text with rad, mrad, urad, arcsec or deg."""
+
+TemperatureDifference = Annotated[float, BeforeValidator(QuantityParser("temperature difference"))]
+"""Kelvin: a number, or text with K or mK."""
+
+Pixels = Annotated[float, BeforeValidator(QuantityParser("image distance"))]
+Electrons = Annotated[float, BeforeValidator(QuantityParser("electrons"))]
+ElectronRate = Annotated[float, BeforeValidator(QuantityParser("electrons per time"))]
+Frequency = Annotated[float, BeforeValidator(QuantityParser("frequency"))]
+
 Angle = Annotated[float, BeforeValidator(QuantityParser("angle"))]
-"""Degrees: a number, or text with deg or rad."""
+"""Degrees: a number, or text with deg, rad, mrad, urad or arcsec."""
 
 Temperature = Annotated[float, BeforeValidator(QuantityParser("temperature"))]
 Speed = Annotated[float, BeforeValidator(QuantityParser("speed"))]
 Duration = Annotated[float, BeforeValidator(QuantityParser("duration"))]
-"""Seconds: a number, or text with s, ms, min or h."""
+"""Seconds: a number, or text with s, ms, us, min or h."""
 
 Fraction = Annotated[float, BeforeValidator(QuantityParser("fraction"))]
 ParticleRadius = Annotated[float, BeforeValidator(QuantityParser("particle radius"))]
