@@ -108,8 +108,15 @@ class Catalog:
             where += f", in {self.base / folder}"
         raise CatalogError(f"'{name}' is neither {where} nor a file; {choose_from(name, known)}")
 
-    def file(self, path: str | Path) -> Path:
-        """Resolve a path given by the user and record the file.
+    def file(self, path: str | Path, *, shipped: bool = False) -> Path:
+        """Resolve a path given by the user, or of a file that a plugin ships, and record the file.
+
+        Parameters
+        ----------
+        path : str or Path
+            Path; relative ones start at the folder of the scenario.
+        shipped : bool
+            Whether the plugin that asks ships the file, so that a scenario from someone else's cube may have it, too.
 
         Raises
         ------
@@ -120,7 +127,7 @@ class Catalog:
         if not _is_file(resolved):
             require_no_stream(resolved, CatalogError)
             raise CatalogError(f"no file '{path}' (looked at {resolved})")
-        return self._record(resolved)
+        return self._record(resolved, shipped)
 
     def unchanged(self, used: Mapping[str, str]) -> bool:
         """Whether files that were read before, by their names in :attr:`used`, are unchanged.
@@ -165,9 +172,9 @@ class Catalog:
         except RuntimeError as error:  # ~ of an unknown user
             raise CatalogError(f"'{path}': {error}") from error
 
-    def _record(self, path: Path) -> Path:
+    def _record(self, path: Path, shipped: bool = False) -> Path:
         inside = path.is_relative_to(self.root) and ".." not in path.relative_to(self.root).parts
-        if not inside and not self.shelf.may_read(path):
+        if not inside and not shipped and not self.shelf.may_read(path):
             raise CatalogError(f"{path}: not read, because it is not under the cube's folder; name it with --data")
         key = path.relative_to(self.root).as_posix() if inside else str(path.resolve())
         if key not in self._used:
