@@ -108,15 +108,8 @@ class Catalog:
             where += f", in {self.base / folder}"
         raise CatalogError(f"'{name}' is neither {where} nor a file; {choose_from(name, known)}")
 
-    def file(self, path: str | Path, *, shipped: bool = False) -> Path:
-        """Resolve a path given by the user, or of a file that a plugin ships, and record the file.
-
-        Parameters
-        ----------
-        path : str or Path
-            Path; relative ones start at the folder of the scenario.
-        shipped : bool
-            Whether the plugin that asks ships the file, so that a scenario from someone else's cube may have it, too.
+    def file(self, path: str | Path) -> Path:
+        """Resolve a path given by the user and record the file.
 
         Raises
         ------
@@ -127,7 +120,11 @@ class Catalog:
         if not _is_file(resolved):
             require_no_stream(resolved, CatalogError)
             raise CatalogError(f"no file '{path}' (looked at {resolved})")
-        return self._record(resolved, shipped)
+        return self._record(resolved)
+
+    def shipped(self, path: Path) -> Path:
+        """Record a file that a plugin ships, which a scenario from someone else's cube may use, too."""
+        return self._record(path, shipped=True)
 
     def unchanged(self, used: Mapping[str, str]) -> bool:
         """Whether files that were read before, by their names in :attr:`used`, are unchanged.
