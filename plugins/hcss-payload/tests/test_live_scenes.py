@@ -118,7 +118,10 @@ def test_the_method_is_that_which_shows_the_scene_and_says_why(folder):
 
 
 def test_a_pass_that_fast_frames_do_not_reach_has_frames_of_cubes():
-    coarse = {"camera": {"rows": 8, "columns": 8, "detector_pitch": 4.5e-4}, "clouds": {"type": "cumulus", "generator": "fractal"}}
+    coarse = {
+        "camera": {"rows": 8, "columns": 8, "detector_pitch": 4.5e-4},
+        "clouds": {"type": "cumulus", "generator": "fractal"},
+    }
     with live_pass(hcss_twin.Scenario.from_dict(merged(SCENE, PASS, SHORT, COARSE, coarse)), end_s=1.0) as live:
         assert live.method == "cube"
         assert live.notes[0].startswith("frames are those of cubes, since fast frames do not show this pass (")
