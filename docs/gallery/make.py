@@ -42,7 +42,8 @@ hcss run docs/gallery/{first}.toml && hcss preview {first}.nc
 ```
 
 `python docs/gallery/make.py {first}` redraws the image below. The [scenario reference](reference/scenario.md)
-explains the keys.
+explains the keys. Clouds of `cumulus`, `stratocumulus` and `cirrus` are those of the plugin
+[`hcss-skies`](../plugins/hcss-skies/README.md); without it they are fractal.
 """
 
 

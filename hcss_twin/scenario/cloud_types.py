@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -106,13 +107,18 @@ class TypeFractal(ScenarioSection):
 
 
 class TypeSky(ScenarioSection):
-    """``[[sky]]``: the generator of a package whose clouds look like measured ones, at some pixel sizes."""
+    """``[[sky]]``: the generator of a package whose clouds look like measured ones, at some pixel sizes.
+
+    Pixels of several points (`image.samples_per_pixel`) are as large as the distance of their points.
+    """
 
     generator: str = Field(description="Name of the generator.")
     package: str = Field(description="Distribution that has it.")
     parameters: dict[str, Any] = Field(default_factory=dict, description="Its parameters.")
     coverage: Fraction | None = Field(None, ge=0, le=1, description="Default coverage; without it, that of all types.")
-    pixel_size_max: Length | None = Field(None, gt=0, description="Largest pixel size for which it is meant, m.")
+    own_coverage: bool = Field(False, description="Its coverage cannot be chosen: layers that state one do not get it.")
+    pixel_size_min: Length = Field(0.0, ge=0, description="Smallest distance of points for which it is meant, m.")
+    pixel_size_max: Length = Field(math.inf, gt=0, description="Largest distance of points for which it is meant, m.")
 
 
 _Thickness = Annotated[QuantityParser.Number, Field(ge=0)]
@@ -147,7 +153,7 @@ class CloudType(ScenarioSection):
     def sky_of(self, pixel_size_m: float) -> TypeSky | None:
         """Return the generator that is meant for a pixel size, in place of the fractal one; None if none is."""
         for sky in self.sky:
-            if sky.pixel_size_max is None or pixel_size_m <= sky.pixel_size_max:
+            if sky.pixel_size_min <= pixel_size_m <= sky.pixel_size_max:
                 return sky
         return None
 

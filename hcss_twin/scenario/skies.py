@@ -35,9 +35,10 @@ def with_skies(
         If a package is installed and has no such generator, or that refuses the parameters of the type.
     """
     layers, notes = [], []
+    point_m = scenario.image.pixel_size / scenario.image.samples_per_pixel
     for number, layer in enumerate(scenario.clouds.layers):
         cloud_type = None if _OF_FRACTAL & layer.model_fields_set else load_cloud_type(layer.type, catalog)
-        sky = None if cloud_type is None else cloud_type.sky_of(scenario.image.pixel_size)
+        sky = None if cloud_type is None else cloud_type.sky_of(point_m)
         if sky is None:
             layers.append(layer)
             continue
@@ -47,6 +48,13 @@ def with_skies(
             notes.append(
                 f"clouds of the type '{layer.type}' look more like measured ones with the package {sky.package} "
                 f"({how_to_install(sky.package)}); without it they are fractal"
+            )
+            continue
+        if sky.own_coverage and "coverage" in layer.model_fields_set:
+            layers.append(layer)
+            notes.append(
+                f"clouds of the type '{layer.type}' look more like measured ones without clouds.coverage: those of "
+                f"{name} have their own; with it they are fractal"
             )
             continue
         _require_valid(registry, name, sky, f"clouds.layers[{number}].type", f"'{layer.type}'", origin)

@@ -67,7 +67,7 @@ def accuracy_in_kelvin(folder: Path) -> Results:
 def climatology(folder: Path) -> Results:
     """Air and sea of place and month, which the scenario does not give."""
     scene = {"time": "2024-01-15T12:00:00Z", "place": {"latitude": -10.0, "longitude": -20.0}}
-    clouds = {"clouds": {"type": "cumulus", "coverage": 0.3}}
+    clouds = {"clouds": {"type": "cumulus", "generator": "fractal", "coverage": 0.3}}
     return {"cube": cube(folder, scene | clouds, **{**CHEAP, "bands": ["lwir-10.8"]})}
 
 
@@ -122,7 +122,14 @@ def imagery_single_clouds(folder: Path) -> Results:
 
 
 def shadows(folder: Path) -> Results:
-    clouds = {"type": "cumulus", "base": 1000.0, "top": 1900.0, "coverage": 0.4, "coverage_mode": "field"}
+    clouds = {
+        "type": "cumulus",
+        "generator": "fractal",
+        "base": 1000.0,
+        "top": 1900.0,
+        "coverage": 0.4,
+        "coverage_mode": "field",
+    }
     values = {**IR, "slant.shadows": "on", "image.pixel_size": 100.0, "output.certificate": 4}
     return {"cube": cube(folder, SCENE | {"clouds": clouds}, **values)}
 
@@ -135,7 +142,7 @@ def shadows_and_parallax(folder: Path) -> Results:
 def resolved_waves(folder: Path) -> Results:
     sea = {"sea.model": "rough-sea", "sea.waves": "on"}
     values = {**CHEAP, **IR, "image.pixel_size": 2.0, "view.zenith": 40.0, "accuracy": 3e-3}
-    clouds = {"type": "cumulus", "coverage": 0.4}
+    clouds = {"type": "cumulus", "generator": "fractal", "coverage": 0.4}
     return {"cube": cube(folder, SCENE | {"clouds": clouds}, **{**values, **sea})}
 
 
@@ -160,14 +167,17 @@ def wide_field(folder: Path) -> Results:
 
 def wide_field_physical(folder: Path) -> Results:
     values = {**WIDE, "radiance.model": "physical", "sea.model": "rough-sea", "optics.provider": "bulk"}
-    values |= {"clouds.type": "cirrus", "output.certificate": 4}
+    values |= {"clouds.type": "cirrus", "clouds.generator": "fractal", "output.certificate": 4}
     return {"cube": cube(folder, "cirrus", **values)}
 
 
 def moving_sun(folder: Path) -> Results:
     """From the afternoon into the night."""
     values = {**CHEAP, **IR, "frames.count": 6, "frames.interval": 1200.0, "image.rows": 24, "image.columns": 24}
-    scene = SCENE | {"clouds": {"type": "stratus", "coverage": 0.5}, "time": "2024-04-20T16:45:00+10:00"}
+    scene = SCENE | {
+        "clouds": {"type": "stratus", "generator": "fractal", "coverage": 0.5},
+        "time": "2024-04-20T16:45:00+10:00",
+    }
     return {"cube": cube(folder, scene, **values)}
 
 

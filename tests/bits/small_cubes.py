@@ -36,7 +36,7 @@ SCENE = {
     "seed": 3,
 }
 LAYERS = [
-    {"type": "stratus", "coverage": 0.4, "coverage_mode": "field"},
+    {"type": "stratus", "generator": "fractal", "coverage": 0.4, "coverage_mode": "field"},
     {"type": "cirrus", "coverage": 0.5, "coverage_mode": "field", "edge_taper": 0.2},
 ]
 

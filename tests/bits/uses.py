@@ -55,7 +55,7 @@ bands = ["mwir", {name = "spike", limits = [4.17, 4.2]}]
 image = {rows = 32, columns = 40}
 frames = {count = 3, first = 2, interval = 0.5}
 motion.platform_speed = 1000
-clouds.type = "stratus"
+clouds = {type = "stratus", generator = "fractal"}
 output = {variables = ["radiance", "radiance_sea_emission", "truth"], certificate = 4}
 accuracy = 1e-2
 radiance.model = "as-printed"

@@ -25,7 +25,7 @@ package = "hcss-nowhere"
 
 
 def _scene(folder: Path, sky: str, keys: str = "") -> Scenario:
-    cumulus = Catalog().find("cumulus", "cloud_types", ".toml").read_text(encoding="utf-8")
+    cumulus = Catalog().find("paper-cumulus", "cloud_types", ".toml").read_text(encoding="utf-8")
     (folder / "mine.toml").write_text(cumulus + sky, encoding="utf-8")
     text = f"time = 2024-04-20T12:00:00Z\nplace = {{latitude = 20, longitude = -60}}\nclouds.type = 'mine.toml'\n{keys}"
     return Scenario.from_toml(text, base=folder)
@@ -45,6 +45,22 @@ def test_first_sky_that_is_meant_for_the_pixel_size_is_taken(tmp_path: Path) -> 
     assert fine.clouds.layers[0].generator == "hcss-twin/imagery"
     assert wide.clouds.layers[0].generator == "hcss-twin/fractal"
     assert wide.clouds.layers[0].parameters == {"H": 0.4}
+
+
+def test_points_smaller_than_those_for_which_a_sky_is_meant_keep_fractal_clouds(tmp_path: Path) -> None:
+    of_points = CHOSEN + "pixel_size_min = 20\n"
+    assert _scene(tmp_path, of_points, "image.pixel_size = 20").clouds.layers[0].generator == "hcss-twin/imagery"
+    finer = _scene(tmp_path, of_points, "image = {pixel_size = 20, samples_per_pixel = 2}")
+    assert finer.clouds.layers[0].generator == "fractal"
+
+
+def test_coverage_that_a_sky_cannot_have_keeps_fractal_clouds_and_a_note_says_why(tmp_path: Path) -> None:
+    own = CHOSEN + "own_coverage = true\n"
+    scene = _scene(tmp_path, own, "clouds.coverage = 0.7")
+    assert scene.clouds.layers[0].generator == "fractal"
+    (note,) = scene.notes
+    assert "without clouds.coverage" in note
+    assert _scene(tmp_path, own).clouds.layers[0].generator == "hcss-twin/imagery"
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ HANGING = {"deep-convection", "stratus", "stratocumulus"}
 @pytest.mark.parametrize("name", sorted(EFFECTIVE))
 def test_cloud_type_has_exactly_the_agreed_keys(name) -> None:
     data = read(name)
-    assert set(data) - {"optical_thickness"} == {"title", "description", "source", "pixel_size_max", *KEYS}
+    assert set(data) - {"optical_thickness", "sky"} == {"title", "description", "source", "pixel_size_max", *KEYS}
     for table, keys in KEYS.items():
         by_place = {"level", "depth"} if table == "layer" and "level" in data[table] else set()
         fixed = {"base", "top"} if by_place else set()

@@ -14,7 +14,7 @@ def scene(light="source", certificate=0, **changes):
         "frames": {"count": 1},
         "accuracy": 0.02,
         "bands": [[10.5, 11.0]],
-        "clouds": {"type": "stratocumulus", "coverage": 0.5},
+        "clouds": {"type": "stratocumulus", "generator": "fractal", "coverage": 0.5},
         "output": {"variables": ["radiance"], "certificate": certificate},
         "radiance": {"light": light},
     }

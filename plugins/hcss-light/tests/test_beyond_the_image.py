@@ -8,7 +8,7 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.plan.make_plan import make_plan
 
-LAYERS = [{"type": "stratocumulus", "coverage": 0.5}, {"type": "paper-cirrus", "coverage": 0.5}]
+LAYERS = [{"type": "stratocumulus", "generator": "fractal", "coverage": 0.5}, {"type": "paper-cirrus", "coverage": 0.5}]
 
 
 SIZE, AROUND = (24, 18), ((-40, 31), (-7, 60))
@@ -16,7 +16,7 @@ SIZE, AROUND = (24, 18), ((-40, 31), (-7, 60))
 
 def maker(light, size=SIZE, **changes):
     """Cloud of which a pixel does not depend on the rest of its frame: a larger image has the same sky."""
-    clouds = {"clouds": {"type": "stratocumulus", "coverage": 0.5, "coverage_mode": "field"}}
+    clouds = {"clouds": {"type": "stratocumulus", "generator": "fractal", "coverage": 0.5, "coverage_mode": "field"}}
     image = {"rows": size[0], "columns": size[1], "pixel_size": 400.0}
     common = {"image": image, "time": DAY, "bands": [[3.6, 3.8]], "sea": {"temperature_texture": 0.0}}
     plan = make_plan(scene(light, 0, **(clouds | common | changes)))

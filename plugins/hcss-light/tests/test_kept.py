@@ -22,7 +22,7 @@ def scene(time, band, evolution="frozen", count=40, interval=1.0):
         "motion": {"wind_speed": 10.0, "wind_from": 250.0, "evolution_time": evolution},
         "accuracy": 0.02,
         "bands": [band],
-        "clouds": {"type": "cumulus", "coverage": 0.5},
+        "clouds": {"type": "cumulus", "generator": "fractal", "coverage": 0.5},
         "output": {"variables": ["radiance"], "certificate": 0},
         "radiance": {"light": "source"},
     }

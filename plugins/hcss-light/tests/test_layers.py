@@ -25,7 +25,7 @@ from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import COLUMNS
 
 WATER, ICE = Particles(0.03, 0.8, np.array([1.0, 0.85])), Particles(0.002, 0.6, np.array([1.0, 0.9]))
-LOW = {"type": "stratocumulus", "coverage": 0.5, "base": 600.0, "top": 1000.0, "anchor": "base"}
+LOW = {"type": "stratocumulus", "coverage": 0.5, "base": 600.0, "top": 1000.0, "anchor": "base", "generator": "fractal"}
 LOWER, UPPER = Slices(100.0, 700.0, 20, "base", 100.0), Slices(1500.0, 2500.0, 16, "top", 100.0)
 
 

@@ -52,7 +52,7 @@ class Arc(Rays):
 
 
 def planned(light, rays=None, **changes):
-    clouds = {"type": "stratocumulus", "coverage": 0.5, "coverage_mode": "field"}
+    clouds = {"type": "stratocumulus", "generator": "fractal", "coverage": 0.5, "coverage_mode": "field"}
     common = {"clouds": clouds, "sea": {"temperature_texture": 0.0}, "slant": {"shadows": "off", "parallax": "off"}}
     common |= {"time": DAY, "bands": [[3.6, 3.8]], "image": {"rows": 40, "columns": 30, "pixel_size": 100.0}}
     if rays is not None:
@@ -94,6 +94,9 @@ def test_views_that_turn_too_much_within_few_pixels_are_refused_by_name():
 
 
 def test_light_of_several_layers_along_rays_is_refused_by_name():
-    layers = [{"type": name, "coverage": 0.5, "coverage_mode": "field"} for name in ("stratocumulus", "paper-cirrus")]
+    layers = [
+        {"type": name, "generator": "fractal", "coverage": 0.5, "coverage_mode": "field"}
+        for name in ("stratocumulus", "paper-cirrus")
+    ]
     with pytest.raises(ScenarioError, match=r"radiance\.light: an image that is no grid on the ground"):
         make_plan(scene("source", 0, clouds={"layers": layers}), rays=lambda *_: Arc(2.0))

@@ -153,7 +153,7 @@ def test_each_point_has_the_light_over_its_own_ground(sand, tier, time):
 
 def test_clouds_with_sides_over_land_agree_with_monte_carlo(sand):
     """Twelve pixels by night over sand that is 10 K warmer than the sea; columns err several times as much."""
-    cumulus = {"type": "cumulus", "coverage": 0.45, "coverage_mode": "field"}
+    cumulus = {"type": "cumulus", "generator": "fractal", "coverage": 0.45, "coverage_mode": "field"}
     common = {"slant": OFF, "sea": EVEN, "surfaces": sand(149.85), "accuracy": 5e-3, "clouds": cumulus}
     plan = make_plan(scene("source", **common))
     (of_sand,) = plan.surfaces[0].states[1]
@@ -174,7 +174,7 @@ def test_clouds_with_sides_over_land_agree_with_monte_carlo(sand):
 
 def test_light_over_land_is_refused_where_it_is_not_computed(sand):
     ground = sand(150.0)
-    layers = [{"type": "stratocumulus", "coverage": 0.5}, {"type": "cirrus", "coverage": 0.5}]
+    layers = [{"type": name, "generator": "fractal", "coverage": 0.5} for name in ("stratocumulus", "cirrus")]
     for changes in ({"radiance": {"light": "reference"}, "image": {"rows": 8, "columns": 8, "pixel_size": 100.0}},
                     {"clouds": {"layers": layers}}):  # fmt: skip
         with pytest.raises(

@@ -75,7 +75,7 @@ def live_pixels(plan, radiance, width, height):
     + [pytest.param(kind, marks=pytest.mark.campaign) for kind in ("altostratus", "stratocumulus", "altocumulus")],
 )
 def test_pixels_have_the_mean_and_the_contrast_between_neighbours_of_many_points(kind):
-    clouds = {"type": kind, "coverage": 0.5, "coverage_mode": "field"}
+    clouds = {"type": kind, "generator": "fractal", "coverage": 0.5, "coverage_mode": "field"}
     plan = hcss_twin.make_plan(scenario({"clouds": clouds, "bands": [LWIR, MWIR]}))
     radiance = field_radiance(plan)
     for width, height in ((20.0, 20.0), (60.0, 180.0), (200.0, 200.0), (200.0, 600.0)):

@@ -22,8 +22,8 @@ INTERVAL_S = 60.0
 SHORT = {"frames": {"count": 2, "interval": INTERVAL_S}, "output": {"certificate": 0}}
 COARSE = {"accuracy": 1e-2}
 """For what holds to the bit at any accuracy."""
-STRATUS = {"type": "stratus", "coverage": 0.4, "coverage_mode": "field"}
-CIRRUS = {"type": "cirrus", "coverage": 0.5, "coverage_mode": "field"}
+STRATUS = {"type": "stratus", "generator": "fractal", "coverage": 0.4, "coverage_mode": "field"}
+CIRRUS = {"type": "cirrus", "generator": "fractal", "coverage": 0.5, "coverage_mode": "field"}
 ALTOSTRATUS = {"type": "altostratus", "coverage": 0.3, "coverage_mode": "field"}
 SHIP = {"x": 0.0, "y": 0.0, "altitude": 0.0, "intensity": 2e6}
 PLUME = {"x": 300.0, "y": -200.0, "altitude": 9000.0, "intensity": 5e5, "velocity": [900.0, 0.0, 200.0]}
@@ -120,7 +120,10 @@ def test_the_method_is_that_which_shows_the_scene_and_says_why(folder):
 
 
 def test_a_pass_that_fast_frames_do_not_reach_has_frames_of_cubes():
-    coarse = {"camera": {"rows": 8, "columns": 8, "detector_pitch": 4.5e-4}, "clouds": {"type": "cumulus"}}
+    coarse = {
+        "camera": {"rows": 8, "columns": 8, "detector_pitch": 4.5e-4},
+        "clouds": {"type": "cumulus", "generator": "fractal"},
+    }
     with live_pass(hcss_twin.Scenario.from_dict(merged(SCENE, PASS, SHORT, COARSE, coarse)), end_s=1.0) as live:
         assert live.method == "cube"
         assert live.notes[0].startswith("frames are those of cubes, since fast frames do not show this pass (")

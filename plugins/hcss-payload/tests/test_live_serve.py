@@ -43,6 +43,7 @@ platform_speed = 0.0
 wind_speed = 10.0
 [clouds]
 type = "stratus"
+generator = "fractal"
 coverage = 0.5
 coverage_mode = "field"
 [sea]

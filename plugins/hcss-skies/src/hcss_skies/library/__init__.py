@@ -50,7 +50,7 @@ def _within(folder: Path) -> dict[str, Path]:
 
 def _find(what: str, name: str, known: dict[str, Path], catalog: Catalog) -> Path:
     if name in known:
-        return catalog.file(known[name])
+        return catalog.shipped(known[name])
     try:
         return catalog.find(name, FOLDER, SUFFIX, beside=True)
     except CatalogError as error:
