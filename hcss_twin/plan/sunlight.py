@@ -14,6 +14,7 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, Omission, few_columns
 from hcss_twin.plan.lines_of_sight import SunTrack
+from hcss_twin.plan.numerics import PER_BAND as LEVEL_WAVENUMBERS
 from hcss_twin.providers import Sun, View
 
 SAME_DEG = 0.25
@@ -227,6 +228,11 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> Sun
     if not suns:
         return COMPUTED
     largest = 0.0
+    if not assembly.has_clear_sky:
+        few = few_columns(assembly, LEVEL_WAVENUMBERS)  # the choice of the level has solved the thickest cloud there
+        thickest = replace(few, thickness_m=few.thickness_m[-1:])
+        if any(SAFETY_FACTOR * _share(assembly, thickest, position) > limit for position in suns):
+            return COMPUTED
     columns = few_columns(assembly, _PER_BAND)
     cloudy = replace(columns, clear=False, thickness_m=_thicknesses(assembly))
     # Clear sky is fast to compute and decides most scenes.
