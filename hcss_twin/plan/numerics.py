@@ -30,8 +30,11 @@ FASTEST_CONVERGENCE = 16.0
 SPECTRAL_LEVELS = 3
 """Levels from that of the spectra at all wavenumbers to that of the tables."""
 
-FIRST_LEVELS = ((1e-3, 1), (1e-4, 2), (0.0, 4))
-"""Where the search starts, for tolerances above each limit."""
+FIRST_LEVELS = ((1e-2, 0), (1e-3, 1), (1e-4, 2), (0.0, 4))
+"""Where the search starts, for tolerances above each limit: coarser ones may agree with the next by chance."""
+
+FIRST_WITHOUT_CLOUD = ((1e-4, 0), (0.0, 4))
+"""The same for clear sky."""
 
 FEW_STREAMS = 1
 """Level at which the search for all but sunlight starts by day."""
@@ -147,7 +150,8 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
             return next_change
         return max(next_change, change((level - 1, sunlight), (level, sunlight)) / FASTEST_CONVERGENCE)
 
-    sunlight = min(next(level for limit, level in FIRST_LEVELS if tolerance > limit), last)
+    firsts = FIRST_LEVELS if assembly.has_cloud else FIRST_WITHOUT_CLOUD
+    sunlight = min(next(level for limit, level in firsts if tolerance > limit), last)
     level = min(FEW_STREAMS, sunlight) if any(suns) else sunlight
     tried = [(level, sunlight)]
     while error(level, sunlight) > tolerance:
@@ -252,11 +256,10 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
     def error(refinement: int) -> float:
         return largest_error(at(refinement), at(refinement + 1))
 
-    refinement = 0
+    at(0)  # whose wavenumbers include those of the coarser grid
+    refinement = -1 if tolerance > COARSE_GRID_TOLERANCE else 0
     while error(refinement) > tolerance and refinement < FINEST_GRID:
         refinement += 1
-    if refinement == 0 and tolerance > COARSE_GRID_TOLERANCE and error(-1) <= tolerance:
-        refinement = -1
     return GridRefinement(refinement, error(refinement))
 
 

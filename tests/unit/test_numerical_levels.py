@@ -95,6 +95,7 @@ class Scene:
     layers: tuple = ()
     cloudy_layers: tuple = ()
     has_clear_sky: bool = True
+    has_cloud: bool = True
     spectral_grid: object = field(default_factory=lambda: SpectralGrid.dense([BAND], NATIVE))
     extreme_thicknesses_m: object = field(default_factory=lambda: np.empty((0, 0)))
 
