@@ -40,7 +40,7 @@ from hcss_twin.providers import ColumnSetting, Sun, View
 __all__ = ["tables_of"]
 
 COARSE_SPECTRA = 1e-4
-"""Tolerance from which on sunlight is as coarse as all else where wavenumbers are chosen: it adds up to 5e-5."""
+"""Tolerance from which on wavenumbers are chosen at the coarsest level, which adds up to 5e-5."""
 
 PLACED_SHARE = 0.5
 """Share of the tolerance in thickness for columns toward extreme views; the rest is for those derived from them."""
@@ -114,7 +114,7 @@ def _tables(
     few_streams = dataclasses.replace(plan, assembly=for_spectra(plan.assembly))
     coarse = few_streams
     if allowed.wavenumbers >= COARSE_SPECTRA:
-        coarse = dataclasses.replace(plan, assembly=few_streams.assembly.with_finer_sunlight(0))
+        coarse = dataclasses.replace(plan, assembly=plan.assembly.at_level(0).with_finer_sunlight(0))
     spectrum = choose_spectrum(coarse, allowed.wavenumbers, fitted, tried)
     columns = BandColumns(plan, spectrum.nodes)
     times, time_error = time_nodes(columns.of(few_streams), extreme, allowed.time)
