@@ -40,7 +40,11 @@ from hcss_twin.providers import ColumnSetting, Sun, View
 __all__ = ["tables_of"]
 
 COARSE_SPECTRA = 1e-4
-"""Tolerance from which on wavenumbers are chosen at the coarsest level, which adds up to 5e-5."""
+"""Tolerance from which on wavenumbers are chosen with the fewest streams, which adds up to 5e-5.
+
+Where tables have many, the operators of clouds between wavenumbers are as exact as theirs: the level of sunlight is not
+the coarsest.
+"""
 
 PLACED_SHARE = 0.5
 """Share of the tolerance in thickness for columns toward extreme views; the rest is for those derived from them."""
@@ -114,7 +118,8 @@ def _tables(
     few_streams = dataclasses.replace(plan, assembly=for_spectra(plan.assembly))
     coarse = few_streams
     if allowed.wavenumbers >= COARSE_SPECTRA:
-        coarse = dataclasses.replace(plan, assembly=plan.assembly.at_level(0).with_finer_sunlight(0))
+        finer = min(few_streams.assembly.numerical_level, 1)
+        coarse = dataclasses.replace(plan, assembly=plan.assembly.at_level(0).with_finer_sunlight(finer))
     spectrum = choose_spectrum(coarse, allowed.wavenumbers, fitted, tried)
     columns = BandColumns(plan, spectrum.nodes)
     times, time_error = time_nodes(columns.of(few_streams), extreme, allowed.time)
@@ -139,7 +144,9 @@ def _tables(
         for index, (layer, cloudy) in enumerate(zip(plan.layers, plan.assembly.cloudy_layers, strict=True))
     )
     cross = CROSS_SHARE * allowed.layers
-    drift = allowed.other_instants if len(times) > 1 or placed is not columns or (several and clouds > 1) else 0.0
+    drift = 0.0
+    if len(times) > 1 or placed is not columns or (several and clouds > 1):
+        drift = allowed.other_instants + max(allowed.time - time_error, 0.0)
     near = (*extreme, *edges)
     under = _under_suns(columns, placed, axes, near, suns, cross, drift)
     every = []
@@ -198,17 +205,17 @@ def _under_suns(
     drift: float,
 ) -> dict[Sun | None, list[TensorTrain]]:
     """Return the columns toward some views under each sun: of the middle instant, then others, which differ little."""
-    middle, tolerance = suns[len(suns) // 2], columns.plan.budget.other_instants
+    middle = suns[len(suns) // 2]
     settings, others = columns.toward(views, [middle]), [sun for sun in suns if sun != middle]
     # Several layers have many columns: those toward other views differ little from those toward the first.
     start = settings[:1] if sum(axis is not None for axis in axes) > 1 else settings
     if placed is columns:
         first = columns.exact(axes, start, cross)
     else:
-        first = columns.exact(axes, start, tolerance, [placed.exact(axes, start, cross)])
+        first = columns.exact(axes, start, drift, [placed.exact(axes, start, cross)])
     if len(start) < len(settings):
         rest = settings[1:]
-        first += columns.exact(axes, rest, tolerance, [first * len(rest)])
+        first += columns.exact(axes, rest, drift, [first * len(rest)])
     if not others:
         return {middle: first}
     away = columns.exact(axes, columns.toward(views, others), drift, [first * len(others)])
