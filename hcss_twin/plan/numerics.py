@@ -93,15 +93,10 @@ def reference_level(assembly: Assembly) -> int:
     return min(assembly.numerical_level + 1, assembly.model.declares.numerical_levels - 1)
 
 
-def spectral_level(assembly: Assembly) -> int:
-    """Return the level for spectra at all wavenumbers, whose shapes hardly depend on it."""
-    return max(assembly.numerical_level - SPECTRAL_LEVELS, 0)
-
-
 def for_spectra(assembly: Assembly) -> Assembly:
-    """Return the scene at that level, with sunlight as many levels coarser."""
-    level = spectral_level(assembly)
-    sunlight = max(assembly.numerical_level + assembly.sunlight_steps - SPECTRAL_LEVELS, 0)
+    """Return the scene at the level for spectra at all wavenumbers, whose shapes hardly depend on it."""
+    sizes = assembly.numerical_level, assembly.numerical_level + assembly.sunlight_steps
+    level, sunlight = (max(size - SPECTRAL_LEVELS, 0) for size in sizes)
     return assembly.at_level(level).with_finer_sunlight(sunlight - level)
 
 

@@ -228,17 +228,13 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> Sun
     if not suns:
         return COMPUTED
     largest = 0.0
-    if not assembly.has_clear_sky:
-        few = few_columns(assembly, LEVEL_WAVENUMBERS)  # the choice of the level has solved the thickest cloud there
-        thickest = replace(few, thickness_m=few.thickness_m[-1:])
-        if any(SAFETY_FACTOR * _share(assembly, thickest, position) > limit for position in suns):
-            return COMPUTED
     columns = few_columns(assembly, _PER_BAND)
     cloudy = replace(columns, clear=False, thickness_m=_thicknesses(assembly))
-    # Clear sky is fast to compute and decides most scenes.
-    for part in (replace(columns, thickness_m=cloudy.thickness_m[:0]), cloudy):
-        if not (part.clear or part.thickness_m.size):
-            continue
+    # Clear sky is fast to compute and decides most scenes; the choice of the level has solved the thickest cloud.
+    first = replace(columns, thickness_m=columns.thickness_m[:0])
+    if not columns.clear:
+        first = replace(few_columns(assembly, LEVEL_WAVENUMBERS), thickness_m=columns.thickness_m[-1:])
+    for part in (first, cloudy) if cloudy.thickness_m.size else (first,):
         for position in suns:
             largest = max(largest, SAFETY_FACTOR * _share(assembly, part, position))
             if largest > limit:
