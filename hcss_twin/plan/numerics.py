@@ -33,8 +33,8 @@ SPECTRAL_LEVELS = 3
 FIRST_LEVELS = ((1e-2, 0), (1e-3, 1), (1e-4, 2), (0.0, 4))
 """Where the search starts, for tolerances above each limit: coarser ones may agree with the next by chance."""
 
-FIRST_OF_EMISSION = ((1e-4, 0), (0.0, 4))
-"""The same for clear sky and at night: only sunlight that clouds scatter oscillates with the number of streams."""
+FIRST_OF_SIMPLE = ((1e-4, 0), (0.0, 4))
+"""The same for clear sky, and for one layer at night: sunlight and light between clouds may agree by chance."""
 
 FEW_STREAMS = 1
 """Level at which the search for all but sunlight starts by day."""
@@ -145,7 +145,7 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
             return next_change
         return max(next_change, change((level - 1, sunlight), (level, sunlight)) / FASTEST_CONVERGENCE)
 
-    firsts = FIRST_LEVELS if assembly.has_cloud and any(suns) else FIRST_OF_EMISSION
+    firsts = FIRST_LEVELS if assembly.has_cloud and (any(suns) or len(assembly.layers) > 1) else FIRST_OF_SIMPLE
     sunlight = min(next(level for limit, level in firsts if tolerance > limit), last)
     level = min(FEW_STREAMS, sunlight) if any(suns) else sunlight
     tried = [(level, sunlight)]
