@@ -40,14 +40,13 @@ from hcss_twin.providers import ColumnSetting, Sun, View
 __all__ = ["tables_of"]
 
 COARSE_SPECTRA = 1e-4
-"""Tolerance from which on sunlight is as coarse as all else where wavenumbers are chosen: it adds up to 5e-5."""
+"""Tolerance from which on wavenumbers are chosen with the fewest streams, which adds up to 5e-5."""
 
 PLACED_SHARE = 0.5
 """Share of the tolerance in thickness for columns toward extreme views; the rest is for those derived from them."""
 
 VIEWS_AT_ONCE = 32
 """Views whose columns are computed in one call, about; the memory grows with their number."""
-
 
 CROSS_SHARE = 0.2
 """Share of the tolerance of several layers for completing their product from some of its lines."""
@@ -111,11 +110,11 @@ def _tables(
     """
     allowed, several = plan.budget, plan.views.varies
     # The shape of spectra hardly depends on the numerical level; the certificate includes what remains.
-    few_streams = dataclasses.replace(plan, assembly=for_spectra(plan.assembly))
-    coarse = few_streams
-    if allowed.wavenumbers >= COARSE_SPECTRA:
-        coarse = dataclasses.replace(plan, assembly=few_streams.assembly.with_finer_sunlight(0))
-    spectrum = choose_spectrum(coarse, allowed.wavenumbers, fitted, tried)
+    few = for_spectra(plan.assembly)
+    few_streams = dataclasses.replace(plan, assembly=few)
+    if allowed.wavenumbers >= COARSE_SPECTRA:  # without finer sunlight, clouds between wavenumbers are coarse, too
+        few = few.at_level(0).with_finer_sunlight(min(few.numerical_level, 1))
+    spectrum = choose_spectrum(dataclasses.replace(plan, assembly=few), allowed.wavenumbers, fitted, tried)
     columns = BandColumns(plan, spectrum.nodes)
     times, time_error = time_nodes(columns.of(few_streams), extreme, allowed.time)
     suns = [plan.sun_at(time_s) for time_s in times]
@@ -139,7 +138,8 @@ def _tables(
         for index, (layer, cloudy) in enumerate(zip(plan.layers, plan.assembly.cloudy_layers, strict=True))
     )
     cross = CROSS_SHARE * allowed.layers
-    drift = allowed.other_instants if len(times) > 1 or placed is not columns or (several and clouds > 1) else 0.0
+    spare = allowed.other_instants + max(allowed.time - time_error, 0.0)
+    drift = spare if len(times) > 1 or placed is not columns or (several and clouds > 1) else 0.0
     near = (*extreme, *edges)
     under = _under_suns(columns, placed, axes, near, suns, cross, drift)
     every = []
@@ -198,17 +198,17 @@ def _under_suns(
     drift: float,
 ) -> dict[Sun | None, list[TensorTrain]]:
     """Return the columns toward some views under each sun: of the middle instant, then others, which differ little."""
-    middle, tolerance = suns[len(suns) // 2], columns.plan.budget.other_instants
+    middle = suns[len(suns) // 2]
     settings, others = columns.toward(views, [middle]), [sun for sun in suns if sun != middle]
     # Several layers have many columns: those toward other views differ little from those toward the first.
     start = settings[:1] if sum(axis is not None for axis in axes) > 1 else settings
     if placed is columns:
         first = columns.exact(axes, start, cross)
     else:
-        first = columns.exact(axes, start, tolerance, [placed.exact(axes, start, cross)])
+        first = columns.exact(axes, start, drift, [placed.exact(axes, start, cross)])
     if len(start) < len(settings):
         rest = settings[1:]
-        first += columns.exact(axes, rest, tolerance, [first * len(rest)])
+        first += columns.exact(axes, rest, drift, [first * len(rest)])
     if not others:
         return {middle: first}
     away = columns.exact(axes, columns.toward(views, others), drift, [first * len(others)])

@@ -53,7 +53,7 @@ class Budget:
     thickness, layers, waves, views, shadows, time : float
         Interpolation between columns with cloud in one layer and in two, slopes, views, sun paths and instants.
     other_instants : float
-        Deriving columns at further instants from those at the first.
+        Deriving columns at further instants, or of many streams, from others; it may use what ``time`` leaves.
     faint_sunlight : float
         Omitting negligible sunlight by day.
     """

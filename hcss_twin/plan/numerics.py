@@ -30,8 +30,11 @@ FASTEST_CONVERGENCE = 16.0
 SPECTRAL_LEVELS = 3
 """Levels from that of the spectra at all wavenumbers to that of the tables."""
 
-FIRST_LEVELS = ((1e-3, 1), (1e-4, 2), (0.0, 4))
-"""Where the search starts, for tolerances above each limit."""
+FIRST_LEVELS = ((1e-2, 0), (1e-3, 1), (1e-4, 2), (0.0, 4))
+"""Where the search starts, for tolerances above each limit: coarser ones may agree with the next by chance."""
+
+FIRST_OF_SIMPLE = ((1e-4, 0), (0.0, 4))
+"""The same for clear sky, and for one layer at night: sunlight and light between clouds may agree by chance."""
 
 FEW_STREAMS = 1
 """Level at which the search for all but sunlight starts by day."""
@@ -90,15 +93,10 @@ def reference_level(assembly: Assembly) -> int:
     return min(assembly.numerical_level + 1, assembly.model.declares.numerical_levels - 1)
 
 
-def spectral_level(assembly: Assembly) -> int:
-    """Return the level for spectra at all wavenumbers, whose shapes hardly depend on it."""
-    return max(assembly.numerical_level - SPECTRAL_LEVELS, 0)
-
-
 def for_spectra(assembly: Assembly) -> Assembly:
-    """Return the scene at that level, with sunlight as many levels coarser."""
-    level = spectral_level(assembly)
-    sunlight = max(assembly.numerical_level + assembly.sunlight_steps - SPECTRAL_LEVELS, 0)
+    """Return the scene at the level for spectra at all wavenumbers, whose shapes hardly depend on it."""
+    sizes = assembly.numerical_level, assembly.numerical_level + assembly.sunlight_steps
+    level, sunlight = (max(size - SPECTRAL_LEVELS, 0) for size in sizes)
     return assembly.at_level(level).with_finer_sunlight(sunlight - level)
 
 
@@ -147,7 +145,8 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
             return next_change
         return max(next_change, change((level - 1, sunlight), (level, sunlight)) / FASTEST_CONVERGENCE)
 
-    sunlight = min(next(level for limit, level in FIRST_LEVELS if tolerance > limit), last)
+    firsts = FIRST_LEVELS if assembly.has_cloud and (any(suns) or len(assembly.layers) > 1) else FIRST_OF_SIMPLE
+    sunlight = min(next(level for limit, level in firsts if tolerance > limit), last)
     level = min(FEW_STREAMS, sunlight) if any(suns) else sunlight
     tried = [(level, sunlight)]
     while error(level, sunlight) > tolerance:
@@ -252,11 +251,10 @@ def choose_refinement(assembly: Assembly, suns: Sequence[Sun | None], tolerance:
     def error(refinement: int) -> float:
         return largest_error(at(refinement), at(refinement + 1))
 
-    refinement = 0
+    at(0)  # whose wavenumbers include those of the coarser grid
+    refinement = -1 if tolerance > COARSE_GRID_TOLERANCE else 0
     while error(refinement) > tolerance and refinement < FINEST_GRID:
         refinement += 1
-    if refinement == 0 and tolerance > COARSE_GRID_TOLERANCE and error(-1) <= tolerance:
-        refinement = -1
     return GridRefinement(refinement, error(refinement))
 
 

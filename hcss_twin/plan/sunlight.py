@@ -14,6 +14,7 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, Omission, few_columns
 from hcss_twin.plan.lines_of_sight import SunTrack
+from hcss_twin.plan.numerics import PER_BAND as LEVEL_WAVENUMBERS
 from hcss_twin.providers import Sun, View
 
 SAME_DEG = 0.25
@@ -229,10 +230,11 @@ def negligible_sunlight(assembly: Assembly, sun: SunFrames, limit: float) -> Sun
     largest = 0.0
     columns = few_columns(assembly, _PER_BAND)
     cloudy = replace(columns, clear=False, thickness_m=_thicknesses(assembly))
-    # Clear sky is fast to compute and decides most scenes.
-    for part in (replace(columns, thickness_m=cloudy.thickness_m[:0]), cloudy):
-        if not (part.clear or part.thickness_m.size):
-            continue
+    # Clear sky is fast to compute and decides most scenes; the choice of the level has solved the thickest cloud.
+    first = replace(columns, thickness_m=columns.thickness_m[:0])
+    if not columns.clear:
+        first = replace(few_columns(assembly, LEVEL_WAVENUMBERS), thickness_m=columns.thickness_m[-1:])
+    for part in (first, cloudy) if cloudy.thickness_m.size else (first,):
         for position in suns:
             largest = max(largest, SAFETY_FACTOR * _share(assembly, part, position))
             if largest > limit:

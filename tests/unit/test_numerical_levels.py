@@ -11,7 +11,7 @@ from hcss_twin.laws.samples import sample_radiance_inputs
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.numerics import LEVELS, levels
 from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
-from hcss_twin.plan.numerics import FIRST_LEVELS, NumericalLevel, choose_level, finest, reference_level, spectral_level
+from hcss_twin.plan.numerics import FIRST_LEVELS, NumericalLevel, choose_level, finest, for_spectra, reference_level
 from hcss_twin.providers import Sun
 
 BAND = SpectralBand("flat", np.array([3.0, 5.0]), np.array([1.0, 1.0]))
@@ -92,9 +92,11 @@ class Scene:
 
     model: ModelWithError
     numerical_level: int = 0
+    sunlight_steps: int = 0
     layers: tuple = ()
     cloudy_layers: tuple = ()
     has_clear_sky: bool = True
+    has_cloud: bool = True
     spectral_grid: object = field(default_factory=lambda: SpectralGrid.dense([BAND], NATIVE))
     extreme_thicknesses_m: object = field(default_factory=lambda: np.empty((0, 0)))
 
@@ -146,7 +148,7 @@ def test_a_tolerance_beyond_the_finest_level_is_said():
 
 def test_a_model_without_levels_has_one():
     scene = Scene(ModelWithError(0, 1))
-    assert choose_level(scene, [None], 1e-6).level == reference_level(scene) == spectral_level(scene) == 0
+    assert choose_level(scene, [None], 1e-6).level == reference_level(scene) == for_spectra(scene).numerical_level == 0
 
 
 @pytest.mark.parametrize("refinement", [1, 2])
