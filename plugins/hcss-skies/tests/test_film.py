@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from hcss_skies.command import skies
 from hcss_skies.film import LEVELS, read_film, score_of, write_film
 from hcss_skies.library import find_film
-from hcss_skies.motion import densify, densify_heights, motion_between
+from hcss_skies.motion import densify, filled, motion_between
 from hcss_skies.packing import CLOUDY, pack
 from scipy.ndimage import fourier_gaussian, fourier_shift
 
@@ -295,13 +295,20 @@ def test_frames_are_the_snapshots_and_between_them_a_cloud_moves_steadily_with_i
     np.testing.assert_allclose(sizes, sizes[0], rtol=0.05)
 
 
-def test_heights_between_snapshots_are_those_of_cloud_and_cover_all_cloud(runs):
-    film = runs[0.2][2]
-    ranks, top = densify(film.ranks, film.motion, film.block, 3), densify_heights(film.top, film.motion, film.block, 3)
-    np.testing.assert_array_equal(top[:, ::3], film.top)
-    assert np.all(top[film.optical_thickness[ranks] > 0.0] > 0)
-    flat = np.where(film.top > 0, 200, 0).astype(np.uint8)
-    assert set(np.unique(densify_heights(flat, film.motion, film.block, 3))) == {0, 200}
+def test_filled_heights_are_those_of_cloud_and_near_it_like_it(runs):
+    """A film of heights 40 west and 200 east of clear gaps; the box is periodic."""
+    film = pack(runs(0.2))
+    filled_top = filled(film.top)
+    cloud = film.top > 0
+    np.testing.assert_array_equal(filled_top[cloud], film.top[cloud])
+    assert filled_top.min() >= film.top[cloud].min()
+    heights = np.zeros((1, 48, 48), np.uint8)
+    heights[:, :, 4:8], heights[:, :, 30:36] = 40, 200
+    found = filled(heights)[0].astype(int)
+    assert np.all(found[:, [3, 8]] < 80)
+    assert np.all(found[:, [29, 36]] > 160)
+    assert np.all(np.abs(np.diff(found, axis=0)) == 0)
+    np.testing.assert_array_equal(filled(np.roll(heights, 16, axis=2))[0], np.roll(found, 16, axis=1))
 
 
 def test_the_command_packs_a_run_and_does_not_replace_a_file(tmp_path):

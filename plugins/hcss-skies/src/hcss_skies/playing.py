@@ -31,21 +31,31 @@ _STEPS = 4096
 """Steps of a table of logarithms: of .1 rank where a patch has a fifth of the weight."""
 
 
+_OF_CLEAR = 1e-3
+"""Weight of cells without cloud beside others in fields that belong to cloud."""
+
+
 @kernel(fastmath={"contract"}, error_model="numpy")
 def play(
-    out: Any, row: int, column: int, frames: Any, scores: Any, spacing: float, shift: Any, sheet: bool, key: Any,
-    age: float, lasting: Any,
+    out: Any, beside: Any, row: int, column: int, frames: Any, others: Any, usual: Any, scores: Any, spacing: float,
+    shift: Any, sheet: bool, key: Any, age: float, lasting: Any,
 ) -> None:  # fmt: skip
-    """Write ranks (rows, columns) of cells from ``row`` and ``column`` on.
+    """Write ranks (rows, columns) of cells from ``row`` and ``column`` on, and what belongs to them.
 
     Parameters
     ----------
     out : ndarray of float32 (rows, columns)
         Ranks, 0 to 255, with fractions.
+    beside : ndarray of float32 (F, rows, columns)
+        Other fields of the patch that a cell shows; F may be 0.
     row, column : int
         First cell, in the unbounded sky.
     frames : ndarray of uint8 (pieces, frames, rows, columns)
         Ranks of a film.
+    others : ndarray of uint8 (F, pieces, frames, rows, columns)
+        Its other fields.
+    usual : ndarray of float32 (F, 256)
+        Their usual values at ranks: what a patch shows of a lower rank than it has, has values in proportion.
     scores : ndarray of float64 (2,)
         Scores of ranks 0 and 255.
     spacing : float
@@ -102,6 +112,7 @@ def play(
                 total += square * square
             loss = logarithm[np.int64(total * steps)]
             best = np.float32(-1e30)
+            shown_line, shown_place, shown_turn, own = np.int64(0), np.int64(0), np.int64(0), np.float32(0.0)
             for corner in range(3):
                 share = four * logarithm[np.int64(weights[corner] * steps)] - loss
                 if share < lost:
@@ -122,9 +133,19 @@ def play(
                     before = np.float32(frames[patch[0], patch[1], k, m])
                     after = np.float32(frames[patch[0], patch[1] + 1, k, m])
                     rank = before + parts[line, place, turn, 1] * (after - before)
-                    best = max(best, value + (last - rank if sheet else rank))
+                    value += last - rank if sheet else rank
+                    if value > best:
+                        best, shown_line, shown_place, shown_turn, own = value, line, place, turn, rank
             best = min(max(best, np.float32(0.0)), last)
             out[i, j] = last - best if sheet else best
+            if beside.shape[0] > 0:
+                patch, part = which[shown_line, shown_place, shown_turn], parts[shown_line, shown_place, shown_turn, 1]
+                k, m = (of_row + patch[2]) % tall, (of_column[j] + patch[3]) % wide
+                for n in range(beside.shape[0]):
+                    before = np.float32(others[n, patch[0], patch[1], k, m])
+                    after = np.float32(others[n, patch[0], patch[1] + 1, k, m])
+                    value = before + part * (after - before)
+                    beside[n, i, j] = value * usual[n, np.int64(out[i, j])] / usual[n, np.int64(own)]
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")
@@ -159,6 +180,41 @@ def show(out: Any, ranks: Any, y: Any, x: Any, row: int, column: int, table: Any
             n: Any = np.int64(rank)
             n = min(n, 254)
             out[i, j] = table[n] + (rank - np.float32(n)) * (table[n + 1] - table[n])
+
+
+@kernel(fastmath={"contract"}, error_model="numpy")
+def show_beside(out: Any, cells: Any, ranks: Any, cloudy: float, y: Any, x: Any, row: int, column: int) -> None:
+    """Write another field of cells between their middles: bilinear among cells with cloud, as far as there are any.
+
+    Parameters
+    ----------
+    out : ndarray of float32 (Y, X)
+        The result.
+    cells, ranks : ndarray of float32 (rows, columns)
+        Of cells from ``row`` and ``column`` on.
+    cloudy : float
+        Rank above which a cell has cloud.
+    y, x : ndarray of float64 (Y,), (X,)
+        Positions: whole numbers are the middles of cells.
+    row, column : int
+        First cell.
+    """
+    clear, one = np.float32(_OF_CLEAR), np.float32(1.0)
+    for i in range(y.size):
+        whole = math.floor(y[i])
+        k, fy = np.int64(whole) - row, np.float32(y[i] - whole)
+        for j in range(x.size):
+            whole = math.floor(x[j])
+            m, fx = np.int64(whole) - column, np.float32(x[j] - whole)
+            total = value = np.float32(0.0)
+            for down in range(2):
+                share = fy if down else one - fy
+                for right in range(2):
+                    part = share * (fx if right else one - fx)
+                    part *= one if ranks[k + down, m + right] > cloudy else clear
+                    total += part
+                    value += part * cells[k + down, m + right]
+            out[i, j] = value / total
 
 
 @kernel(inner=True)
