@@ -262,7 +262,7 @@ def test_warping_predicts_the_middle_snapshot_better_than_cross_fading(runs):
     ends, middle = film.ranks[:, [0, 4]], film.ranks[:, 2].astype(float)
     motion = motion_between(ends, film.block)
     np.testing.assert_allclose(motion.mean(axis=(0, 1, 3, 4)) / 16.0, [4.0, -2.0], atol=0.4)
-    warped = densify(ends, motion, film.block, 2)[:, 1].astype(float)
+    warped = densify(ends, motion, film.block, 1)[:, 0].astype(float)
     faded = ends.astype(float).mean(axis=1)
     cloud = film.optical_thickness[film.ranks[:, 2]] > 0.0
     for where in (cloud, np.ones_like(cloud)):
@@ -277,19 +277,18 @@ def blob(centre, width=5.0):
     return np.rint(20.0 + 200.0 * np.exp(-0.5 * (away[0] ** 2 + away[1] ** 2) / width**2)).astype(np.uint8)
 
 
-def test_frames_are_the_snapshots_and_between_them_a_cloud_moves_steadily_with_its_size():
+def test_between_snapshots_a_cloud_moves_steadily_with_its_size():
     """Three cells a snapshot along x across the edge of the box, one along y; frames a third of an interval apart."""
     path = [(30.0 + n, 50.0 + 3.0 * n) for n in range(6)]
     ranks = np.stack([blob(centre) for centre in path])[None]
     frames = densify(ranks, motion_between(ranks, 16), 16, 3)
-    assert frames.shape == (1, 16, SIDE, SIDE)
-    np.testing.assert_array_equal(frames[:, ::3], ranks)
+    assert frames.shape == (1, 15, SIDE, SIDE)
     weight = np.maximum(frames[0].astype(float) - 40.0, 0.0)
     angle = 2.0 * np.pi * np.arange(SIDE) / SIDE
     for axis, (first, speed) in ((1, (30.0, 1.0)), (2, (50.0, 3.0))):
         profile = weight.sum(axis=3 - axis)
         place = np.unwrap(np.angle(profile @ np.exp(1j * angle))) * SIDE / (2.0 * np.pi)
-        expected = first + speed * np.arange(16) / 3.0
+        expected = first + speed * (np.arange(15) + 0.5) / 3.0
         np.testing.assert_allclose((place - expected + SIDE / 2) % SIDE - SIDE / 2, 0.0, atol=0.1)
     sizes = (frames[0] > 100).sum(axis=(1, 2))
     np.testing.assert_allclose(sizes, sizes[0], rtol=0.05)
@@ -297,7 +296,7 @@ def test_frames_are_the_snapshots_and_between_them_a_cloud_moves_steadily_with_i
 
 def test_filled_heights_are_those_of_cloud_and_near_it_like_it(runs):
     """A film of heights 40 west and 200 east of clear gaps; the box is periodic."""
-    film = pack(runs(0.2))
+    film = runs[0.2][2]
     filled_top = filled(film.top)
     cloud = film.top > 0
     np.testing.assert_array_equal(filled_top[cloud], film.top[cloud])

@@ -120,10 +120,11 @@ def _minimum(misfit: Array) -> Array:
 
 
 def densify(field: Bytes, motion: NDArray[np.int8], block: int, parts: int) -> Bytes:
-    """Return frames (pieces, (snapshots - 1) * parts + 1, rows, columns) with ``parts`` intervals for one of a film.
+    """Return frames (pieces, (snapshots - 1) * parts, rows, columns), ``parts`` for each interval of a film.
 
     A frame at a fraction f between snapshots A and B is (1 - f) A(x - f d) + f B(x + (1 - f) d) with the displacement
-    d of the clouds there, bilinear. Every ``parts``-th frame is a snapshot. Ranks are linear in the score.
+    d of the clouds there, bilinear; ranks are linear in the score. Frames are in the middles of parts: the snapshots
+    themselves, which are sharper, would pulse between them.
 
     Parameters
     ----------
@@ -131,13 +132,12 @@ def densify(field: Bytes, motion: NDArray[np.int8], block: int, parts: int) -> B
         Ranks of a film, or :func:`filled` heights.
     """
     pieces, snapshots, rows, columns = field.shape
-    out = np.empty((pieces, (snapshots - 1) * parts + 1, rows, columns), np.uint8)
-    out[:, ::parts] = field
+    out = np.empty((pieces, (snapshots - 1) * parts, rows, columns), np.uint8)
     for piece in range(pieces):
-        for n in range(snapshots - 1):
-            for part in range(1, parts):
-                frame = out[piece, n * parts + part]
-                _frame(frame, field[piece, n], field[piece, n + 1], motion[piece, n], block, part / parts)
+        for number in range(out.shape[1]):
+            n, part = divmod(number, parts)
+            both = field[piece, n], field[piece, n + 1]
+            _frame(out[piece, number], *both, motion[piece, n], block, (part + 0.5) / parts)
     return out
 
 
