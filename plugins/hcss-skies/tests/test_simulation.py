@@ -12,6 +12,7 @@ from hcss_skies.motion import densify
 from hcss_skies.parameters import SimulationParameters
 from hcss_skies.simulation import SimulatedClouds, extinction_m1
 
+from hcss_twin import Scenario, simulate
 from hcss_twin.providers import Grid, Motion, ProviderError, ScenarioError
 
 FROZEN = Motion(0.0, (0.0, 0.0), np.inf, 1.0)
@@ -265,3 +266,37 @@ def test_light_between_columns_sees_tops_and_bases_of_the_film(name):
 def test_tops_of_the_film_have_no_shape_besides():
     assert not hasattr(clouds(tops="film"), "height_shares")
     assert clouds().cloud_top_range_m is None
+
+
+def test_a_slant_view_of_low_towers_has_a_certificate():
+    """Tops down to 45 m above a base at 500 m, in a layer 1500 m deep: tables reach columns from the sea up."""
+    scene = Scenario.from_dict(
+        {
+            "time": "2024-06-20T11:30:00Z",
+            "place": {"latitude": 20.0, "longitude": 60.0},
+            "view": {"zenith": 60.0},
+            "image": {"rows": 48, "columns": 48, "pixel_size": 50.0},
+            "frames": {"count": 1},
+            "accuracy": 0.05,
+            "bands": [[10.5, 11.5]],
+            "slant": {"parallax": "on", "shadows": "on"},
+            "clouds": {
+                "type": "cumulus",
+                "base": 500.0,
+                "top": 2000.0,
+                "coverage": 0.3,
+                "coverage_mode": "field",
+                "generator": "simulation",
+                "parameters": {"tops": "film"},
+            },
+            "output": {"variables": ["radiance", "cloud_top_altitude", "cloud_thickness"], "certificate": 16},
+        }
+    )
+    made = simulate(scene)
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+    top, thickness = made["cloud_top_altitude"].values[0], made["cloud_thickness"].values[0]
+    cloud = thickness > 0.0
+    assert 0.3 < cloud.mean() < 0.95  # sides hide more than tops
+    assert np.nanmin(top) > 500.0
+    assert np.nanmax(top) <= 2000.0
+    assert np.ptp(top[cloud]) > 300.0
