@@ -17,7 +17,7 @@ from hcss_skies.motion import densify, filled
 from hcss_skies.pace import Pace
 from hcss_skies.parameters import SimulationParameters
 from hcss_skies.playing import play, show, show_beside
-from hcss_skies.relief import DENSEST, shares_of
+from hcss_skies.relief import DENSEST, LEAST_M, shares_of
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, CloudLayer, Problem, ProviderError, ScenarioError
 
 FRAME_S = 20.0
@@ -174,7 +174,7 @@ class SimulatedClouds:
         """Return the shares (Z, y, x) of each column between altitudes (Z + 1,), of any window; see ``relief.py``."""
         layer, played = self._inputs.layer, self._played(time_s, rows, columns, 2)
         base, top = (self._altitude(of).astype(np.float64) for of in played[:0:-1])
-        depth = np.maximum(top - base, thickness_m / DENSEST)
+        depth = np.maximum(np.maximum(top - base, thickness_m / DENSEST), LEAST_M)
         top = np.minimum(np.maximum(top, layer.base_m + depth), layer.top_m)
         return shares_of(thickness_m, depth, np.asarray(edges_m, np.float64), top - depth, False)
 
