@@ -173,7 +173,7 @@ class SimulatedClouds:
     ) -> NDArray[np.float32]:
         """Return the shares (Z, y, x) of each column between altitudes (Z + 1,), of any window; see ``relief.py``."""
         layer, played = self._inputs.layer, self._played(time_s, rows, columns, 2)
-        base, top = (self._altitude(of).astype(np.float64) for of in played[:0:-1])
+        base, top = (np.minimum(self._altitude(of).astype(np.float64), layer.top_m) for of in played[:0:-1])
         depth = np.maximum(np.maximum(top - base, thickness_m / DENSEST), LEAST_M)
         top = np.minimum(np.maximum(top, layer.base_m + depth), layer.top_m)
         return shares_of(thickness_m, depth, np.asarray(edges_m, np.float64), top - depth, False)
