@@ -1,9 +1,8 @@
 """Thickness of the clouds at the points that the pixels of a frame see.
 
-Each layer is met at the height of its flat side, as in :mod:`hcss_twin.plan.slant_paths`, and one whose tops vary where
-a line of sight first meets it (:mod:`hcss_twin.plan.hanging_levels`). Rays that form no grid on the
-ground meet it between the points of the scene, so that every layer moves against the sea, and against the others, with
-the direction of view.
+Each layer is met at the height of its flat side, as in :mod:`hcss_twin.plan.slant_paths`, and one whose tops vary at
+all heights (:mod:`hcss_twin.plan.hanging_levels`). Rays that form no grid on the ground meet it between the points of
+the scene, so that every layer moves against the sea, and against the others, with the direction of view.
 """
 
 from __future__ import annotations
@@ -77,12 +76,13 @@ class FrameClouds:
         return at_rays(self._plan, window, self._time_s, height_m, of_scene, interpolated, self._rays)
 
     def _met(self, number: int, window: Window) -> Met:
-        """Return the clouds of a layer whose tops vary that rays of a window meet first, at the nearest points."""
-        scene, (generator, _) = self._plan.scene, self._clouds[number]
-        span = spanning(self._plan.layers[number], generator)
+        """Return the clouds of a layer whose tops vary that rays of a window cross, at the nearest points."""
+        scene, layer, (generator, _) = self._plan.scene, self._plan.layers[number], self._clouds[number]
+        span = spanning(layer, generator)
         levels = levels_of(span, self._moved(span))
         places = [self._places(window, level.middle_m) for level in levels]
-        met = Met(places[0][0].shape, float(generator.cloud_top_range_m[0]))
+        limits_m = layer.thickness_min_m, layer.thickness_max_m
+        met = Met(places[0][0].shape, limits_m, generator.cloud_top_range_m)
         rows, columns = (np.concatenate([np.ravel(part) for part in axis]) for axis in zip(*places, strict=True))
         below = scene.around(rows, columns)
         if below is None:

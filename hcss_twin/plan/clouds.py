@@ -278,10 +278,10 @@ def build_generators(
                 levels = [
                     (level, slant.at_height(level.middle_m, points.pixel_size_m)) for level in levels_of(span, moved)
                 ]
-            if wide != (0, 0):
-                generator = DisplacedClouds(generator, wide, shift, levels=levels)
-            elif margin != (0, 0) or slant.shadows:  # rays that form no grid have shadows even below the clouds
-                generator = DisplacedClouds(generator, wide, shift, of_image=True, levels=levels)
+            # rays that form no grid have shadows even below the clouds
+            if wide != (0, 0) or margin != (0, 0) or slant.shadows:
+                limits_m = layer.thickness_min_m, layer.thickness_max_m
+                generator = DisplacedClouds(generator, wide, shift, wide == (0, 0), levels, limits_m)
             generators.append(generator)
     if allowed is slant:
         return tuple(generators), slant

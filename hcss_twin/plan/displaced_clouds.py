@@ -42,6 +42,8 @@ class DisplacedClouds:
     levels : sequence of (Level, (int, int) or PointShifts)
         Of clouds whose tops vary, seen along slant lines of sight: slices of height from the highest down, and the
         displacement of what is seen there.
+    thickness_range_m : (float, float)
+        Thickness of the thinnest and of the thickest of these clouds.
     """
 
     def __init__(
@@ -51,6 +53,7 @@ class DisplacedClouds:
         view_shift: Shift,
         of_image: bool = False,
         levels: Sequence[tuple[Level, Shift]] = (),
+        thickness_range_m: tuple[float, float] = (0.0, math.inf),
     ) -> None:
         self._generator = generator
         self._margin = margin
@@ -58,7 +61,7 @@ class DisplacedClouds:
         self._origin = (0, 0)
         if of_image:
             self._origin = view_shift if isinstance(view_shift, tuple) else view_shift.middle
-        self._of_image, self._levels = of_image, levels
+        self._of_image, self._levels, self._thickness_range_m = of_image, levels, thickness_range_m
         self._summary = cached_method(self._summary_at, 1)
         self._known: tuple[float, Window, NDArray[np.float32]] = math.nan, NOWHERE, np.empty((0, 0), np.float32)
         # The engine asks for the thickness of a window, and then for its tops.
@@ -118,9 +121,10 @@ class DisplacedClouds:
         return self.displaced_top_m(time_s, rows, columns, self._view_shift)
 
     def _met_in(self, time_s: float, top: int, bottom: int, left: int, right: int) -> Met:
-        """Return the clouds that lines of sight of a window meet first."""
+        """Return the clouds that lines of sight of a window cross."""
         rows, columns = slice(top, bottom), slice(left, right)
-        met = Met((bottom - top, right - left), float(self._generator.cloud_top_range_m[0]))  # type: ignore[attr-defined]
+        tops_m = self._generator.cloud_top_range_m  # type: ignore[attr-defined]
+        met = Met((bottom - top, right - left), self._thickness_range_m, tops_m)
         of_levels = [
             (level, np.reshape(shift, (2, 1, 1)) if isinstance(shift, tuple) else shift.at(rows, columns))
             for level, shift in self._levels

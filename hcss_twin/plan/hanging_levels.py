@@ -1,8 +1,10 @@
-"""What lines of sight meet of clouds whose tops vary: the first column, by its top or its side.
+"""What lines of sight cross of clouds whose tops vary, by tops or sides of columns.
 
 A straight line passes the heights of such a layer from its highest top down to its lowest base. They are divided into
-slices of equal height, in each of which the line moves by at most half a point along either axis. The first column that
-has cloud in the slice of its point is seen, as a whole and at its own height.
+slices of equal height, in each of which the line moves by at most half a point along either axis. Its point sees a
+column that is as thick as the sum of what the line crosses of the columns in all slices, at the mean height of that: a
+column that is crossed from top to base is seen as it is, the side of a tower is as warm as it is low, and edges are
+thin.
 """
 
 from __future__ import annotations
@@ -55,43 +57,61 @@ def levels_of(span: CloudLayer, moved_points: float) -> list[Level]:
 
 
 class Met:
-    """Clouds that the lines of sight of some points have met so far.
+    """Clouds that the lines of sight of some points have crossed so far.
 
     Parameters
     ----------
     shape : (int, int)
-    top_m : float
-        Of points that meet none.
-
-    Attributes
-    ----------
-    thickness_m, top_m : ndarray of float32 (y, x)
-        Of the column that each point sees; 0 where it sees none.
+    thickness_range_m : (float, float)
+        Thickness of the thinnest and of the thickest cloud of the layer.
+    top_range_m : (float, float)
+        Of the generator: points that cross no cloud have the lowest top.
     """
 
-    def __init__(self, shape: tuple[int, ...], top_m: float) -> None:
-        self.thickness_m: Cloud = np.zeros(shape, np.float32)
-        self.top_m: Cloud = np.full(shape, top_m, np.float32)
+    def __init__(
+        self, shape: tuple[int, ...], thickness_range_m: tuple[float, float], top_range_m: tuple[float, float]
+    ) -> None:
+        self._crossed, self._moment = (np.zeros(shape) for _ in range(2))
+        self._range_m, self._top_range_m = thickness_range_m, top_range_m
 
     def look(
         self, thickness_m: Cloud, top_m: Cloud, at: tuple[NDArray[np.int64], NDArray[np.int64]], of: Level
     ) -> None:
         """Look at a slice of clouds (Y, X) of a part of the plane, at its points (y, x) of these rows and columns."""
-        row, column = (np.broadcast_to(part, self.top_m.shape) for part in at)
-        _look(self.thickness_m, self.top_m, thickness_m, top_m, row, column, of.low_m, of.high_m)
+        row, column = (np.broadcast_to(part, self._crossed.shape) for part in at)
+        _look(self._crossed, self._moment, thickness_m, top_m, row, column, of.low_m, of.high_m)
+
+    @property
+    def thickness_m(self) -> Cloud:
+        """Height of what each point crosses (y, x), limited as the thickness of clouds; 0 where it is clear."""
+        least, most = self._range_m
+        seen = np.where(self._crossed < 0.5 * least, 0.0, np.clip(self._crossed, least, most))
+        return seen.astype(np.float32)
+
+    @property
+    def top_m(self) -> Cloud:
+        """Top (y, x) of the column of that thickness whose middle is the mean height of what the point crosses."""
+        middle = np.divide(self._moment, self._crossed, out=np.zeros_like(self._moment), where=self._crossed > 0.0)
+        low, high = (np.float32(end) for end in self._top_range_m)
+        top: Cloud = np.clip(middle.astype(np.float32) + np.float32(0.5) * self.thickness_m, low, high)
+        return top
 
 
 @kernel()
-def _look(seen, seen_top, thickness, top, row, column, low, high):  # type: ignore[no-untyped-def]
-    """Set what points see that have seen nothing; those of negative rows see nothing."""
-    for y in range(seen.shape[0]):
-        for x in range(seen.shape[1]):
+def _look(crossed, moment, thickness, top, row, column, low, high):  # type: ignore[no-untyped-def]
+    """Add what lines of sight cross in a slice to its height and moment; those of negative rows cross nothing."""
+    for y in range(crossed.shape[0]):
+        for x in range(crossed.shape[1]):
             i, j = row[y, x], column[y, x]
-            if seen[y, x] > 0.0 or i < 0:
+            if i < 0:
                 continue
-            cloud, highest = thickness[i, j], top[i, j]
-            if cloud > 0.0 and highest >= low and highest - cloud <= high:
-                seen[y, x], seen_top[y, x] = cloud, highest
+            cloud = np.float64(thickness[i, j])
+            if cloud > 0.0:
+                highest = np.float64(top[i, j])
+                upper, lower = min(highest, high), max(highest - cloud, low)
+                if upper > lower:
+                    crossed[y, x] += upper - lower
+                    moment[y, x] += 0.5 * (upper + lower) * (upper - lower)
 
 
 @kernel()

@@ -12,6 +12,7 @@ from hcss_skies.motion import densify
 from hcss_skies.parameters import SimulationParameters
 from hcss_skies.simulation import SimulatedClouds, extinction_m1
 
+from hcss_twin import Scenario, simulate
 from hcss_twin.providers import Grid, Motion, ProviderError, ScenarioError
 
 FROZEN = Motion(0.0, (0.0, 0.0), np.inf, 1.0)
@@ -40,7 +41,16 @@ class TestSheet(TestCumulus):
         return SimulatedClouds(inputs, SimulationParameters(film="stratocumulus"))
 
 
-def clouds(film="trade-cumulus", *, pixel_m=50.0, size=192, coverage=None, seed=1, motion=FROZEN, depth_m=4000.0):
+class TestOwnTops(TestCumulus):
+    """Clouds that hang from the tops of the film."""
+
+    def make_provider(self, inputs):
+        return SimulatedClouds(inputs, SimulationParameters(tops="film"))
+
+
+def clouds(
+    film="trade-cumulus", *, pixel_m=50.0, size=192, coverage=None, seed=1, motion=FROZEN, depth_m=4000.0, tops="layer"
+):
     """A generator in a layer that is deep enough for the film's thickest clouds."""
     inputs = sample_cloud_inputs(seed=seed)
     if coverage is None:
@@ -54,7 +64,7 @@ def clouds(film="trade-cumulus", *, pixel_m=50.0, size=192, coverage=None, seed=
         coverage_mode="field",
     )
     inputs = replace(inputs, layer=layer, grid=Grid(size, size, pixel_m), motion=motion)
-    return SimulatedClouds(inputs, SimulationParameters(film=film))
+    return SimulatedClouds(inputs, SimulationParameters(film=film, tops=tops))
 
 
 def whole(of, size=192, time_s=0.0):
@@ -107,7 +117,7 @@ def test_larger_pixels_show_the_means_of_smaller_ones():
 
 def test_clouds_change_as_fast_as_in_the_film():
     film = read_film(shipped_films()["trade-cumulus"])
-    frames = film.optical_thickness[densify(film.ranks, film.motion, film.block, 1)]
+    frames = film.optical_thickness[film.ranks]
     dark = np.minimum(frames, 5.0)
     of_film = np.mean(
         [np.corrcoef(a.ravel(), b.ravel())[0, 1] for a, b in zip(dark[0, :20], dark[0, 2:22], strict=True)]
@@ -128,6 +138,23 @@ def test_change_is_steady_across_snapshots_and_ends_of_pieces():
     frames = [np.minimum(whole(of, 384, 10.0 * n), 300.0) for n in range(61)]
     steps = np.array([np.sqrt(np.mean((a - b) ** 2)) for a, b in pairwise(frames)])
     assert steps.max() < 1.25 * steps.mean()
+
+
+@pytest.mark.parametrize("name", ["trade-cumulus", "stratocumulus"])
+def test_snapshots_do_not_pulse(name):
+    """Power of optical thickness in time at 1/60 Hz, the frequency of snapshots, against that around it: 28 min."""
+    film = read_film(shipped_films()[name])
+    of_rank = np.minimum(film.optical_thickness, 20.0 if film.sheet else 5.0).astype(np.float32)
+    time_min = np.arange(336) / 12.0  # after the first frame
+    frame = (3.0 * time_min).astype(int)
+    share = (3.0 * time_min - frame)[:, None, None].astype(np.float32)
+    power = np.zeros(169)
+    for piece in densify(film.ranks, film.motion, film.block, 3)[:, :, ::3, ::3].astype(np.float32):
+        shown = np.interp((1.0 - share) * piece[frame] + share * piece[frame + 1], np.arange(256), of_rank)
+        waves = np.fft.rfft((shown - shown.mean(axis=0)) * np.hanning(336)[:, None, None], axis=0)
+        power += np.mean(np.abs(waves) ** 2, axis=(1, 2))
+    at, around = (np.mean(np.log(power[bins])) for bins in ([27, 28, 29], [25, 26, 30, 31]))
+    assert abs(at - around) < 0.1
 
 
 def test_frozen_clouds_drift_with_the_wind_alone():
@@ -158,3 +185,118 @@ def test_tapered_edges_are_refused():
 def test_clouds_thicker_than_the_layer_are_told():
     notes = clouds("stratocumulus", depth_m=50.0).declares.notes
     assert any("thicker than the optical thickness" in note for note in notes)
+
+
+def pair(of, size=192):
+    window = 0.0, slice(0, size), slice(0, size)
+    return of.thickness_m(*window), of.cloud_top_m(*window)
+
+
+@pytest.mark.parametrize("pixel_m", [20.0, 50.0, 200.0])
+@pytest.mark.parametrize("name", ["trade-cumulus", "stratocumulus"])
+def test_tops_have_the_distribution_of_the_film_as_fractions_of_the_layer(name, pixel_m):
+    """In a deep layer, whose columns are much thinner than in the film, so that none is raised."""
+    film, found = read_film(shipped_films()[name]), []
+    size = {20.0: 480, 50.0: 192, 200.0: 96}[pixel_m]
+    for seed in range(6):
+        of = clouds(name, size=size, pixel_m=pixel_m, seed=seed, depth_m=20_000.0, tops="film")
+        thickness, top = pair(of, size)
+        assert np.array_equal(
+            thickness, whole(clouds(name, size=size, pixel_m=pixel_m, seed=seed, depth_m=20_000.0), size)
+        )
+        found.append(top[thickness > 0.0])
+    fractions = (np.concatenate(found) - 500.0) / 20_000.0
+    expected = film.top[film.top > 0] / 255.0
+    for share in (0.1, 0.5, 0.9):
+        assert np.quantile(fractions, share) == pytest.approx(np.quantile(expected, share), abs=0.08)
+
+
+@pytest.mark.parametrize("depth_m", [300.0, 1360.0])
+def test_clouds_stay_in_their_layer(depth_m):
+    """Columns that need more height than the film gives them are higher."""
+    of = clouds(tops="film", depth_m=depth_m)
+    thickness, top = pair(of)
+    cloud = thickness > 0.0
+    low, high = of.cloud_top_range_m
+    assert 500.0 < low < high == 500.0 + depth_m
+    assert np.all(top[cloud] - thickness[cloud] >= 500.0 - 1e-3)
+    assert low <= top.min()
+    assert top.max() <= high
+
+
+def test_tops_are_alike_in_windows_and_outside_the_image():
+    of = clouds(pixel_m=20.0, size=600, motion=Motion(0.0, (7.3, -2.1), 1800.0, 1.0), tops="film")
+    frame = of.cloud_top_m(321.0, slice(-20, 600), slice(0, 600))
+    assert np.array_equal(frame[525:550, 3:90], of.cloud_top_m(321.0, slice(505, 530), slice(3, 90)))
+    assert np.array_equal(frame[:40, :30], of.cloud_top_m(321.0, slice(-20, 20), slice(0, 30)))
+
+
+def test_neighbours_in_a_cloud_have_tops_alike():
+    """No streaks: between the middles of cells tops are interpolated, along and across alike."""
+    thickness, top = pair(clouds(pixel_m=12.5, size=768, tops="film"), 768)
+    steps = []
+    for axis in (0, 1):
+        both = np.minimum(thickness, np.roll(thickness, 1, axis)) > 0.0
+        steps.append(np.abs(top - np.roll(top, 1, axis))[both].mean())
+    assert max(steps) < 0.2 * top[thickness > 0.0].std()
+    assert steps[0] == pytest.approx(steps[1], rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["trade-cumulus", "stratocumulus"])
+def test_light_between_columns_sees_tops_and_bases_of_the_film(name):
+    """Bodies reach from the base to the top, both fractions of the layer, whatever the thickness."""
+    film, of = read_film(shipped_films()[name]), clouds(name, depth_m=4000.0)
+    edges, window = np.linspace(500.0, 4500.0, 101), (slice(0, 192), slice(0, 192))
+    thickness = of.thickness_m(0.0, *window)
+    shares = of.height_shares(0.0, *window, thickness, edges)
+    cloud = thickness > 0.0
+    np.testing.assert_allclose(shares.sum(axis=0), cloud, atol=2e-6)
+    lowest = np.argmax(shares > 0.0, axis=0)[cloud] / 100.0
+    highest = 1.0 - np.argmax(shares[::-1] > 0.0, axis=0)[cloud] / 100.0
+    for found, field in ((lowest, film.base), (highest, film.top)):
+        expected = field[field > 0] / 255.0
+        for share in (0.25, 0.5, 0.75):
+            assert np.quantile(found, share) == pytest.approx(np.quantile(expected, share), abs=0.08)
+    part = of.height_shares(
+        0.0, slice(-3, 9), slice(20, 31), of.thickness_around_m(0.0, slice(-3, 9), slice(20, 31)), edges
+    )
+    assert np.array_equal(part[:, 3:], shares[:, :9, 20:31])
+
+
+def test_tops_of_the_film_have_no_shape_besides():
+    assert not hasattr(clouds(tops="film"), "height_shares")
+    assert clouds().cloud_top_range_m is None
+
+
+def test_a_slant_view_of_low_towers_has_a_certificate():
+    """Tops down to 45 m above a base at 500 m, in a layer 1500 m deep: tables reach columns from the sea up."""
+    scene = Scenario.from_dict(
+        {
+            "time": "2024-06-20T11:30:00Z",
+            "place": {"latitude": 20.0, "longitude": 60.0},
+            "view": {"zenith": 60.0},
+            "image": {"rows": 48, "columns": 48, "pixel_size": 50.0},
+            "frames": {"count": 1},
+            "accuracy": 0.05,
+            "bands": [[10.5, 11.5]],
+            "slant": {"parallax": "on", "shadows": "on"},
+            "clouds": {
+                "type": "cumulus",
+                "base": 500.0,
+                "top": 2000.0,
+                "coverage": 0.3,
+                "coverage_mode": "field",
+                "generator": "simulation",
+                "parameters": {"tops": "film"},
+            },
+            "output": {"variables": ["radiance", "cloud_top_altitude", "cloud_thickness"], "certificate": 16},
+        }
+    )
+    made = simulate(scene)
+    assert made.attrs["hcss_certificate"].startswith("PASSED")
+    top, thickness = made["cloud_top_altitude"].values[0], made["cloud_thickness"].values[0]
+    cloud = thickness > 0.0
+    assert 0.3 < cloud.mean() < 0.95  # sides hide more than tops
+    assert np.nanmin(top) > 500.0
+    assert np.nanmax(top) <= 2000.0
+    assert np.ptp(top[cloud]) > 300.0

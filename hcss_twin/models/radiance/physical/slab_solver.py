@@ -130,7 +130,7 @@ class SlabSolver:
             emissivity, far, direct, reflection, transmission = closed(*rows)
             slabs.append(
                 CloudSlab(
-                    base_m=(float(tops[t]) - thickness,),
+                    base_m=(max(float(tops[t]) - thickness, 0.0),),  # rounding of a fog as deep as its top is high
                     top_m=(float(tops[t]),),
                     top_temperature_K=(float(top_K[t]),),
                     base_temperature_K=(float(base_K[t]),),

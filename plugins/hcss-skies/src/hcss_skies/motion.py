@@ -119,43 +119,65 @@ def _minimum(misfit: Array) -> Array:
     return np.stack(found)
 
 
-def densify(ranks: Bytes, motion: NDArray[np.int8], block: int, parts: int) -> Bytes:
-    """Return frames (pieces, (snapshots - 1) * parts + 1, rows, columns) with ``parts`` intervals for one of a film.
+def densify(field: Bytes, motion: NDArray[np.int8], block: int, parts: int) -> Bytes:
+    """Return frames (pieces, (snapshots - 1) * parts, rows, columns), ``parts`` for each interval of a film.
 
     A frame at a fraction f between snapshots A and B is (1 - f) A(x - f d) + f B(x + (1 - f) d) with the displacement
-    d of the clouds there, bilinear. Every ``parts``-th frame is a snapshot. Ranks are linear in the score.
+    d of the clouds there, bilinear; ranks are linear in the score. Frames are in the middles of parts: the snapshots
+    themselves, which are sharper, would pulse between them.
+
+    Parameters
+    ----------
+    field : ndarray of uint8 (pieces, snapshots, rows, columns)
+        Ranks of a film, or :func:`filled` heights.
     """
-    return _between(ranks, motion, block, parts, False)
-
-
-def densify_heights(heights: Bytes, motion: NDArray[np.int8], block: int, parts: int) -> Bytes:
-    """Return frames of tops or bases as :func:`densify`, but means of cloud alone: 0, clear sky, has no weight.
-
-    Cloud of the frames of ranks is cloud here, too; here it reaches further, by as much as snapshots disagree.
-    """
-    return _between(heights, motion, block, parts, True)
-
-
-def _between(field: Bytes, motion: NDArray[np.int8], block: int, parts: int, holes: bool) -> Bytes:
     pieces, snapshots, rows, columns = field.shape
-    out = np.empty((pieces, (snapshots - 1) * parts + 1, rows, columns), np.uint8)
-    out[:, ::parts] = field
+    out = np.empty((pieces, (snapshots - 1) * parts, rows, columns), np.uint8)
     for piece in range(pieces):
-        for n in range(snapshots - 1):
-            for part in range(1, parts):
-                frame = out[piece, n * parts + part]
-                _frame(frame, field[piece, n], field[piece, n + 1], motion[piece, n], block, part / parts, holes)
+        for number in range(out.shape[1]):
+            n, part = divmod(number, parts)
+            both = field[piece, n], field[piece, n + 1]
+            _frame(out[piece, number], *both, motion[piece, n], block, (part + 0.5) / parts)
     return out
 
 
+def filled(heights: Bytes) -> Bytes:
+    """Return heights (..., rows, columns), periodic, with those of cloud nearby where they are 0, clear.
+
+    They are means of cloud over squares that double until they hold some, interpolated.
+    """
+    values: Any = _filled(heights.astype(np.float32), (heights > 0).astype(np.float32))
+    result: Bytes = np.where(heights > 0, heights, np.rint(values)).astype(np.uint8)
+    return result
+
+
+def _filled(heights: Any, weight: Any) -> Any:
+    """Return heights where there is weight, else those of squares of 2 x 2, recursively; periodic."""
+    rows, columns = heights.shape[-2:]
+    if rows % 2 or columns % 2:
+        total = weight.sum(axis=(-2, -1), keepdims=True)
+        mean = (heights * weight).sum(axis=(-2, -1), keepdims=True) / np.maximum(total, 1e-6)
+        return np.where(weight > 0.0, heights, mean)
+    squares = *heights.shape[:-2], rows // 2, 2, columns // 2, 2
+    total = weight.reshape(squares).sum(axis=(-3, -1))
+    mean = (heights * weight).reshape(squares).sum(axis=(-3, -1)) / np.maximum(total, 1e-6)
+    coarse = _filled(mean, np.minimum(total, 1.0))
+    for axis in (-2, -1):  # bilinear
+        near = [0.75 * coarse + 0.25 * np.roll(coarse, by, axis) for by in (1, -1)]
+        doubled = list(coarse.shape)
+        doubled[axis] *= 2
+        coarse = np.stack(near, axis=coarse.ndim + axis + 1).reshape(doubled)
+    return np.where(weight > 0.0, heights, coarse)
+
+
 @kernel(fastmath={"contract"}, error_model="numpy")
-def _frame(out: Any, before: Any, after: Any, motion: Any, block: int, f: float, holes: bool) -> None:
+def _frame(out: Any, before: Any, after: Any, motion: Any, block: int, f: float) -> None:
     """Write the frame (rows, columns) at a fraction of the interval."""
     rows, columns = out.shape
     block_columns = motion.shape[2]
     along_y, along_x = np.empty(block_columns + 1, np.float32), np.empty(block_columns + 1, np.float32)
     back, ahead, per_block = np.float32(f), np.float32(1.0 - f), np.float32(1.0 / block)
-    half, zero = np.float32(0.5), np.float32(0.0)
+    half = np.float32(0.5)
     for i in range(rows):
         at = (np.float32(i) + half) * per_block - half
         low = int(np.floor(at))
@@ -174,16 +196,14 @@ def _frame(out: Any, before: Any, after: Any, motion: Any, block: int, f: float,
             after_k = k + 1 if k < block_columns else 1
             dy = along_y[k] + part * (along_y[after_k] - along_y[k])
             dx = along_x[k] + part * (along_x[after_k] - along_x[k])
-            a, of_a = _bilinear(before, i, j, -back * dy, -back * dx, holes)
-            b, of_b = _bilinear(after, i, j, ahead * dy, ahead * dx, holes)
-            total = ahead * of_a + back * of_b
-            value = (ahead * a + back * b) / total if total > zero else zero
-            out[i, j] = np.uint8(value + half)
+            a = _bilinear(before, i, j, -back * dy, -back * dx)
+            b = _bilinear(after, i, j, ahead * dy, ahead * dx)
+            out[i, j] = np.uint8(ahead * a + back * b + half)
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
-def _bilinear(field: Any, i: int, j: int, dy: Any, dx: Any, holes: bool) -> Any:
-    """Return weighted sum and sum of weights around a cell moved by (dy, dx), periodic; 0 may have no weight."""
+def _bilinear(field: Any, i: int, j: int, dy: Any, dx: Any) -> Any:
+    """Return the value at a cell moved by (dy, dx), periodic."""
     rows, columns = field.shape
     floor_y, floor_x = np.floor(dy), np.floor(dx)
     fy, fx = dy - floor_y, dx - floor_x
@@ -193,15 +213,7 @@ def _bilinear(field: Any, i: int, j: int, dy: Any, dx: Any, holes: bool) -> Any:
         top, below = top % rows, below % rows
     if left < 0 or right >= columns:
         left, right = left % columns, right % columns
-    one = np.float32(1.0)
     v00, v01 = np.float32(field[top, left]), np.float32(field[top, right])
     v10, v11 = np.float32(field[below, left]), np.float32(field[below, right])
     upper, lower = v00 + fx * (v01 - v00), v10 + fx * (v11 - v10)
-    total = upper + fy * (lower - upper)
-    if not holes:
-        return total, one
-    zero = np.float32(0.0)
-    w00, w01 = (one if v00 > zero else zero), (one if v01 > zero else zero)
-    w10, w11 = (one if v10 > zero else zero), (one if v11 > zero else zero)
-    upper, lower = w00 + fx * (w01 - w00), w10 + fx * (w11 - w10)
-    return total, upper + fy * (lower - upper)
+    return upper + fy * (lower - upper)

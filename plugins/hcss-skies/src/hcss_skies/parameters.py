@@ -59,3 +59,8 @@ class SimulationParameters(BaseModel):
         description="Name of a shipped film or of one in skies/ beside the scenario (without .nc), or a file of `hcss "
         "skies pack`.",
     )
+    tops: Literal["layer", "film"] = Field(
+        "layer",
+        description="Cloud tops: those of the layer, from which columns of thickness alone stand or hang, or those of "
+        "the film. Light between columns, which needs the first, sees tops and bases of the film.",
+    )

@@ -31,21 +31,31 @@ _STEPS = 4096
 """Steps of a table of logarithms: of .1 rank where a patch has a fifth of the weight."""
 
 
+_OF_CLEAR = 1e-3
+"""Weight of cells without cloud beside others in fields that belong to cloud."""
+
+
 @kernel(fastmath={"contract"}, error_model="numpy")
 def play(
-    out: Any, row: int, column: int, frames: Any, scores: Any, spacing: float, shift: Any, sheet: bool, key: Any,
-    age: float, lasting: Any,
+    out: Any, beside: Any, row: int, column: int, frames: Any, others: Any, usual: Any, scores: Any, spacing: float,
+    shift: Any, sheet: bool, key: Any, age: float, lasting: Any,
 ) -> None:  # fmt: skip
-    """Write ranks (rows, columns) of cells from ``row`` and ``column`` on.
+    """Write ranks (rows, columns) of cells from ``row`` and ``column`` on, and what belongs to them.
 
     Parameters
     ----------
     out : ndarray of float32 (rows, columns)
         Ranks, 0 to 255, with fractions.
+    beside : ndarray of float32 (F, rows, columns)
+        Other fields of the patch that a cell shows; F may be 0.
     row, column : int
         First cell, in the unbounded sky.
     frames : ndarray of uint8 (pieces, frames, rows, columns)
         Ranks of a film.
+    others : ndarray of uint8 (F, pieces, frames, rows, columns)
+        Its other fields.
+    usual : ndarray of float32 (F, 256)
+        Their usual values at ranks: what a patch shows of a lower rank than it has, has values in proportion.
     scores : ndarray of float64 (2,)
         Scores of ranks 0 and 255.
     spacing : float
@@ -79,52 +89,83 @@ def play(
     logarithm = np.empty(_STEPS + 1, np.float32)
     for n in range(_STEPS + 1):
         logarithm[n] = math.log((n + 0.5) / _STEPS) * per_score
-    of_column = np.empty(columns, np.int64)
-    for j in range(columns):
-        of_column[j] = (column + j) % frames.shape[3]
-    weights, lost, last = np.empty(3, np.float32), np.float32(_LOST), np.float32(255.0)
+    lost, last = np.float32(_LOST), np.float32(255.0)
     four, steps, tall, wide = np.float32(4.0), np.float32(_STEPS), frames.shape[2], frames.shape[3]
+    inverse = 1.0 / spacing
+    triangle, losses = np.empty(columns, np.int64), np.empty((3, columns), np.float32)
+    best, own, shown = np.empty(columns, np.float32), np.empty(columns, np.float32), np.empty(columns, np.int64)
     for i in range(rows):
         y = (row + i + shift[0]) / spacing * _SKEW
         v = np.int64(math.floor(y))
         fv = y - v
-        of_row = (row + i) % tall
         for j in range(columns):
-            x = (column + j + shift[1]) / spacing - 0.5 * y
+            x = (column + j + shift[1]) * inverse - 0.5 * y
             u = np.int64(math.floor(x))
             fu = x - u
-            far = 1 if fu + fv > 1.0 else 0
-            weights[0] = abs(1.0 - fu - fv)
-            weights[1], weights[2] = (1.0 - fv, 1.0 - fu) if far else (fu, fv)
-            total = np.float32(0.0)
-            for corner in range(3):  # the fourth power: a cell sees mostly one patch
-                square = weights[corner] * weights[corner]
-                total += square * square
-            loss = logarithm[np.int64(total * steps)]
-            best = np.float32(-1e30)
+            far = fu + fv > 1.0
+            triangle[j] = 2 * (u - low_u) + (1 if far else 0)
+            w0 = np.float32(abs(1.0 - fu - fv))
+            w1, w2 = np.float32(1.0 - fv if far else fu), np.float32(1.0 - fu if far else fv)
+            # the fourth power: a cell sees mostly one patch
+            loss = logarithm[np.int64((w0 * w0 * w0 * w0 + w1 * w1 * w1 * w1 + w2 * w2 * w2 * w2) * steps)]
+            losses[0, j] = four * logarithm[np.int64(w0 * steps)] - loss
+            losses[1, j] = four * logarithm[np.int64(w1 * steps)] - loss
+            losses[2, j] = four * logarithm[np.int64(w2 * steps)] - loss
+            best[j], own[j], shown[j] = np.float32(-1e30), np.float32(0.0), 0
+        start = 0
+        while start < columns:  # cells between the same three points
+            end, far = start + 1, triangle[start] % 2
+            while end < columns and triangle[end] == triangle[start]:
+                end += 1
             for corner in range(3):
-                share = four * logarithm[np.int64(weights[corner] * steps)] - loss
-                if share < lost:
-                    continue
                 line = v - low_v + (far if corner == 0 else corner - 1)
-                place = u - low_u + (far if corner == 0 else 2 - corner)
+                place = triangle[start] // 2 + (far if corner == 0 else 2 - corner)
                 for turn in range(2):
-                    value = share + parts[line, place, turn, 0]
-                    if value < lost:
+                    less, part = parts[line, place, turn, 0], parts[line, place, turn, 1]
+                    if less < lost:
                         continue
                     patch = which[line, place, turn]
-                    k = of_row + patch[2]
-                    m = of_column[j] + patch[3]
-                    if k >= tall:
-                        k -= tall
-                    if m >= wide:
-                        m -= wide
-                    before = np.float32(frames[patch[0], patch[1], k, m])
-                    after = np.float32(frames[patch[0], patch[1] + 1, k, m])
-                    rank = before + parts[line, place, turn, 1] * (after - before)
-                    best = max(best, value + (last - rank if sheet else rank))
-            best = min(max(best, np.float32(0.0)), last)
-            out[i, j] = last - best if sheet else best
+                    k, number = (row + i + patch[2]) % tall, 2 * (line * which.shape[1] + place) + turn
+                    before, after = frames[patch[0], patch[1], k], frames[patch[0], patch[1] + 1, k]
+                    j = start
+                    while j < end:  # up to the end of the box
+                        m = (column + j + patch[3]) % wide
+                        stop = min(end, j + wide - m)
+                        _take(best, own, shown, losses[corner], less, part, number, before, after, j, stop, m, sheet)
+                        j = stop
+            start = end
+        for j in range(columns):
+            rank = min(max(best[j], np.float32(0.0)), last)
+            out[i, j] = last - rank if sheet else rank
+        if beside.shape[0] > 0:
+            for j in range(columns):
+                point = shown[j] // 2
+                line, place, turn = point // which.shape[1], point % which.shape[1], shown[j] % 2
+                patch, part = which[line, place, turn], parts[line, place, turn, 1]
+                k, m = (row + i + patch[2]) % tall, (column + j + patch[3]) % wide
+                for n in range(beside.shape[0]):
+                    first = np.float32(others[n, patch[0], patch[1], k, m])
+                    second = np.float32(others[n, patch[0], patch[1] + 1, k, m])
+                    value = first + part * (second - first)
+                    beside[n, i, j] = value * usual[n, np.int64(out[i, j])] / usual[n, np.int64(own[j])]
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _take(
+    best: Any, own: Any, shown: Any, losses: Any, less: Any, part: Any, number: int, before: Any, after: Any,
+    start: int, stop: int, place: int, sheet: bool,
+) -> None:  # fmt: skip
+    """Let the cells of a row from ``start`` to ``stop`` show a patch where its score is the largest so far."""
+    last, lost, shift = np.float32(255.0), np.float32(_LOST), place - start
+    for j in range(start, stop):
+        share = losses[j] + less
+        first = np.float32(before[j + shift])
+        rank = first + part * (np.float32(after[j + shift]) - first)
+        value = share + (last - rank if sheet else rank)
+        better = value > best[j] and share >= lost
+        best[j] = value if better else best[j]
+        own[j] = rank if better else own[j]
+        shown[j] = number if better else shown[j]
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")
@@ -159,6 +200,41 @@ def show(out: Any, ranks: Any, y: Any, x: Any, row: int, column: int, table: Any
             n: Any = np.int64(rank)
             n = min(n, 254)
             out[i, j] = table[n] + (rank - np.float32(n)) * (table[n + 1] - table[n])
+
+
+@kernel(fastmath={"contract"}, error_model="numpy")
+def show_beside(out: Any, cells: Any, ranks: Any, cloudy: float, y: Any, x: Any, row: int, column: int) -> None:
+    """Write another field of cells between their middles: bilinear among cells with cloud, as far as there are any.
+
+    Parameters
+    ----------
+    out : ndarray of float32 (Y, X)
+        The result.
+    cells, ranks : ndarray of float32 (rows, columns)
+        Of cells from ``row`` and ``column`` on.
+    cloudy : float
+        Rank above which a cell has cloud.
+    y, x : ndarray of float64 (Y,), (X,)
+        Positions: whole numbers are the middles of cells.
+    row, column : int
+        First cell.
+    """
+    clear, one = np.float32(_OF_CLEAR), np.float32(1.0)
+    for i in range(y.size):
+        whole = math.floor(y[i])
+        k, fy = np.int64(whole) - row, np.float32(y[i] - whole)
+        for j in range(x.size):
+            whole = math.floor(x[j])
+            m, fx = np.int64(whole) - column, np.float32(x[j] - whole)
+            total = value = np.float32(0.0)
+            for down in range(2):
+                share = fy if down else one - fy
+                for right in range(2):
+                    part = share * (fx if right else one - fx)
+                    part *= one if ranks[k + down, m + right] > cloudy else clear
+                    total += part
+                    value += part * cells[k + down, m + right]
+            out[i, j] = value / total
 
 
 @kernel(inner=True)

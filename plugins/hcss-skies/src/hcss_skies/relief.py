@@ -85,14 +85,14 @@ def below(height: Array, hanging: bool) -> Array:
 
 
 def shares_of(
-    thickness_m: NDArray[np.float32], depth_m: Array, edges_m: Array, end_m: float, hanging: bool
+    thickness_m: NDArray[np.float32], depth_m: Array, edges_m: Array, end_m: float | Array, hanging: bool
 ) -> NDArray[np.float32]:
     """Return the shares (Z, y, x) of columns between altitudes (Z + 1,); each column sums to 1, or 0 without cloud.
 
     Parameters
     ----------
-    end_m : float
-        Altitude of the flat end: the base, or with ``hanging`` the top.
+    end_m : float or ndarray (y, x)
+        Altitude of the base, or with ``hanging`` of the top.
     """
     cloudy = thickness_m > 0.0
     depth = np.maximum(depth_m, LEAST_M)

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from hcss_skies.blending import put_in_layer
 from hcss_skies.film import LEVELS, Bytes, Film, read_film, score_of
 from hcss_skies.library import find_film
-from hcss_skies.motion import densify
+from hcss_skies.motion import densify, filled
 from hcss_skies.pace import Pace
 from hcss_skies.parameters import SimulationParameters
-from hcss_skies.playing import play, show
+from hcss_skies.playing import play, show, show_beside
+from hcss_skies.relief import DENSEST, LEAST_M, shares_of
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, CloudLayer, Problem, ProviderError, ScenarioError
 
 FRAME_S = 20.0
@@ -33,7 +37,20 @@ _LARGEST = 1.4
 
 _COARSEST = 8
 
+_LOWEST = 1e-3
+"""Share of the film's tops that count as the lowest one: tables need the range of tops to be short."""
+
+_LEAST_RISE = 0.01
+"""Least height of the lowest top above the base of the layer, in parts of its depth."""
+
+_SMOOTH = 2.0
+"""Scale in ranks over which usual heights are smoothed."""
+
+_NO_HEIGHTS = np.empty((0, LEVELS), np.float32)
+
 _TILE = 512
+
+TOPS = "clouds.parameters.tops"
 
 
 class SimulatedClouds:
@@ -43,6 +60,10 @@ class SimulatedClouds:
     their middles scores are interpolated, so that outlines are smooth. The coverage is that of the film's own cells:
     larger pixels, parts of which are cloudy, have more. Clouds have the optical thickness of the simulation as far as
     the layer is deep enough.
+
+    Tops and bases are fractions of the layer, as in the film. With ``tops = "film"`` clouds hang from them, and are as
+    thick as their optical thickness needs; what would reach below the layer is higher. Light between columns sees
+    bodies from the base to the top (:attr:`height_shares`).
 
     Parameters
     ----------
@@ -74,9 +95,17 @@ class SimulatedClouds:
         self._cell_m = scale * film.cell_m
         parts = max(1, round(film.interval_s / FRAME_S))
         self._frames = densify(film.ranks, film.motion, film.block, parts)
-        thickness = _in_metres(film, layer)
+        of_film = thickness = _in_metres(film, layer)
         if scale > 1:
             self._frames, thickness = averaged(film, self._frames, thickness, scale)
+
+        self._parts, self._scale, self._of_film_m = parts, scale, of_film
+        self._tops_vary = parameters.tops == "film"
+        self.cloud_top_range_m = _top_range_m(film, layer) if self._tops_vary else None
+        self.skipped: tuple[tuple[str, str], ...] = (
+            () if self._tops_vary else (("cloud-top height of the film", f'{TOPS} = "layer": thickness alone varies'),)
+        )
+        self._last: tuple[tuple[float, ...], NDArray[np.float32], NDArray[np.float32]] | None = None
         self.thickness_of_ranks_m = thickness.astype(np.float32)
         self._scores = film.scores[[0, -1]].astype(np.float64)
         last = self._frames.shape[1] - 1.001
@@ -100,16 +129,9 @@ class SimulatedClouds:
         ValueError
             If the time is not finite.
         """
-        if not math.isfinite(time_s):
-            raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
-        out = np.empty((max(0, rows.stop - rows.start), max(0, columns.stop - columns.start)), np.float32)
-        for i in range(0, out.shape[0], _TILE):
-            for j in range(0, out.shape[1], _TILE):
-                tile = out[i : i + _TILE, j : j + _TILE]
-                self._write(tile, time_s, rows.start + i, columns.start + j)
-        least, most = self._inputs.layer.thickness_min_m, self._inputs.layer.thickness_max_m
-        put_in_layer(out, np.float32(least), np.float32(most))
-        return out
+        if self._tops_vary:
+            return self._pair(time_s, rows, columns)[0].copy()
+        return self._thickness(self._played(time_s, rows, columns, 0))
 
     def thickness_around_m(
         self, time_s: float, rows: slice, columns: slice, summary: None = None
@@ -117,18 +139,133 @@ class SimulatedClouds:
         """Return the thickness (y, x) of a window that may reach outside the image."""
         return self.thickness_m(time_s, rows, columns)
 
-    def _write(self, out: NDArray[np.float32], time_s: float, row: int, column: int) -> None:
+    def cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the altitude of the cloud top (y, x) of any window, with the parameter ``tops = "film"``."""
+        return self._pair(time_s, rows, columns)[1].copy()
+
+    def _pair(self, time_s: float, rows: slice, columns: slice) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return thickness and tops (y, x) of a window; the last ones are kept, as the engine asks for both."""
+        key = time_s, rows.start, rows.stop, columns.start, columns.stop
+        if self._last is None or self._last[0] != key:
+            played = self._played(time_s, rows, columns, 1)
+            thickness, layer = self._thickness(played), self._inputs.layer
+            assert self.cloud_top_range_m is not None
+            low, high = (np.float32(end) for end in self.cloud_top_range_m)
+            top = np.maximum(self._altitude(played[1]), np.float32(layer.base_m) + thickness)
+            self._last = key, thickness, np.clip(top, low, high)
+        return self._last[1:]
+
+    @property
+    def height_shares(self) -> Callable[..., NDArray[np.float32]]:
+        """What spreads clouds over heights, the optional member of generators; not there for tops of the film.
+
+        Raises
+        ------
+        AttributeError
+            With ``tops = "film"``.
+        """
+        if self._tops_vary:
+            raise AttributeError("height_shares")
+        return self._height_shares
+
+    def _height_shares(
+        self, time_s: float, rows: slice, columns: slice, thickness_m: NDArray[np.float32], edges_m: Array
+    ) -> NDArray[np.float32]:
+        """Return the shares (Z, y, x) of each column between altitudes (Z + 1,), of any window; see ``relief.py``."""
+        layer, played = self._inputs.layer, self._played(time_s, rows, columns, 2)
+        base, top = (np.minimum(self._altitude(of).astype(np.float64), layer.top_m) for of in played[:0:-1])
+        depth = np.maximum(np.maximum(top - base, thickness_m / DENSEST), LEAST_M)
+        top = np.minimum(np.maximum(top, layer.base_m + depth), layer.top_m)
+        return shares_of(thickness_m, depth, np.asarray(edges_m, np.float64), top - depth, False)
+
+    def _altitude(self, heights: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return altitudes of heights in 255ths of the layer."""
+        layer = self._inputs.layer
+        altitude: NDArray[np.float32] = np.float32(layer.base_m) + heights * np.float32(layer.thickness_max_m / 255.0)
+        return altitude
+
+    def _thickness(self, played: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+        thickness, layer = played[0], self._inputs.layer
+        put_in_layer(thickness, np.float32(layer.thickness_min_m), np.float32(layer.thickness_max_m))
+        return thickness
+
+    def _played(self, time_s: float, rows: slice, columns: slice, heights: int) -> list[NDArray[np.float32]]:
+        """Return thickness, and that many of tops and bases in 255ths of the layer, (y, x) of a window.
+
+        Raises
+        ------
+        ValueError
+            If the time is not finite.
+        """
+        if not math.isfinite(time_s):
+            raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
+        shape = max(0, rows.stop - rows.start), max(0, columns.stop - columns.start)
+        out = [np.empty(shape, np.float32) for _ in range(1 + heights)]
+        for i in range(0, shape[0], _TILE):
+            for j in range(0, shape[1], _TILE):
+                tiles = [field[i : i + _TILE, j : j + _TILE] for field in out]
+                self._write(tiles, time_s, rows.start + i, columns.start + j)
+        return out
+
+    def _write(self, out: list[NDArray[np.float32]], time_s: float, row: int, column: int) -> None:
         """Write a part of a frame that begins at ``row`` and ``column``."""
-        positions = self._pace.positions_m(self._inputs.grid, (row, column), out.shape, time_s)
+        positions = self._pace.positions_m(self._inputs.grid, (row, column), out[0].shape, time_s)
         y, x = (position / self._cell_m - 0.5 for position in positions)
         first = math.floor(y[0]), math.floor(x[0])
         cells = np.empty((math.floor(y[-1]) + 2 - first[0], math.floor(x[-1]) + 2 - first[1]), np.float32)
+        beside = np.empty((len(out) - 1, *cells.shape), np.float32)
+        others, usual = self._heights if len(beside) else (self._frames[None][:0], _NO_HEIGHTS)
         key = np.uint64((self._inputs.seed * 0x9E3779B97F4A7C15 + 0xD1B54A32D192ED03) % 2**64)
         play(
-            cells, *first, self._frames, self._scores, self._spacing, self._shift, self.film.sheet, key,
-            time_s * self._pace.rate / self._life_s, self._lasting,
+            cells, beside, *first, self._frames, others, usual, self._scores, self._spacing, self._shift,
+            self.film.sheet, key, time_s * self._pace.rate / self._life_s, self._lasting,
         )  # fmt: skip
-        show(out, cells, y, x, *first, self.thickness_of_ranks_m)
+        show(out[0], cells, y, x, *first, self.thickness_of_ranks_m)
+        clear = float(np.count_nonzero(self.thickness_of_ranks_m == 0.0) - 1)
+        for shown, field in zip(out[1:], beside, strict=True):
+            show_beside(shown, field, cells, clear, y, x, *first)
+
+    @cached_property
+    def _heights(self) -> tuple[Bytes, NDArray[np.float32]]:
+        """Tops and bases (2, pieces, frames, rows, columns) in 255ths of the layer, everywhere, and the usual ones."""
+        film, scale = self.film, self._scale
+        frames = densify(film.ranks, film.motion, film.block, self._parts)
+        thicker = np.clip(np.arange(LEVELS) + _ranks_added(film, self._inputs.layer), 0.0, LEVELS - 1.0)
+        fields = []
+        for snapshots in (film.top, film.base):
+            field = densify(filled(snapshots), film.motion, film.block, self._parts)
+            usual = _usual(field, frames)
+            moved = (np.interp(thicker, np.arange(LEVELS), usual) / usual).astype(np.float32)
+            fields.append(field * moved[frames])
+        if scale > 1:  # means over the cloud of larger cells
+            weight = (self._of_film_m > 0.0).astype(np.float32)[frames] + np.float32(1e-3)
+            total = _blocks(weight, scale)
+            fields = [_blocks(weight * field, scale) / total for field in fields]
+        heights = np.clip(np.rint(fields), 1.0, 255.0).astype(np.uint8)
+        return heights, np.stack([_usual(field, self._frames) for field in heights]).astype(np.float32)
+
+
+def _usual(field: Bytes, ranks: Bytes) -> Array:
+    """Return the mean height (256,) at ranks."""
+    count = np.bincount(ranks.ravel(), minlength=LEVELS) + 1e-9
+    total = np.bincount(ranks.ravel(), field.ravel(), minlength=LEVELS) + 1e-9 * float(np.mean(field))
+    mean: Array = gaussian_filter1d(total, _SMOOTH) / gaussian_filter1d(count, _SMOOTH)
+    return mean
+
+
+def _blocks(field: NDArray[np.float32], scale: int) -> NDArray[np.float32]:
+    """Return means (pieces, frames, rows, columns) over squares of ``scale`` cells."""
+    pieces, count, rows, columns = field.shape
+    blocks = field.reshape(pieces, count, rows // scale, scale, columns // scale, scale)
+    mean: NDArray[np.float32] = blocks.mean(axis=(3, 5), dtype=np.float32)
+    return mean
+
+
+def _top_range_m(film: Film, layer: CloudLayer) -> tuple[float, float]:
+    """Return the lowest and the highest cloud top."""
+    lowest = float(np.quantile(film.top[film.top > 0], _LOWEST)) / 255.0
+    least = max(layer.thickness_min_m, _LEAST_RISE * layer.thickness_max_m)
+    return layer.base_m + max(lowest * layer.thickness_max_m, 1.01 * least), layer.top_m
 
 
 def averaged(film: Film, frames: Bytes, thickness_m: Array, scale: int) -> tuple[Bytes, Array]:
@@ -141,10 +278,7 @@ def averaged(film: Film, frames: Bytes, thickness_m: Array, scale: int) -> tuple
     thickness_m : ndarray (256,)
         Thickness at ranks.
     """
-    pieces, count, rows, columns = frames.shape
-    blocks = pieces, count, rows // scale, scale, columns // scale, scale
-    mean = thickness_m.astype(np.float32)[frames].reshape(blocks).mean(axis=(3, 5), dtype=np.float32)
-    near = frames.reshape(blocks).mean(axis=(3, 5), dtype=np.float32)
+    mean, near = _blocks(thickness_m.astype(np.float32)[frames], scale), _blocks(frames.astype(np.float32), scale)
     order = np.lexsort((near.ravel(), mean.ravel()))  # clear cells by how close cloud is
     probability = (np.arange(order.size) + 0.5) / order.size
     first, last = film.scores[0], film.scores[-1]
@@ -183,14 +317,18 @@ def _in_metres(film: Film, layer: CloudLayer) -> Array:
     if layer.coverage <= 0.0:
         return np.zeros(LEVELS)
     ranks = np.arange(LEVELS)
-    clear = np.array([1.0 - film.coverage, 1.0 - layer.coverage])
-    scores = score_of(np.clip(clear, 1e-6, 1.0 - 1e-6), film.sheet)
-    moved = ranks + (scores[0] - scores[1]) * (LEVELS - 1) / (film.scores[-1] - film.scores[0])
-    optical = np.interp(moved, ranks, film.optical_thickness)
+    optical = np.interp(ranks + _ranks_added(film, layer), ranks, film.optical_thickness)
     thinnest = float(film.optical_thickness[film.optical_thickness > 0.0][0])
     # Between a clear and a cloudy rank it is clear; cloud is as thick as the layer allows.
     metres: Array = np.clip(optical / extinction_m1(layer), layer.thickness_min_m, layer.thickness_max_m)
     return metres if layer.coverage >= 1.0 else np.where(optical < thinnest, 0.0, metres)
+
+
+def _ranks_added(film: Film, layer: CloudLayer) -> float:
+    """Return how many ranks the clouds of a film are raised, so that the layer has its cover."""
+    clear = np.array([1.0 - film.coverage, 1.0 - layer.coverage])
+    scores = score_of(np.clip(clear, 1e-6, 1.0 - 1e-6), film.sheet)
+    return float((scores[0] - scores[1]) * (LEVELS - 1) / (film.scores[-1] - film.scores[0]))
 
 
 def _notes(film: Film, name: str, layer: CloudLayer) -> list[str]:
