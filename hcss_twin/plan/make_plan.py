@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.core.kernels import compiling_meanwhile
@@ -142,12 +141,12 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         effects = section_effects(scenario, catalog)
         scenes = [*tops_at, *extremes_of(assembly, effects)]
         analysis = _analysis(scenario, scenes, catalog, suns)
-    if given is not None:
-        sunlit = _with_own_suns(given, scenario, assembly, analysis, times)
-        if sunlit is not None:
-            assembly = sunlit
-            at_sunlit = [replace(each, directions=sunlit.directions, reach_m=sunlit.reach_m) for each in scenes]
-            analysis = _analysis(scenario, at_sunlit, catalog, suns)
+    sunlit = None if given is None else _with_own_suns(given, scenario, assembly, analysis, suns)
+    if sunlit is not None:
+        assembly, suns = sunlit
+        track = suns.track
+        of_scenes = [replace(each, directions=assembly.directions, reach_m=assembly.reach_m) for each in scenes]
+        analysis = _analysis(scenario, of_scenes, catalog, suns)
     planned_surfaces: list[PlannedSurfaces] = []
     for surfaces in assembly.surfaces:
         from hcss_twin.plan.surfaces import extreme_states, merged, plan_surfaces  # not for scenes of sea alone
@@ -238,14 +237,11 @@ def _analysis(scenario: Scenario, scenes: Sequence[Assembly], catalog: Catalog, 
 
 
 def _with_own_suns(
-    rays: Rays, scenario: Scenario, assembly: Assembly, analysis: SceneAnalysis, times_s: Array
-) -> Assembly | None:
+    rays: Rays, scenario: Scenario, assembly: Assembly, analysis: SceneAnalysis, suns: SunFrames
+) -> tuple[Assembly, SunFrames] | None:
     from hcss_twin.plan.sunlit_directions import needs_own_suns, with_own_suns  # not for grids on the ground
 
-    if not needs_own_suns(analysis):
-        return None
-    some = [float(times_s[index]) for index in sorted({0, times_s.size // 2, times_s.size - 1})]
-    return with_own_suns(rays, scenario, assembly, some)
+    return with_own_suns(rays, scenario, assembly, suns) if needs_own_suns(analysis) else None
 
 
 def _at_extreme_tops(assembly: Assembly) -> list[Assembly]:

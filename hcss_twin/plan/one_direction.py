@@ -61,7 +61,7 @@ def one_direction(
             needs, decision = "platform.altitude", TOO_DEAR
         instead = "the sun is that of the image centre"
         if isinstance(assembly.directions, SunlitDirections):
-            instead = "the sun is that of one place in each direction"
+            instead = "the sun is that of one place in each direction and frame"
             corners = "the bound is for the farthest place seen along it"
         yield Omission(SUN_ANGLES, f"{instead}; {corners}", bound, needs=needs, decision=decision)
 

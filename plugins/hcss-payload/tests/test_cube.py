@@ -102,33 +102,44 @@ def test_the_error_of_one_sun_is_that_over_what_the_camera_sees_however_large_th
 WIDE_DAY = {
     "time": "2024-04-20T05:30:00Z",
     "bands": [MWIR],
-    "frames": {"count": 1},
-    "orbit": {"above_time": 0.0},
     "camera": {"rows": 96, "columns": 96, "points": 1, "focal_length": 0.06},
     "clouds": {"coverage": 0.0},
     "sea": {"temperature_texture": 0.0, "waves": "off"},
 }
 
+SEEN = {
+    "a frame": {"frames": {"count": 1}, "orbit": {"above_time": 0.0}},
+    "a camera that looks down": {
+        "time": "2024-04-20T02:30:00Z",
+        "attitude": {"provider": "nadir"},
+        "orbit": {"above": [30.0, 150.0], "above_time": 10.0},
+        "frames": {"interval": 10.0},
+    },
+    "a camera that follows a place": {},
+}
 
-def test_each_pixel_of_a_frame_has_the_sun_of_its_place_where_one_sun_is_not_accurate_enough():
-    plan = hcss_twin.make_plan(scenario(PASS, WIDE_DAY))
+
+@pytest.mark.parametrize("seen", SEEN)
+def test_each_pixel_of_a_frame_has_the_sun_of_its_place_where_one_sun_is_not_accurate_enough(seen):
+    plan = hcss_twin.make_plan(scenario(PASS, WIDE_DAY, SEEN[seen]))
     assert not any("sun angles" in each for each in beyond_accuracy(plan))
-    cube, grid = hcss_twin.simulate(scenario(PASS, WIDE_DAY)), plan.spectral_grid
+    cube, grid = hcss_twin.simulate(scenario(PASS, WIDE_DAY, SEEN[seen])), plan.spectral_grid
     assert cube.attrs["hcss_certificate"].startswith("PASSED")
     of_centre = []
-    for row, column in ((0, 0), (0, 95), (95, 0), (95, 95), (20, 50)):
-        seen = cube.isel(time=0, row=row, column=column)
-        # Both angles count from the north of the place.
-        view = View(float(seen["pixel_view_zenith"]), float(seen["pixel_view_azimuth"]))
-        place = {f"{name}_deg": float(seen[f"pixel_{name}"]) for name in ("latitude", "longitude")}
-        of_place = replace(plan.sun_track, **place).at(0.0)
-        exact, of_one_sun = (
-            np.sum(list(plan.assembly.toward(view).clear(grid.wavenumber_cm1, sun).values()), axis=0)
-            @ grid.weights_cm1[0]
-            for sun in (of_place, plan.sun_track.at(0.0))
-        )
-        of_centre.append(abs(of_one_sun / exact - 1.0))
-        assert float(seen["radiance"][0]) == pytest.approx(exact, rel=3e-4)
+    for number, time_s in enumerate(plan.frame_times_s.tolist()):
+        for row, column in ((0, 0), (0, 95), (95, 0), (95, 95), (20, 50)):
+            pixel = cube.isel(time=number, row=row, column=column)
+            # Both angles count from the north of the place.
+            view = View(float(pixel["pixel_view_zenith"]), float(pixel["pixel_view_azimuth"]))
+            place = {f"{name}_deg": float(pixel[f"pixel_{name}"]) for name in ("latitude", "longitude")}
+            of_place = replace(plan.sun_track, **place).at(time_s)
+            exact, of_one_sun = (
+                np.sum(list(plan.assembly.toward(view).clear(grid.wavenumber_cm1, sun).values()), axis=0)
+                @ grid.weights_cm1[0]
+                for sun in (of_place, plan.sun_track.at(time_s))
+            )
+            of_centre.append(abs(of_one_sun / exact - 1.0))
+            assert float(pixel["radiance"][0]) == pytest.approx(exact, rel=3e-4)
     assert max(of_centre) > 1e-3
 
 
