@@ -122,7 +122,7 @@ class FastPass(PreparedPass):
         self._radiance = FieldRadiance(
             plan, self._view, self._seen.of_frame, self._views, start_s, end_s, plan.accuracy.relative
         )
-        self._sea = SeaTexture(plan, step * float(np.min(np.hypot(footprints_m[:, 0], footprints_m[:, 1]))))
+        self._sea = SeaTexture(plan, float(np.min(np.hypot(footprints_m[:, 0], footprints_m[:, 1]))), step)
         self._field_weights = self._weights_of_field()
         self.omissions += self._finer_texture()
         self.errors = {"tables": self._radiance.error, "place_m": fit.error_m}
@@ -220,8 +220,8 @@ class FastPass(PreparedPass):
         self.sky.look_ahead(time_s)
         table, corner = self._radiance.at(time_s).reshape(-1), (tiles.row, tiles.column)
         views, per_K = self._radiance.clear_at(time_s)
+        clear = np.ascontiguousarray((self._field_weights @ views).T).reshape(-1, *nodes.shape[:2])
         warmer_K = self._sea.at(self._sea_sight.places(pose, self._sea_nodes))
-        clear = (self._field_weights @ views).T.reshape(-1, *warmer_K.shape) + per_K[:, None, None] * warmer_K
 
         def strip(rows: tuple[int, int]) -> None:
             sky_rows(
@@ -235,6 +235,9 @@ class FastPass(PreparedPass):
                 table,
                 self._radiance.middle,
                 clear,
+                per_K,
+                warmer_K,
+                self._sea.fine,
                 radiance,
             )
 
@@ -281,7 +284,7 @@ class FastPass(PreparedPass):
         relative = _RAREST * left_K * float(np.max(np.abs(clear.per_K) / clear.axis))
         if relative <= _FAINT * self._plan.accuracy.relative:
             return ()
-        shown = f"fast frames show structures of the sea above {2.0 * self._sea.sample_m:.3g} m"
+        shown = f"fast frames show structures of the sea above {self._sea.finest_m:.3g} m"
         why = f"{shown}; what is finer has a standard deviation of {left_K:.2g} K"
         return (Omission("texture of the sea's temperature", why, relative, needs="frames of cubes"),)
 

@@ -106,11 +106,29 @@ def to_points(places: Any, x: Any, y: Any, point_m: Any) -> Any:
 
 
 @kernel(error_model="numpy")
-def between_samples(values: Any, places: Any, corner: Any, out: Any) -> None:
-    """Write what is between samples (Y, X) from a corner (row, column) on, at places (N, M, 2) as column and row."""
+def between_samples(values: Any, nodes: Any, parts: Any, corner: Any, out: Any) -> None:
+    """Write what is between samples (Y, X) from a corner (row, column) on, at the nodes of a mesh and between them.
+
+    Parameters
+    ----------
+    nodes : ndarray (N, M, 2)
+        Places as column and row of samples.
+    parts : int
+        Places along each side between two nodes, of which the first is a node.
+    out : ndarray ((N - 1) x parts + 1, (M - 1) x parts + 1)
+    """
     for i in range(out.shape[0]):
+        by = min(i // parts, nodes.shape[0] - 2)
+        down = i / parts - by
         for j in range(out.shape[1]):
-            x, y = places[i, j, 0] - corner[1], places[i, j, 1] - corner[0]
+            bx = min(j // parts, nodes.shape[1] - 2)
+            right = j / parts - bx
+            x, y = 0.0, 0.0
+            for k in range(4):
+                weight = (down if k > 1 else 1.0 - down) * (right if k % 2 else 1.0 - right)
+                x += weight * nodes[by + k // 2, bx + k % 2, 0]
+                y += weight * nodes[by + k // 2, bx + k % 2, 1]
+            x, y = x - corner[1], y - corner[0]
             column, row = np.int64(np.floor(x)), np.int64(np.floor(y))
             x, y = x - column, y - row
             near = values[row, column] + x * (values[row, column + 1] - values[row, column])
@@ -248,16 +266,18 @@ def _place_values(field: Any, per: Any, middle: Any, most: Any, step: Any, part:
 
 
 @kernel(inner=True, error_model="numpy")
-def _clear_row(clear: Any, by: Any, left: Any, right: Any, step: Any, part: Any, row: Any) -> None:
-    """Write what clear pixels of a row of blocks have more, between the nodes (N, M) of the mesh."""
+def _between_nodes(values: Any, y: Any, first: Any, step: Any, row: Any) -> None:
+    """Write a row y of pixels, from the pixel of a node on, between nodes (N, M) that are some steps apart."""
     f = np.float32
-    for bx in range(left, right):
-        near = clear[by, bx] + part * (clear[by + 1, bx] - clear[by, bx])
-        far = clear[by, bx + 1] + part * (clear[by + 1, bx + 1] - clear[by, bx + 1])
-        change, first = f((far - near) / step), (bx - left) * step
-        start = f(near)
-        for x in range(step):
-            row[first + x] = start + f(x) * change
+    by = y // step
+    part = (y - by * step) / step
+    for x in range(0, row.size, step):
+        bx = first // step + x // step
+        near = values[by, bx] + part * (values[by + 1, bx] - values[by, bx])
+        far = values[by, bx + 1] + part * (values[by + 1, bx + 1] - values[by, bx + 1])
+        change, start = f((far - near) / step), f(near)
+        for more in range(min(step, row.size - x)):
+            row[x + more] = start + f(more) * change
 
 
 @kernel(inner=True, error_model="numpy")
@@ -290,6 +310,9 @@ def sky_rows(
     table: Any,
     middle: Any,
     clear: Any,
+    per_K: Any,
+    warmer_K: Any,
+    fine: Any,
     radiance: Any,
 ) -> None:
     """Write the radiance of the rows of a strip of blocks.
@@ -317,6 +340,8 @@ def sky_rows(
         Position of the field's value 0 in the table, in intervals.
     clear : ndarray (B, N, M)
         What clear pixels have more at the nodes.
+    per_K, warmer_K, fine : ndarray (B,), ndarray (n, m), int
+        What they have more over a sea warmer by a kelvin; how much warmer it is at finer nodes; pixels between these.
     radiance : ndarray of float32 (B, rows, columns)
     """
     f = np.float32
@@ -328,7 +353,7 @@ def sky_rows(
     places, field = np.empty(chunk * step, np.uint32), np.empty(chunk * step, np.float32)
     across, down = np.empty(chunk * step, np.float32), np.empty(chunk * step, np.float32)
     around, values = np.empty((4, chunk * step), np.int32), np.empty((4, chunk * step), np.float32)
-    more = np.empty(chunk * step, np.float32)
+    more, warmer = np.empty(chunk * step, np.float32), np.empty(chunk * step, np.float32)
     corners, of_blocks = np.empty((chunk, 8)), np.empty((chunk, 5), np.int64)
     for by in range(rows[0], rows[1]):
         for left in range(0, blocks, chunk):
@@ -344,7 +369,11 @@ def sky_rows(
                 _gather_points(pool, places[:count], around)
                 _look_up_points(around, across, down, later, field[:count])
                 _place_values(field[:count], per, middle, most, np.uint32(4 * bands), across, places)
+                _between_nodes(warmer_K, y, left * step, fine, warmer[:count])
                 for c in range(bands):
                     row = radiance[c, y, left * step : left * step + count]
-                    _clear_row(clear[c], by, left, right, step, part, more)
+                    kelvin = f(per_K[c])
+                    _between_nodes(clear[c], y, left * step, step, more[:count])
+                    for x in range(count):
+                        more[x] += kelvin * warmer[x]
                     _look_up_radiance(table, places, across, c, values, more, row)

@@ -24,6 +24,9 @@ ORDER = 4
 OUTER_M = 320e3
 """Wavelengths up to which the standard deviation of the sea's temperature is given."""
 
+_FINE = 2
+"""Pixels between the places at which frames know the texture."""
+
 _AROUND = 64
 """Samples around what a frame sees whose texture is computed with it: for frames after it."""
 
@@ -85,22 +88,28 @@ class SeaTexture:
     ----------
     plan : Plan
         With the texture; none is 0 everywhere.
-    apart_m : float
-        Distance of the nodes of the mesh; samples are at most half as far from each other, if the scene has as many.
+    pixel_m : float
+        Footprint of a pixel; samples are as far from each other as two of them, or as the pixels of the scene.
+    step : int
+        Pixels between the nodes of the mesh.
 
     Attributes
     ----------
-    sample_m : float
-        Distance of the samples.
+    sample_m, finest_m : float
+        Distance of the samples, and size of the finest structures that are shown.
+    fine : int
+        Pixels between the places at which frames know the texture.
     share_left : float
-        Of the variance, in structures that are finer than two samples: that of k^-2 from this size on.
+        Of the variance, in finer structures: that of k^-2 from this size on.
     """
 
-    def __init__(self, plan: Plan, apart_m: float) -> None:
-        grid = plan.grid
-        larger = 2.0 ** max(0.0, np.floor(np.log2(0.5 * apart_m / grid.pixel_size_m)))
+    def __init__(self, plan: Plan, pixel_m: float, step: int) -> None:
+        grid, self.fine = plan.grid, min(_FINE, step)
+        self._parts = step // self.fine
+        larger = 2.0 ** max(0.0, np.floor(np.log2(_FINE * pixel_m / grid.pixel_size_m)))
         self.sample_m = float(grid.pixel_size_m * larger)
-        self.share_left = self.sample_m / OUTER_M if larger > 1.0 else 0.0
+        self.finest_m = max(self.sample_m, self.fine * pixel_m)
+        self.share_left = self.finest_m / OUTER_M
         rows, columns = (max(2, round(size / larger)) for size in (grid.rows, grid.columns))
         self._size = rows, columns
         assembly = replace(plan.assembly, grid=Grid(rows, columns, self.sample_m))
@@ -109,9 +118,10 @@ class SeaTexture:
         self._corner, self._values = (0, 0), np.zeros((0, 0), np.float32)
 
     def at(self, places_m: Array) -> Array:
-        """Return how much warmer the sea is (N, M) at places, x and y (N, M, 2) in m, in K."""
+        """Return how much warmer the sea is (n, m), in K: at nodes, x and y (N, M, 2) in m, and between them."""
+        found = np.zeros([(size - 1) * self._parts + 1 for size in places_m.shape[:2]])
         if self._step_K == 0.0:
-            return np.zeros(places_m.shape[:2])
+            return found
         middle = np.array([0.5 * (self._size[1] - 1), 0.5 * (self._size[0] - 1)])
         samples = places_m / self.sample_m + middle
         low, high = np.floor(samples.min(axis=(0, 1))).astype(int), np.floor(samples.max(axis=(0, 1))).astype(int) + 2
@@ -120,9 +130,9 @@ class SeaTexture:
             window = slice(low[1] - _AROUND, high[1] + _AROUND), slice(low[0] - _AROUND, high[0] + _AROUND)
             warmer, _ = self._fields.at(0.0, *window)
             self._corner, self._values = (int(window[0].start), int(window[1].start)), warmer
-        found = np.empty(places_m.shape[:2])
-        between_samples(self._values, samples, self._corner, found)
-        return self._step_K * found
+        between_samples(self._values, samples, self._parts, self._corner, found)
+        found *= self._step_K
+        return found
 
 
 def field_nodes(rows: int, columns: int) -> NDArray[np.float64]:
