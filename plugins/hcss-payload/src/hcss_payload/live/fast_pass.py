@@ -220,8 +220,9 @@ class FastPass(PreparedPass):
         self.sky.look_ahead(time_s)
         table, corner = self._radiance.at(time_s).reshape(-1), (tiles.row, tiles.column)
         views, per_K = self._radiance.clear_at(time_s)
-        clear = np.ascontiguousarray((self._field_weights @ views).T).reshape(-1, *nodes.shape[:2])
         warmer_K = self._sea.at(self._sea_sight.places(pose, self._sea_nodes))
+        clear = (self._field_weights @ views.astype(np.float32)).T.reshape(-1, *warmer_K.shape)
+        clear = np.ascontiguousarray(clear + per_K.astype(np.float32)[:, None, None] * warmer_K.astype(np.float32))
 
         def strip(rows: tuple[int, int]) -> None:
             sky_rows(
@@ -235,8 +236,6 @@ class FastPass(PreparedPass):
                 table,
                 self._radiance.middle,
                 clear,
-                per_K,
-                warmer_K,
                 self._sea.fine,
                 radiance,
             )
@@ -267,15 +266,15 @@ class FastPass(PreparedPass):
         nodes = field_nodes(self._camera.rows, self._camera.columns).tolist()
         return [view_and_sun(self._plan, self._camera, pose, row, column) for row, column in nodes]
 
-    def _weights_of_field(self) -> Array:
-        """Return the weights (N x M, 25) of the nodes of the field at the nodes of the mesh."""
-        step, sizes = self._sight.step, (self._camera.rows, self._camera.columns)
+    def _weights_of_field(self) -> NDArray[np.float32]:
+        """Return the weights (n x m, 25) of the nodes of the field at the finer nodes of the mesh."""
+        parts, sizes = self._sea.parts, (self._camera.rows, self._camera.columns)
         up, across = (
-            node_weights(2.0 * step * np.arange(count) / max(size - 1, 1) - 1.0)
+            node_weights(2.0 * self._sea.fine * np.arange((count - 1) * parts + 1) / max(size - 1, 1) - 1.0)
             for count, size in zip(self._sight.directions.shape[:2], sizes, strict=True)
         )
         weights = up[:, None, :, None] * across[None, :, None, :]
-        return weights.reshape(up.shape[0] * across.shape[0], -1)
+        return weights.reshape(up.shape[0] * across.shape[0], -1).astype(np.float32)
 
     def _finer_texture(self) -> tuple[Omission, ...]:
         """Return what the mesh leaves out of the texture of the sea; nothing if it does not matter."""

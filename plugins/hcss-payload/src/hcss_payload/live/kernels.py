@@ -269,15 +269,16 @@ def _place_values(field: Any, per: Any, middle: Any, most: Any, step: Any, part:
 def _between_nodes(values: Any, y: Any, first: Any, step: Any, row: Any) -> None:
     """Write a row y of pixels, from the pixel of a node on, between nodes (N, M) that are some steps apart."""
     f = np.float32
-    by = y // step
-    part = (y - by * step) / step
-    for x in range(0, row.size, step):
-        bx = first // step + x // step
-        near = values[by, bx] + part * (values[by + 1, bx] - values[by, bx])
-        far = values[by, bx + 1] + part * (values[by + 1, bx + 1] - values[by, bx + 1])
-        change, start = f((far - near) / step), f(near)
-        for more in range(min(step, row.size - x)):
-            row[x + more] = start + f(more) * change
+    above, below = values[y // step], values[y // step + 1]
+    part, per = f(y % step) / f(step), f(1.0) / f(step)
+    near = above[first // step] + part * (below[first // step] - above[first // step])
+    for node in range(-(-row.size // step)):
+        column = first // step + node + 1
+        far = above[column] + part * (below[column] - above[column])
+        change, left = (far - near) * per, node * step
+        for x in range(min(step, row.size - left)):
+            row[left + x] = near + f(x) * change
+        near = far
 
 
 @kernel(inner=True, error_model="numpy")
@@ -310,8 +311,6 @@ def sky_rows(
     table: Any,
     middle: Any,
     clear: Any,
-    per_K: Any,
-    warmer_K: Any,
     fine: Any,
     radiance: Any,
 ) -> None:
@@ -338,10 +337,10 @@ def sky_rows(
         pixels have more that shows there, and its change.
     middle : float32
         Position of the field's value 0 in the table, in intervals.
-    clear : ndarray (B, N, M)
-        What clear pixels have more at the nodes.
-    per_K, warmer_K, fine : ndarray (B,), ndarray (n, m), int
-        What they have more over a sea warmer by a kelvin; how much warmer it is at finer nodes; pixels between these.
+    clear : ndarray of float32 (B, n, m)
+        What clear pixels have more at finer nodes.
+    fine : int
+        Pixels between these.
     radiance : ndarray of float32 (B, rows, columns)
     """
     f = np.float32
@@ -353,7 +352,7 @@ def sky_rows(
     places, field = np.empty(chunk * step, np.uint32), np.empty(chunk * step, np.float32)
     across, down = np.empty(chunk * step, np.float32), np.empty(chunk * step, np.float32)
     around, values = np.empty((4, chunk * step), np.int32), np.empty((4, chunk * step), np.float32)
-    more, warmer = np.empty(chunk * step, np.float32), np.empty(chunk * step, np.float32)
+    more = np.empty(chunk * step, np.float32)
     corners, of_blocks = np.empty((chunk, 8)), np.empty((chunk, 5), np.int64)
     for by in range(rows[0], rows[1]):
         for left in range(0, blocks, chunk):
@@ -369,11 +368,7 @@ def sky_rows(
                 _gather_points(pool, places[:count], around)
                 _look_up_points(around, across, down, later, field[:count])
                 _place_values(field[:count], per, middle, most, np.uint32(4 * bands), across, places)
-                _between_nodes(warmer_K, y, left * step, fine, warmer[:count])
                 for c in range(bands):
                     row = radiance[c, y, left * step : left * step + count]
-                    kelvin = f(per_K[c])
-                    _between_nodes(clear[c], y, left * step, step, more[:count])
-                    for x in range(count):
-                        more[x] += kelvin * warmer[x]
+                    _between_nodes(clear[c], y, left * step, fine, more[:count])
                     _look_up_radiance(table, places, across, c, values, more, row)

@@ -24,7 +24,7 @@ ORDER = 4
 OUTER_M = 320e3
 """Wavelengths up to which the standard deviation of the sea's temperature is given."""
 
-_FINE = 2
+_FINE = 4
 """Pixels between the places at which frames know the texture."""
 
 _AROUND = 64
@@ -89,7 +89,7 @@ class SeaTexture:
     plan : Plan
         With the texture; none is 0 everywhere.
     pixel_m : float
-        Footprint of a pixel; samples are as far from each other as two of them, or as the pixels of the scene.
+        Footprint of a pixel; samples are as far from each other as some of them, or as the pixels of the scene.
     step : int
         Pixels between the nodes of the mesh.
 
@@ -97,15 +97,15 @@ class SeaTexture:
     ----------
     sample_m, finest_m : float
         Distance of the samples, and size of the finest structures that are shown.
-    fine : int
-        Pixels between the places at which frames know the texture.
+    fine, parts : int
+        Pixels between the places at which frames know the texture, and how many of these there are for each node.
     share_left : float
         Of the variance, in finer structures: that of k^-2 from this size on.
     """
 
     def __init__(self, plan: Plan, pixel_m: float, step: int) -> None:
         grid, self.fine = plan.grid, min(_FINE, step)
-        self._parts = step // self.fine
+        self.parts = step // self.fine
         larger = 2.0 ** max(0.0, np.floor(np.log2(_FINE * pixel_m / grid.pixel_size_m)))
         self.sample_m = float(grid.pixel_size_m * larger)
         self.finest_m = max(self.sample_m, self.fine * pixel_m)
@@ -119,7 +119,7 @@ class SeaTexture:
 
     def at(self, places_m: Array) -> Array:
         """Return how much warmer the sea is (n, m), in K: at nodes, x and y (N, M, 2) in m, and between them."""
-        found = np.zeros([(size - 1) * self._parts + 1 for size in places_m.shape[:2]])
+        found = np.zeros([(size - 1) * self.parts + 1 for size in places_m.shape[:2]])
         if self._step_K == 0.0:
             return found
         middle = np.array([0.5 * (self._size[1] - 1), 0.5 * (self._size[0] - 1)])
@@ -130,7 +130,7 @@ class SeaTexture:
             window = slice(low[1] - _AROUND, high[1] + _AROUND), slice(low[0] - _AROUND, high[0] + _AROUND)
             warmer, _ = self._fields.at(0.0, *window)
             self._corner, self._values = (int(window[0].start), int(window[1].start)), warmer
-        between_samples(self._values, samples, self._parts, self._corner, found)
+        between_samples(self._values, samples, self.parts, self._corner, found)
         found *= self._step_K
         return found
 
