@@ -3,6 +3,7 @@
     python benchmarks/geometries.py                                       # a quarter of an hour
     python benchmarks/geometries.py --scenes stratus --number 5           # a minute
     python benchmarks/geometries.py --beside ../old --with ../old/.venv/bin/python
+    python benchmarks/geometries.py --shipped --number 5 --beside ../old     # of shipped scenes, with all effects
     python benchmarks/geometries.py --streaming --number 5 --beside ../old   # a frame of shipped scenes
 
 One lucky geometry proves nothing: the same clouds cost between one and ten times as much under other suns, because
@@ -20,7 +21,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +49,8 @@ COMMON: dict[str, Any] = {
     "atmosphere": {"profile": "us-standard-1976", "parameters": {"aerosol": "none"}},
 }
 SHIPPED = "shipped "
-STREAMED = ("stratus", "cumulus", "cirrus")
-"""Shipped scenes, whose frames are measured with all effects that they have by themselves."""
+SHIPPED_SCENES = ("stratus", "cumulus", "cirrus")
+"""Measured with all effects that they have by themselves."""
 
 FRAMES = 9
 SEED = 43
@@ -74,14 +74,13 @@ def _geometry(number: int, share: float) -> dict[str, Any]:
     }
 
 
-def of_a_frame(shipped: str, keys: Mapping[str, Any]) -> float:
-    """Median seconds of a frame of a shipped scene; its tables are compiled before."""
-    from hcss_twin import Scenario, make_plan
+def of_a_frame(scene: Any) -> float:
+    """Median seconds of a frame of a scene; its tables are compiled before."""
+    from hcss_twin import make_plan
     from hcss_twin.engine.compile import tables_of
     from hcss_twin.engine.stream import stream
 
-    dotted = {"time": keys["time"], **{f"view.{name}": value for name, value in keys["view"].items()}}
-    plan = make_plan(Scenario.load(shipped, {**dotted, "frames.count": FRAMES, "output.certificate": 0}))
+    plan = make_plan(scene)
     each, seconds = stream(plan, tables_of(plan)), []
     next(each)  # compiles kernels
     for _ in range(1, FRAMES):
@@ -100,14 +99,20 @@ def serve() -> None:
 
     for line in sys.stdin:
         keys = json.loads(line)
-        if "shipped" in keys:
-            print(of_a_frame(keys.pop("shipped"), keys), flush=True)
+        shipped, streams = keys.pop("shipped", ""), keys.pop("streams", False)
+        if shipped:
+            dotted = {"time": keys["time"], **{f"view.{name}": value for name, value in keys["view"].items()}}
+            scene = Scenario.load(shipped, {**dotted, "frames.count": FRAMES, "output.certificate": 0})
+        else:
+            if not hasattr(section_types, "Switch"):  # versions before have these effects off
+                del keys["slant"], keys["sea"]["waves"]
+            scene = Scenario.from_dict(keys)
+        if streams:
+            print(of_a_frame(scene), flush=True)
             continue
-        if not hasattr(section_types, "Switch"):  # versions before have these effects off
-            del keys["slant"], keys["sea"]["waves"]
         start = time.process_time()
         try:
-            compile_tables(make_plan(Scenario.from_dict(keys), keeps_results=False))
+            compile_tables(make_plan(scene, keeps_results=False))
         except HcssError as error:
             print(error, file=sys.stderr)
             start = np.nan
@@ -137,14 +142,16 @@ class Version:
 def main() -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scenes", nargs="+", choices=[*SCENES, *STREAMED], help="default: all")
+    parser.add_argument("--scenes", nargs="+", choices=[*SCENES, "cumulus"], help="default: all")
+    parser.add_argument("--shipped", action="store_true", help="shipped scenes, with the effects they have")
     parser.add_argument("--streaming", action="store_true", help="seconds of a frame after plan and tables")
     parser.add_argument("--number", type=int, default=20, help="of geometries")
     parser.add_argument("--beside", type=Path, help="checkout of another version")
     parser.add_argument("--with", dest="python", default=sys.executable, help="the Python that has what it needs")
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
-    known = STREAMED if options.streaming else tuple(SCENES)
+    are_shipped = options.shipped or options.streaming
+    known = SHIPPED_SCENES if are_shipped else tuple(SCENES)
     if unknown := sorted(set(options.scenes or ()).difference(known)):
         parser.error(f"--scenes: {', '.join(unknown)} given, allowed here: {', '.join(known)}")
     if options.serve:
@@ -155,11 +162,11 @@ def main() -> None:
         versions["beside"] = Version(options.python, options.beside.resolve())
     print(f"{'scene':16}{'version':10}{'median':>8}{'90 %':>8}{'largest':>9}  s of a processor")
     for name in options.scenes or known:
-        scene = SHIPPED + name if options.streaming else name
+        scene = SHIPPED + name if are_shipped else name
         found: dict[str, list[float]] = {name: [] for name in versions}
         for number in range(-1, options.number):  # the first compiles kernels
             for name, version in versions.items():
-                seconds = version.seconds(scenario(scene, number + 1))
+                seconds = version.seconds({**scenario(scene, number + 1), "streams": options.streaming})
                 if number >= 0:
                     found[name].append(seconds)
         done = np.all(np.isfinite(list(found.values())), axis=0)

@@ -1,10 +1,10 @@
 """The models of the HCSS paper, which compile in a tenth of a second: for tests of anything but radiance.
 
 The default models take seconds to minutes for the same scene. Tests that hold for any models name these. Pixels are
-columns, each for itself: shadows and parallax are on in the tests of them.
+columns, each for itself over one sea: shadows, parallax and texture are on in the tests of them.
 """
 
-APART = {"slant.shadows": "off", "slant.parallax": "off", "sea.waves": "off"}
+APART = {"slant.shadows": "off", "slant.parallax": "off", "sea.waves": "off", "sea.temperature_texture": 0.0}
 """Overrides of a scenario whose pixels are columns, each for itself over the mean sea."""
 
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk", "optics.provider": "mie"} | {

@@ -14,6 +14,7 @@ from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.physics.viewing import LinesOfSight
+from hcss_twin.plan.directions import TimedSun
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -61,20 +62,24 @@ def detector_notes(scenario: Scenario) -> tuple[str, ...]:
 class SunTrack:
     """Position of the sun, seen from the image centre, at any time of the scene.
 
-    The centre moves east with the platform along the local plane, as in the coordinates of the cube.
+    The centre moves east with the platform along the local plane, as in the coordinates of the cube. ``is_timed``: suns
+    know their time, from which views know the place that they see.
     """
 
     start: datetime
     latitude_deg: float
     longitude_deg: float
     platform_speed_m_s: float = 0.0
+    is_timed: bool = False
 
     def at(self, time_s: float, aside_m: tuple[float, float] = (0.0, 0.0)) -> Sun:
         """Sun at seconds after the start, seen from a point east and north of the centre."""
         return _sun(self, time_s, aside_m)
 
-    def positions(self, time_s: Array, aside_m: tuple[float, float] = (0.0, 0.0)) -> tuple[Array, Array, Array]:
-        """Zenith (deg), azimuth (deg) and distance (au), each (F,), at seconds after the start."""
+    def positions(
+        self, time_s: Array, aside_m: tuple[float, float] | tuple[Array, Array] = (0.0, 0.0)
+    ) -> tuple[Array, Array, Array]:
+        """Zenith (deg), azimuth (deg) and distance (au), each (F,), at seconds after the start, seen from points."""
         instants = [self.start + timedelta(seconds=float(second)) for second in time_s]
         east = self.platform_speed_m_s * time_s + aside_m[0]
         position_deg = to_geographic(east, np.full_like(east, aside_m[1]), self.latitude_deg, self.longitude_deg)
@@ -85,4 +90,5 @@ class SunTrack:
 def _sun(track: SunTrack, time_s: float, aside_m: tuple[float, float]) -> Sun:
     """Sun at a time, cached: plan, tables and certificate use the same few, and each takes a millisecond or two."""
     zenith, azimuth, distance = track.positions(np.array([time_s]), aside_m)
-    return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]))
+    angles = float(zenith[0]), float(azimuth[0]), float(distance[0])
+    return TimedSun(*angles, time_s) if track.is_timed else Sun(*angles)

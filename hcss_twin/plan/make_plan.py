@@ -32,7 +32,7 @@ from hcss_twin.plan.packing import packed_variables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.point_effects import extremes_of, plan_point_effect
 from hcss_twin.plan.rays import GridRays, Rays, planned_rays
-from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
+from hcss_twin.plan.scene_analysis import SceneAnalysis, analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.section_effect import section_effects
 from hcss_twin.plan.sensor import excluded_beside_instants, planned_sensor, require_instants
 from hcss_twin.plan.sensor_geometry import examine_geometry
@@ -146,8 +146,13 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         tops_at = _at_extreme_tops(assembly)
         effects = section_effects(scenario, catalog)
         scenes = [*tops_at, *extremes_of(assembly, effects)]
-        analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
-        analysis = analyses[0] if len(analyses) == 1 else strictest(analyses[0], analyses)
+        analysis = _analysis(scenario, scenes, catalog, suns)
+    sunlit = None if given is None else _with_own_suns(given, scenario, assembly, analysis, suns)
+    if sunlit is not None:
+        assembly, suns = sunlit
+        track = suns.track
+        of_scenes = [replace(each, directions=assembly.directions, reach_m=assembly.reach_m) for each in scenes]
+        analysis = _analysis(scenario, of_scenes, catalog, suns)
     planned_surfaces: list[PlannedSurfaces] = []
     for surfaces in assembly.surfaces:
         from hcss_twin.plan.surfaces import extreme_states, merged, plan_surfaces  # not for scenes of sea alone
@@ -229,6 +234,20 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     from hcss_twin.plan.choose_light import with_light  # not for independent columns
 
     return with_light(plan)
+
+
+def _analysis(scenario: Scenario, scenes: Sequence[Assembly], catalog: Catalog, suns: SunFrames) -> SceneAnalysis:
+    """Return the analysis of a scene, with the strictest choices of its states."""
+    analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
+    return analyses[0] if len(analyses) == 1 else strictest(analyses[0], analyses)
+
+
+def _with_own_suns(
+    rays: Rays, scenario: Scenario, assembly: Assembly, analysis: SceneAnalysis, suns: SunFrames
+) -> tuple[Assembly, SunFrames] | None:
+    from hcss_twin.plan.sunlit_directions import needs_own_suns, with_own_suns  # not for grids on the ground
+
+    return with_own_suns(rays, scenario, assembly, suns) if needs_own_suns(analysis) else None
 
 
 def _at_extreme_tops(assembly: Assembly) -> list[Assembly]:

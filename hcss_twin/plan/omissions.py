@@ -12,9 +12,9 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.error_norm import largest_error
 from hcss_twin.cube.variables import SHADOW_MASK, TERM_PREFIX, VariableSpec
-from hcss_twin.physics.planck import planck
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.clear_sky_sizes import RAREST, change_by_sea, size_of_vapour, typical_sea_K, typical_vapour
 from hcss_twin.plan.climate_over_image import climate_over_image
 from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.few_columns import (
@@ -33,7 +33,6 @@ from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.plan.one_direction import one_direction
 from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.plan.sunlight import SunFrames, Sunlight, low_sun, toward_glint
-from hcss_twin.plan.vapour_size import size_of_vapour, typical_vapour
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -227,8 +226,6 @@ def list_omissions(
 def texture_of_sea(assembly: Assembly, why: str, needs: str = "") -> Omission:
     """Return the omission of the texture of the sea's temperature.
 
-    Three standard deviations are the bound, of a black body at the shortest wavelength.
-
     Parameters
     ----------
     why : str
@@ -236,22 +233,13 @@ def texture_of_sea(assembly: Assembly, why: str, needs: str = "") -> Omission:
     needs : str
         Key and value that would avoid it.
     """
-    # Spectrum k^-2 with 0.3 K in wavelengths up to 320 km, of which the image has those up to its size.
-    grid, sea_K = assembly.grid, assembly.sea_temperature_K
-    size_m = grid.pixel_size_m * max(grid.rows, grid.columns)
-    typical_K = 0.3 * math.sqrt(min(1.0, size_m / 320e3))
-    shortest = 1e4 / min(band.lower_um for band in assembly.bands)
-    warmer, sea = planck(np.array([shortest]), np.array([[sea_K + typical_K], [sea_K]]))[:, 0]
-    share = float(warmer / sea - 1.0)
+    typical_K = typical_sea_K(assembly.grid)
+    share = change_by_sea(assembly, typical_K)
     size = f"measured seas vary by up to {typical_K:.2g} K (standard deviation) within an image of this size"
-    bound, needs = 3.0 * share, needs if share else ""
+    bound, needs = RAREST * share, needs if share else ""
     return Omission(
         "texture of the sea's temperature", f"{why}; {size}", bound, share, f"rms, {typical_K:.2g} K", needs
     )
-
-
-RAREST = 5.0
-"""Standard deviations of vapour that no pixel exceeds: of a normal distribution, one in two million does."""
 
 
 def _even_vapour(assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omission]:

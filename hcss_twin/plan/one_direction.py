@@ -12,6 +12,7 @@ from hcss_twin.core.error_norm import largest_error
 from hcss_twin.core.errors import ProviderError, ScenarioError
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.directions import SunlitDirections
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, TOO_DEAR, FewColumns, Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.views import ImageViews, has_own_suns, may_have_own_suns
@@ -19,6 +20,8 @@ from hcss_twin.providers import Sun, View
 
 SENSOR_ALTITUDE_M = 800e3
 """Assumed sensor altitude if the scenario has none: that of many satellites in low orbit."""
+
+SUN_ANGLES = "sun angles of single pixels"
 
 _CORNERS = ((1.0, 1.0), (1.0, -1.0))
 """Two neighbouring corners of the image, in coordinates from -1 to 1."""
@@ -56,13 +59,11 @@ def one_direction(
         needs, decision = "a smaller image: no key computes it", ""
         if assembly.lines_of_sight is None and may_have_own_suns(assembly):
             needs, decision = "platform.altitude", TOO_DEAR
-        yield Omission(
-            "sun angles of single pixels",
-            f"the sun is that of the image centre; {corners}",
-            bound,
-            needs=needs,
-            decision=decision,
-        )
+        instead = "the sun is that of the image centre"
+        if isinstance(assembly.directions, SunlitDirections):
+            instead = "the sun is that of one place in each direction and frame"
+            corners = "the bound is for the farthest place seen along it"
+        yield Omission(SUN_ANGLES, f"{instead}; {corners}", bound, needs=needs, decision=decision)
 
 
 def _one_view(

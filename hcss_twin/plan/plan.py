@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -14,11 +14,12 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.cube.variables import LAYER, VariableSpec
 from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
+from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.clear_sky import EVEN_SKY, EvenSky
-from hcss_twin.plan.directions import Views
+from hcss_twin.plan.directions import SunlitDirections, Views
 from hcss_twin.plan.effects import Effect, Shadows
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.filled_in import FilledIn
@@ -191,6 +192,16 @@ class Plan:
     def views_over_image(self) -> Views:
         """Return the views over the image, which are all the same if pixels share one view and one air."""
         return views_over_image(self.assembly)
+
+    def views_of_pixels(self, rows: Sequence[int], columns: Sequence[int], time_s: float) -> list[View]:
+        """Return the exact view of some pixels, with the sun of their places where these have their own."""
+        views, directions = self.rays.views_of_pixels(rows, columns, time_s), self.assembly.directions
+        if not isinstance(directions, SunlitDirections):
+            return views
+        windows = ((slice(row, row + 1), slice(column, column + 1)) for row, column in zip(rows, columns, strict=True))
+        seen = [self.rays.locations_deg(window, time_s, self.scenario) for window in windows]
+        latitude, longitude = (np.array([float(angle[axis][0, 0]) for angle in seen]) for axis in (0, 1))
+        return directions.of_places(views, *Ellipsoid.to_plane(latitude, longitude, *directions.centre_deg))
 
     def texture_of_sea(self, why: str, needs: str = "") -> Omission:
         """Return the omission of the texture of the sea's temperature, and ``why`` the sea has one temperature."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.directions import TimedSun
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, Omission, few_columns
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.numerics import PER_BAND as LEVEL_WAVENUMBERS
@@ -147,9 +148,11 @@ def toward_glint(assembly: Assembly, suns: Iterable[Sun | None]) -> list[Assembl
 
 
 def _same(one: Sun | None, other: Sun | None) -> bool:
-    """Whether two suns have the same position, or are both below the horizon."""
+    """Whether two suns have the same position, or are both below the horizon; at two times places may have others."""
     if one is None or other is None:
         return one is other
+    if isinstance(one, TimedSun):
+        return one == other
     turn = (one.azimuth_deg - other.azimuth_deg + 180.0) % 360.0 - 180.0
     across = abs(turn) * math.sin(math.radians(one.zenith_deg))
     return max(abs(one.zenith_deg - other.zenith_deg), across) <= SAME_DEG

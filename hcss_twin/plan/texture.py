@@ -25,21 +25,14 @@ from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureF
 from hcss_twin.plan.accuracy import requested_accuracy
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.clear_sky import EVEN_SKY, EVEN_VAPOUR, STEP, EvenFields, EvenSky, State, VapourNodes
+from hcss_twin.plan.clear_sky_sizes import DEFAULT_K, DEFAULT_VAPOUR, is_faint, typical_sea_K
 from hcss_twin.plan.combinations import Excluded, NotComputed, present
 from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.numerics import for_spectra
-from hcss_twin.plan.vapour_size import DEFAULT_VAPOUR
 from hcss_twin.plan.windows import length
-from hcss_twin.providers import Grid, Sun
+from hcss_twin.providers import Sun
 from hcss_twin.providers.column_states import spectra_of
 from hcss_twin.scenario.scenario import Scenario
-
-DEFAULT_K = 0.3
-"""Standard deviation of the sea's temperature over some hundred km where a scenario gives none. That of clear pixels in
-10.8 um SEVIRI images (3 km) is .15 to .49 K over some 200 km, by place and night, of which water vapour is a part."""
-
-LEAST_K = 0.02
-"""Standard deviation within the image below which there is texture on request only: the noise of good sensors."""
 
 OWN_SPECTRA: Sequence[State] = ((1.0, 0.0), (0.0, 1.0))
 """States whose spectra tell which wavenumbers their differences from the scene need."""
@@ -115,6 +108,8 @@ TEXTURE_OF_IMAGE = "clear sky of the clouds' image has a texture of its own"
 ON_REQUEST = "its tables take two to three times as long, and err by up to .4 % in hazy air by day"
 
 SMALL = "the image is smaller than its smallest structures"
+
+FAINT = "it would change less than its share of the accuracy asked for"
 
 REACH = 2.4
 """Places beyond which kinks do not matter: four standard deviations."""
@@ -220,11 +215,6 @@ def sea_factors(scene: Assembly, warmer: Assembly, wavenumber_cm1: Array, sun: S
     return factors
 
 
-def typical_texture_K(grid: Grid) -> float:
-    """Return the default standard deviation of the sea's temperature within an image."""
-    return DEFAULT_K * math.sqrt(sum(share for _, share in cells_of(SEA_TEMPERATURE, grid)))
-
-
 def excluded_beside_texture(assembly: Assembly) -> tuple[Excluded, ...]:
     """Return what cannot be computed with texture of the sea or of vapour."""
     return (Excluded("image", assembly.own_suns, "a full disk, whose places have suns of their own,", "a part"),)
@@ -232,10 +222,12 @@ def excluded_beside_texture(assembly: Assembly) -> tuple[Excluded, ...]:
 
 def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
     """Return why the sea has one temperature; empty if it has texture."""
-    given, light, typical_K = scenario.sea.temperature_texture, scenario.radiance, typical_texture_K(assembly.grid)
-    small = f"structures within the image vary by {typical_K:.1g} K (standard deviation)"
+    given, light, grid = scenario.sea.temperature_texture, scenario.radiance, assembly.grid
+    if given == 0.0:
+        return "sea.temperature_texture is 0"
+    small = "" if cells_of(SEA_TEMPERATURE, grid) else SMALL
     if given is not None:
-        return "sea.temperature_texture is 0" if given == 0.0 else "" if typical_K else small
+        return small
     if excluded := next(present(excluded_beside_texture(assembly)), None):
         return f"the scene has {excluded.what.rstrip(',')}"
     if assembly.surfaces:
@@ -244,7 +236,7 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
         return "light between columns is compared with a sea of one temperature"
     if any(assembly.from_images):
         return TEXTURE_OF_IMAGE
-    return small if typical_K < LEAST_K else ""
+    return small or (FAINT if is_faint(scenario, assembly, typical_sea_K(grid)) else "")
 
 
 def why_even_vapour(scenario: Scenario, assembly: Assembly) -> NotComputed:

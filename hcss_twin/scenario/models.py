@@ -151,7 +151,7 @@ class Sea(ScenarioSection):
         le=3,
         description="Standard deviation of the skin temperature around `temperature` over some hundred km, K: a random "
         "field with the spectrum of measured sea, in wavelengths up to the image's size; 0: one temperature; default: "
-        "0.3 where the scene can have it and that is 0.02 K or more within the image.",
+        "0.3 where the scene can have it and that matters at this accuracy.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 

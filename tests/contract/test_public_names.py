@@ -373,6 +373,7 @@ def scenario():
         "frames": {"count": 2, "interval": 5.0},
         "bands": [{"name": "lwir", "limits": [10.5, 11.0]}],
         "clouds": {"type": "stratocumulus", "coverage": 0.5, "coverage_mode": "field"},
+        "sea": {"temperature_texture": 0.0},  # the look-up of clouds alone has an even sea
         "sensor": {"parameters": {"noise": "nedt", "nedt": 0.05, "nedt_temperature": 300.0}},
         "output": {"certificate": 0},
     }

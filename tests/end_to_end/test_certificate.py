@@ -85,28 +85,29 @@ def test_a_correct_cube_passes_and_says_what_was_requested_estimated_and_achieve
         )
 
 
-def test_the_achieved_error_is_that_of_the_cube_against_the_reference():
-    """All pixels are checked, so that it is the largest over the cube itself."""
-    scenario = Scenario.load(
-        "stratus",
-        SMALL
-        | {
-            "image.rows": 7,
-            "image.columns": 9,
-            "frames.count": 1,
-            "output.certificate": 63,
-            "output.variables": ["radiance", "cloud_thickness"],
-        },
-    )
+@pytest.mark.parametrize("sea_varies", [False, True], ids=["one sea", "texture of the sea"])
+def test_the_achieved_error_is_that_of_the_cube_against_the_reference(sea_varies):
+    """All pixels are checked, so that it is the largest over the cube itself; the reference has the sea of each."""
+    variables = ["radiance", "cloud_thickness", *(["sea_temperature"] if sea_varies else [])]
+    changes = {"frames.count": 1, "output.certificate": 63, "output.variables": variables}
+    sea = {"sea.temperature_texture": 0.3 if sea_varies else 0.0}
+    scenario = Scenario.load("stratus", SMALL | {"image.rows": 7, "image.columns": 9} | changes | sea)
     made, plan = simulate(scenario), make_plan(scenario)
     thickness = np.minimum(made.cloud_thickness.values.ravel().astype(float), plan.layers[0].thickness_max_m)
     # at one level finer, all at once: the certificate adds small differences at fewer wavenumbers
-    model, setting = (
-        plan.assembly.at_level(reference_level(plan.assembly)).model,
-        plan.assembly.setting(plan.sun_at(0.0)),
-    )
+    reference, sun = plan.assembly.at_level(reference_level(plan.assembly)), plan.sun_at(0.0)
     grid = plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
-    exact = SpectralGrid.reference_radiance(model, setting, grid, thickness)
+
+    def of_sea(warmer_K, thickness_m):
+        scene = reference.perturbed(warmer_K, 1.0)
+        return SpectralGrid.reference_radiance(scene.model, scene.setting(sun), grid, thickness_m)
+
+    if sea_varies:
+        warmer_K = made.sea_temperature.values.ravel().astype(float) - plan.assembly.sea_temperature_K
+        exact = np.concatenate([of_sea(*pixel) for pixel in zip(warmer_K, thickness[:, None], strict=True)])
+        assert np.abs(exact / of_sea(0.0, thickness) - 1.0).max() > 1e-4
+    else:
+        exact = of_sea(0.0, thickness)
     error = np.abs(made.radiance.values[0].reshape(2, -1).T / exact - 1.0).max(axis=0)
     achieved = json.loads(made.attrs["hcss_accuracy_achieved"])
     np.testing.assert_allclose(list(achieved.values()), error, rtol=0.15)

@@ -34,7 +34,8 @@ def row(text, label):
 
 @pytest.mark.parametrize("name", Catalog().names("scenarios", ".toml"))
 def test_every_shipped_scenario_fits_on_a_screen(name):
-    lines = plan_text(make_plan(Scenario.load(name, CHEAP))).splitlines()
+    textured = {key: value for key, value in CHEAP.items() if key != "sea.temperature_texture"}
+    lines = plan_text(make_plan(Scenario.load(name, textured))).splitlines()
     assert len(lines) <= 63
     assert max(map(len, lines)) <= WIDTH
 

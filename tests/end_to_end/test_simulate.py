@@ -32,8 +32,9 @@ SHIPPED = ["baseline", "cirrus", "cumulus", "simulated", "stratus"]
 
 @pytest.fixture(scope="module")
 def stratus(tmp_path_factory):
-    """A cube of the default models."""
+    """A cube of the default models; what shadows take from a term is the sunlight that an even sea reflects."""
     overrides = {**DEFAULT, **COARSE, **NARROW, "output.variables": ["radiance", "terms"], "output.certificate": 0}
+    overrides |= {"sea.temperature_texture": 0.0}
     with simulate(Scenario.load("stratus", overrides), tmp_path_factory.mktemp("stratus") / "cube.nc") as cube:
         yield cube
 

@@ -318,15 +318,28 @@ def test_keys_that_exclude_texture_are_named() -> None:
         simulate(scene(sea={"temperature_texture": 0.0}, output={"variables": ["sea_temperature"]}))
 
 
+@pytest.mark.parametrize("per_pixel", [1.0, 1.0 / 0.05], ids=["fraction", "kelvin"])
+def test_texture_of_the_sea_is_skipped_where_its_bound_is_below_a_tenth_of_the_accuracy(per_pixel: float) -> None:
+    changes = {**CHEAP, "bands": [[10.3, 11.3]], "image": {"rows": 64, "columns": 64, "pixel_size": 20.0}}
+    even = make_plan(scene(**changes | {"sea": CHEAP["sea"] | {"temperature_texture": 0.0}}))
+    bound = next(each.bound for each in even.omissions if each.what == "texture of the sea's temperature")
+    # black body at 293 K and 10.3 um: .0163 of its radiance for a kelvin
+    limits = [10.0 * bound * part for part in (0.98, 1.02)]
+    asked = [limit if per_pixel == 1.0 else f"{limit / 0.01633:.5g} K" for limit in limits]
+    assert [make_plan(scene(**changes, accuracy=each)).texture.varies for each in asked] == [True, False]
+
+
 @pytest.mark.parametrize(
     ("changes", "why"),
     [
         ({}, ""),
         ({"sea": {"temperature_texture": 0.0}}, "sea.temperature_texture is 0"),
-        ({"image": {"rows": 64, "columns": 64, "pixel_size": 20.0}}, "structures within the image vary"),
+        ({"image": {"rows": 64, "columns": 64, "pixel_size": 20.0}}, ""),
+        ({"image": {"rows": 64, "columns": 64, "pixel_size": 20.0}, "accuracy": 0.05}, "less than its share"),
+        ({"image": {"rows": 64, "columns": 64, "pixel_size": 1.0}}, "smaller than its smallest structures"),
         ({"surfaces": {}}, "a map of the ground"),
     ],
-    ids=["default", "off", "small image", "map"],
+    ids=["default", "off", "small image", "coarse accuracy", "smaller image", "map"],
 )
 def test_the_sea_has_texture_by_default_and_the_plan_says_where_not(changes: dict, why: str) -> None:
     cheap = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}}
@@ -339,7 +352,7 @@ def test_the_sea_has_texture_by_default_and_the_plan_says_where_not(changes: dic
     assert plan.texture.temperature_K == 0.0
     (omission,) = omitted
     assert why in omission.why
-    assert 0.0 < omission.bound < 0.05
+    assert 0.0 < omission.bound < 0.08
     assert bool(omission.needs) == ("is 0" in why)
 
 

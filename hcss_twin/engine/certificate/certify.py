@@ -193,7 +193,7 @@ def _points(
 ) -> Iterator[SampledPoint]:
     """Yield the points of each pixel of a frame."""
     rows, columns = ((at + of.start).tolist() for at, of in zip((pixels.row, pixels.column), plan.extent, strict=True))
-    views = plan.rays.views_of_pixels(rows, columns, pixels.time_s)
+    views = plan.views_of_pixels(rows, columns, pixels.time_s)
     time_s, in_other_air = pixels.time_s, plan.assembly.air_over_field.varies
     perturbations = _perturbations(plan, time_s, rows, columns)
     of_pixels = zip(rows, columns, views, _thickness(plan, pixels), perturbations, strict=True)

@@ -425,7 +425,7 @@ class InstantElements:
 
     def _zenith_deg(self, row: int, column: int) -> float:
         """View zenith angle of a pixel, which may lie outside the image."""
-        (view,) = self._plan.rays.views_of_pixels([row], [column], self._time_s)
+        (view,) = self._plan.views_of_pixels([row], [column], self._time_s)
         return view.zenith_deg
 
 

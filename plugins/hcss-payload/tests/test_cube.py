@@ -4,6 +4,7 @@ import ast
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,7 +20,9 @@ from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.verification import verify_cube
 from hcss_twin.physics.geodesy import Ellipsoid
+from hcss_twin.plan.error_budget import beyond_accuracy
 from hcss_twin.plan.views import views_over_image
+from hcss_twin.providers import View
 from hcss_twin.reports.plan_text import plan_text
 
 
@@ -87,12 +90,57 @@ def test_a_single_frame_of_a_camera_shows_part_of_a_sky_with_one_threshold():
 def test_the_error_of_one_sun_is_that_over_what_the_camera_sees_however_large_the_plane():
     def bound(**image):
         day = {"time": "2024-04-20T03:00:00Z", "bands": [MWIR], "frames": {"count": 1}, "image": image}
-        plan = hcss_twin.make_plan(scenario(PASS, day, {"orbit": {"above_time": 0.0}}))
+        coarse = {"orbit": {"above_time": 0.0}, "accuracy": 1e-2}  # for which one sun is good enough
+        plan = hcss_twin.make_plan(scenario(PASS, day, coarse))
         return next(item.bound for item in plan.omissions if item.what == "sun angles of single pixels")
 
     small = bound(rows=64, columns=64)
     assert small > 0.0
     assert bound(rows=2000, columns=2000) == small
+
+
+WIDE_DAY = {
+    "time": "2024-04-20T05:30:00Z",
+    "bands": [MWIR],
+    "camera": {"rows": 96, "columns": 96, "points": 1, "focal_length": 0.06},
+    "clouds": {"coverage": 0.0},
+    "sea": {"temperature_texture": 0.0, "waves": "off"},
+}
+
+SEEN = {
+    "a frame": {"frames": {"count": 1}, "orbit": {"above_time": 0.0}},
+    "a camera that looks down": {
+        "time": "2024-04-20T02:30:00Z",
+        "attitude": {"provider": "nadir"},
+        "orbit": {"above": [30.0, 150.0], "above_time": 10.0},
+        "frames": {"interval": 10.0},
+    },
+    "a camera that follows a place": {},
+}
+
+
+@pytest.mark.parametrize("seen", SEEN)
+def test_each_pixel_of_a_frame_has_the_sun_of_its_place_where_one_sun_is_not_accurate_enough(seen):
+    plan = hcss_twin.make_plan(scenario(PASS, WIDE_DAY, SEEN[seen]))
+    assert not any("sun angles" in each for each in beyond_accuracy(plan))
+    cube, grid = hcss_twin.simulate(scenario(PASS, WIDE_DAY, SEEN[seen])), plan.spectral_grid
+    assert cube.attrs["hcss_certificate"].startswith("PASSED")
+    of_centre = []
+    for number, time_s in enumerate(plan.frame_times_s.tolist()):
+        for row, column in ((0, 0), (0, 95), (95, 0), (95, 95), (20, 50)):
+            pixel = cube.isel(time=number, row=row, column=column)
+            # Both angles count from the north of the place.
+            view = View(float(pixel["pixel_view_zenith"]), float(pixel["pixel_view_azimuth"]))
+            place = {f"{name}_deg": float(pixel[f"pixel_{name}"]) for name in ("latitude", "longitude")}
+            of_place = replace(plan.sun_track, **place).at(time_s)
+            exact, of_one_sun = (
+                np.sum(list(plan.assembly.toward(view).clear(grid.wavenumber_cm1, sun).values()), axis=0)
+                @ grid.weights_cm1[0]
+                for sun in (of_place, plan.sun_track.at(time_s))
+            )
+            of_centre.append(abs(of_one_sun / exact - 1.0))
+            assert float(pixel["radiance"][0]) == pytest.approx(exact, rel=3e-4)
+    assert max(of_centre) > 1e-3
 
 
 def test_pixels_of_a_pass_agree_with_its_geometry_and_certificate(pass_path):

@@ -54,7 +54,7 @@ NOTES = (
 BESIDE = "[camera], which has its own view and parallax"
 """What :func:`excluded_beside_camera` is beside."""
 
-ONE_SUN = "camera: each pixel has its own view, but the sun and the air of [place]"
+ONE_AIR = "camera: each pixel has its own view, but the air of [place]"
 
 OUTSIDE = 0.02
 """Farthest position beyond the edge of the rectangle of a pass at -1 or 1."""
@@ -175,7 +175,7 @@ class CameraRays(Rays):
             *NOTES,
             *self.notes,
             *doubts,
-            *((ONE_SUN,) if disk is None else disk_notes(self.climate is not None)),
+            *((ONE_AIR,) if disk is None else disk_notes(self.climate is not None)),
             *((LIMB_NOTE,) if payload.beyond == "limb" else ()),
             *(() if instants == 1 else (f"camera: {instants} instants within the integration time; {_SMEARLESS}",)),
             f"camera: {self.samples_per_pixel} x {self.samples_per_pixel} points per pixel; its footprint is "

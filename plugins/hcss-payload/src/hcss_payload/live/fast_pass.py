@@ -22,8 +22,9 @@ from hcss_payload.live.kernels import sky_rows, to_points
 from hcss_payload.live.plane import fit_plane
 from hcss_payload.live.prepared_pass import FrameCost, PreparedPass
 from hcss_payload.live.radiance import FieldRadiance
+from hcss_payload.live.sea import SeaTexture, field_nodes, node_weights
 from hcss_payload.live.sensor import LiveSensor
-from hcss_payload.live.sight import Sight, mesh_step, seen_m, view_of_axis
+from hcss_payload.live.sight import Sight, mesh_step, seen_m, view_and_sun, view_of_axis
 from hcss_payload.live.sky import Sky, Tiles, tiles_around
 from hcss_payload.live.target import TOP_M, PointTarget, SeenTarget, TargetLight
 from hcss_payload.pose import Pose, pose_at
@@ -31,7 +32,7 @@ from hcss_payload.rays import geographic
 from hcss_payload.shutter import LEAST_SMEAR_PX, largest_smear_px
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Array, Points, View
+from hcss_twin.providers import Array, Points, Sun, View
 
 FINENESS = 1.4
 """Points of a tile per width of the smallest footprint of a pass."""
@@ -49,6 +50,9 @@ _RATE_S = 1e-3
 """Time before and after a frame from which the motion of targets in the image follows."""
 
 _STRIPS_PER_THREAD = 4
+
+_RAREST, _FAINT = 5.0, 0.1
+"""Standard deviations of a texture that no pixel exceeds, and share of the accuracy below which it is not listed."""
 
 
 class FastPass(PreparedPass):
@@ -106,12 +110,21 @@ class FastPass(PreparedPass):
         step = mesh_step(camera, poses[:: max(1, len(poses) // 4)], height)
         fit = fit_plane(seen, height, *centre_deg, 0.02 * _shortest(camera, poses), _MARGIN_M)
         self._sight = Sight(camera, fit, step)
+        sea = np.concatenate([seen_m(camera, pose, 0.0) for pose in poses])
+        self._sea_sight = Sight(
+            camera, fit_plane(sea, 0.0, *centre_deg, 0.02 * _shortest(camera, poses), _MARGIN_M), step
+        )
         footprints_m = np.array([self._sight.footprint_m(pose) for pose in poses])
         self._seen = PassFootprints(plan, times, footprints_m, fineness)
         self.removed, self.interval_s = self._seen.removed, self._seen.interval_s
         motion = plan.assembly.motion
         self._drift = np.array([motion.platform_speed_m_s, 0.0]) - np.array(motion.cloud_velocity_m_s)
-        self._radiance = FieldRadiance(plan, self._view, self._seen.of_frame, start_s, end_s, plan.accuracy.relative)
+        self._radiance = FieldRadiance(
+            plan, self._view, self._seen.of_frame, self._views, start_s, end_s, plan.accuracy.relative
+        )
+        self._sea = SeaTexture(plan, float(np.min(np.hypot(footprints_m[:, 0], footprints_m[:, 1]))), step)
+        self._field_weights = self._weights_of_field()
+        self.omissions += self._finer_texture()
         self.errors = {"tables": self._radiance.error, "place_m": fit.error_m}
         views = [(float(time_s), self._view(float(time_s))) for time_s in self._radiance.times_s]
         self._light = TargetLight(plan, camera, views, self._radiance.edge)
@@ -120,7 +133,7 @@ class FastPass(PreparedPass):
         if highest_target_m is not None:
             require_within("highest_target_m", highest_target_m, 1.0, TOP_M, "m")
             self._light.prepare_up_to(highest_target_m)
-        self._nodes = np.empty((*self._sight.directions.shape[:2], 2))
+        self._nodes, self._sea_nodes = np.empty((2, *self._sight.directions.shape[:2], 2))
         footprints = [
             self._tiles(float(time), self._sight.places(pose)) for time, pose in zip(times, poses, strict=True)
         ]
@@ -206,6 +219,10 @@ class FastPass(PreparedPass):
         slots = self.sky.require(tiles)
         self.sky.look_ahead(time_s)
         table, corner = self._radiance.at(time_s).reshape(-1), (tiles.row, tiles.column)
+        views, per_K = self._radiance.clear_at(time_s)
+        warmer_K = self._sea.at(self._sea_sight.places(pose, self._sea_nodes))
+        clear = (self._field_weights @ views.astype(np.float32)).T.reshape(-1, *warmer_K.shape)
+        clear = np.ascontiguousarray(clear + per_K.astype(np.float32)[:, None, None] * warmer_K.astype(np.float32))
 
         def strip(rows: tuple[int, int]) -> None:
             sky_rows(
@@ -218,6 +235,8 @@ class FastPass(PreparedPass):
                 later,
                 table,
                 self._radiance.middle,
+                clear,
+                self._sea.fine,
                 radiance,
             )
 
@@ -240,6 +259,33 @@ class FastPass(PreparedPass):
     def _view(self, time_s: float) -> View:
         """Return the nominal view of the optical axis."""
         return view_of_axis(self._plan, self._camera, pose_at(time_s, self.trajectory, self.attitude))
+
+    def _views(self, time_s: float) -> list[tuple[View, Sun]]:
+        """Return the nominal views toward the nodes of the field, and the suns of what they see."""
+        pose = pose_at(time_s, self.trajectory, self.attitude)
+        nodes = field_nodes(self._camera.rows, self._camera.columns).tolist()
+        return [view_and_sun(self._plan, self._camera, pose, row, column) for row, column in nodes]
+
+    def _weights_of_field(self) -> NDArray[np.float32]:
+        """Return the weights (n x m, 25) of the nodes of the field at the finer nodes of the mesh."""
+        parts, sizes = self._sea.parts, (self._camera.rows, self._camera.columns)
+        up, across = (
+            node_weights(2.0 * self._sea.fine * np.arange((count - 1) * parts + 1) / max(size - 1, 1) - 1.0)
+            for count, size in zip(self._sight.directions.shape[:2], sizes, strict=True)
+        )
+        weights = up[:, None, :, None] * across[None, :, None, :]
+        return weights.reshape(up.shape[0] * across.shape[0], -1).astype(np.float32)
+
+    def _finer_texture(self) -> tuple[Omission, ...]:
+        """Return what the mesh leaves out of the texture of the sea; nothing if it does not matter."""
+        texture, clear = self._plan.texture, self._radiance.clear
+        left_K = texture.temperature_K * self._sea.share_left**0.5
+        relative = _RAREST * left_K * float(np.max(np.abs(clear.per_K) / clear.axis))
+        if relative <= _FAINT * self._plan.accuracy.relative:
+            return ()
+        shown = f"fast frames show structures of the sea above {self._sea.finest_m:.3g} m"
+        why = f"{shown}; what is finer has a standard deviation of {left_K:.2g} K"
+        return (Omission("texture of the sea's temperature", why, relative, needs="frames of cubes"),)
 
     def _tiles(self, time_s: float, places: Array) -> Tiles:
         """Turn places in the plane into points of the sky, which drifts, in the same array; return their tiles."""

@@ -13,7 +13,6 @@ EFFECT = "fast frames"
 def excluded_by_scenario(scenario: Scenario) -> tuple[Excluded, ...]:
     """Return what a scenario has that fast frames cannot show: beyond one layer of cloud over the sea, nearly all."""
     sea, slant, count = scenario.sea, scenario.slant, len(scenario.clouds.layers)
-    texture = (sea.temperature_texture or 0.0) > 0.0
     vapour = (scenario.atmosphere.water_vapour_texture or 0.0) > 0.0
     speed = scenario.motion.platform_speed != 0.0
     return (
@@ -21,7 +20,6 @@ def excluded_by_scenario(scenario: Scenario) -> tuple[Excluded, ...]:
         Excluded("sea.waves", sea.waves == "on", "a sea of resolved waves", "'auto' or 'off'"),
         Excluded("surfaces", scenario.surfaces is not None, "a map of the ground", "sea everywhere"),
         Excluded("elements", bool(scenario.elements), "elements", "the target of the frames"),
-        Excluded("sea.temperature_texture", texture, "texture of the sea", "0"),
         Excluded("atmosphere.water_vapour_texture", vapour, "texture of vapour", "0"),
         Excluded("image.window", scenario.image.window is not None, "a part of an image", "to leave it out"),
         Excluded("slant.shadows", slant.shadows == "on", "shadows", "'auto' or 'off'"),

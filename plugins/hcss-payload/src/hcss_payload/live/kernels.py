@@ -106,6 +106,37 @@ def to_points(places: Any, x: Any, y: Any, point_m: Any) -> Any:
 
 
 @kernel(error_model="numpy")
+def between_samples(values: Any, nodes: Any, parts: Any, corner: Any, out: Any) -> None:
+    """Write what is between samples (Y, X) from a corner (row, column) on, at the nodes of a mesh and between them.
+
+    Parameters
+    ----------
+    nodes : ndarray (N, M, 2)
+        Places as column and row of samples.
+    parts : int
+        Places along each side between two nodes, of which the first is a node.
+    out : ndarray ((N - 1) x parts + 1, (M - 1) x parts + 1)
+    """
+    for i in range(out.shape[0]):
+        by = min(i // parts, nodes.shape[0] - 2)
+        down = i / parts - by
+        for j in range(out.shape[1]):
+            bx = min(j // parts, nodes.shape[1] - 2)
+            right = j / parts - bx
+            x, y = 0.0, 0.0
+            for k in range(4):
+                weight = (down if k > 1 else 1.0 - down) * (right if k % 2 else 1.0 - right)
+                x += weight * nodes[by + k // 2, bx + k % 2, 0]
+                y += weight * nodes[by + k // 2, bx + k % 2, 1]
+            x, y = x - corner[1], y - corner[0]
+            column, row = np.int64(np.floor(x)), np.int64(np.floor(y))
+            x, y = x - column, y - row
+            near = values[row, column] + x * (values[row, column + 1] - values[row, column])
+            far = values[row + 1, column] + x * (values[row + 1, column + 1] - values[row + 1, column])
+            out[i, j] = near + y * (far - near)
+
+
+@kernel(error_model="numpy")
 def pack(first: Any, second: Any, tile: Any) -> None:
     """Write two keyframes (WIDE, WIDE) of the field into a tile (WIDE, WIDE, 2) of 16 bits."""
     per = np.float32(1.0) / VALUE_STEP
@@ -235,14 +266,37 @@ def _place_values(field: Any, per: Any, middle: Any, most: Any, step: Any, part:
 
 
 @kernel(inner=True, error_model="numpy")
-def _look_up_radiance(table: Any, places: Any, part: Any, band: Any, start: Any, change: Any, row: Any) -> None:
-    """Write the radiance of a band of a row; ``start`` and ``change`` are overwritten."""
-    first, second = np.uint32(2 * band), np.uint32(2 * band + 1)
+def _between_nodes(values: Any, y: Any, first: Any, step: Any, row: Any) -> None:
+    """Write a row y of pixels, from the pixel of a node on, between nodes (N, M) that are some steps apart."""
+    f = np.float32
+    above, below = values[y // step], values[y // step + 1]
+    part, per = f(y % step) / f(step), f(1.0) / f(step)
+    near = above[first // step] + part * (below[first // step] - above[first // step])
+    for node in range(-(-row.size // step)):
+        column = first // step + node + 1
+        far = above[column] + part * (below[column] - above[column])
+        change, left = (far - near) * per, node * step
+        for x in range(min(step, row.size - left)):
+            row[left + x] = near + f(x) * change
+        near = far
+
+
+@kernel(inner=True, error_model="numpy")
+def _look_up_radiance(table: Any, places: Any, part: Any, band: Any, values: Any, more: Any, row: Any) -> None:
+    """Write the radiance of a band of a row, with what clear pixels have more; ``values`` (4, X) is overwritten."""
+    first = np.uint32(4 * band)
+    second, third, fourth = first + np.uint32(1), first + np.uint32(2), first + np.uint32(3)
+    start, change, shown, fading = values[0], values[1], values[2], values[3]
     for x in range(row.size):
         k = places[x]
-        start[x], change[x] = table[k + first], table[k + second]
+        start[x], change[x], shown[x], fading[x] = (
+            table[k + first],
+            table[k + second],
+            table[k + third],
+            table[k + fourth],
+        )
     for x in range(row.size):
-        row[x] = start[x] + part[x] * change[x]
+        row[x] = start[x] + part[x] * change[x] + more[x] * (shown[x] + part[x] * fading[x])
 
 
 @kernel(error_model="numpy")
@@ -256,6 +310,8 @@ def sky_rows(
     later: Any,
     table: Any,
     middle: Any,
+    clear: Any,
+    fine: Any,
     radiance: Any,
 ) -> None:
     """Write the radiance of the rows of a strip of blocks.
@@ -276,21 +332,27 @@ def sky_rows(
         Row and column of the first tile in ``slots``.
     later : float32
         Weight of the second keyframe.
-    table : ndarray of float32 (I x B x 2)
-        Flat: radiance at the start of each interval of the field, and its change over it.
+    table : ndarray of float32 (I x B x 4)
+        Flat: radiance at the start of each interval of the field, and its change over it; then the share of what clear
+        pixels have more that shows there, and its change.
     middle : float32
         Position of the field's value 0 in the table, in intervals.
+    clear : ndarray of float32 (B, n, m)
+        What clear pixels have more at finer nodes.
+    fine : int
+        Pixels between these.
     radiance : ndarray of float32 (B, rows, columns)
     """
     f = np.float32
     bands, height, width = radiance.shape
     blocks = nodes.shape[1] - 1
-    per, most = f(TABLE_PER_VALUE) * VALUE_STEP, f(table.size // (2 * bands) - 1)
+    per, most = f(TABLE_PER_VALUE) * VALUE_STEP, f(table.size // (4 * bands) - 1)
     # A chunk of blocks is small enough for the cache, whatever the direction of the rows in the sky.
     chunk = CHUNK_PIXELS // step
     places, field = np.empty(chunk * step, np.uint32), np.empty(chunk * step, np.float32)
     across, down = np.empty(chunk * step, np.float32), np.empty(chunk * step, np.float32)
-    around, values = np.empty((4, chunk * step), np.int32), np.empty((2, chunk * step), np.float32)
+    around, values = np.empty((4, chunk * step), np.int32), np.empty((4, chunk * step), np.float32)
+    more = np.empty(chunk * step, np.float32)
     corners, of_blocks = np.empty((chunk, 8)), np.empty((chunk, 5), np.int64)
     for by in range(rows[0], rows[1]):
         for left in range(0, blocks, chunk):
@@ -305,7 +367,8 @@ def sky_rows(
                     _place_points(corner, block, part, step, slots, first, b * step, places, across, down)
                 _gather_points(pool, places[:count], around)
                 _look_up_points(around, across, down, later, field[:count])
-                _place_values(field[:count], per, middle, most, np.uint32(2 * bands), across, places)
+                _place_values(field[:count], per, middle, most, np.uint32(4 * bands), across, places)
                 for c in range(bands):
                     row = radiance[c, y, left * step : left * step + count]
-                    _look_up_radiance(table, places, across, c, values[0], values[1], row)
+                    _between_nodes(clear[c], y, left * step, fine, more[:count])
+                    _look_up_radiance(table, places, across, c, values, more, row)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,7 +18,7 @@ from hcss_payload.pose import Pose
 from hcss_payload.rays import geographic, meet
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.plan import Plan
-from hcss_twin.providers import Array, View
+from hcss_twin.providers import Array, Sun, View
 
 LARGEST_ZENITH_DEG = 75.0
 """Beyond, refraction matters and ground pixels are many times longer than wide."""
@@ -110,8 +110,14 @@ def seen_m(camera: Camera, pose: Pose, altitude_m: float) -> NDArray[np.float64]
 
 def view_of_axis(plan: Plan, camera: Camera, pose: Pose) -> View:
     """Return the direction toward the camera from the sea on its optical axis, in the plane of the scene."""
-    row, column = (np.array(coordinate) for coordinate in camera.centre)
-    met = meet(pose.position_m, pose.to_earth(camera.directions(row, column)))
+    row, column = camera.centre
+    view, _ = view_and_sun(plan, camera, pose, row, column)
+    return view
+
+
+def view_and_sun(plan: Plan, camera: Camera, pose: Pose, row: float, column: float) -> tuple[View, Sun]:
+    """Return the direction toward the camera from the sea in a place of the image, and the sun there, in the plane."""
+    met = meet(pose.position_m, pose.to_earth(camera.directions(np.array(row), np.array(column))))
     if np.isnan(met).any():
         raise PayloadError(f"attitude: the optical axis misses the Earth at time {pose.time_s:g} s; allowed: the sea")
     latitude, longitude, _ = geographic(met)
@@ -121,10 +127,13 @@ def view_of_axis(plan: Plan, camera: Camera, pose: Pose) -> View:
         for coordinate in Ellipsoid.to_plane(latitude[None], longitude[None], place.latitude, place.longitude)
     )
     _, _, turn = Ellipsoid.to_geographic_with_turn(x, y, place.latitude, place.longitude)
+    track = replace(plan.sun_track, latitude_deg=float(latitude), longitude_deg=float(longitude))
+    there = track.at(pose.time_s)
+    sun = replace(there, azimuth_deg=float((there.azimuth_deg - turn) % 360.0))
     ray = pose.position_m - met
     east, north, up = (float(axis @ ray) for axis in Ellipsoid.east_north_up(latitude, longitude))
     zenith = float(np.degrees(np.arctan2(np.hypot(east, north), up)))
     require_within(f"attitude: view zenith at time {pose.time_s:g} s", zenith, 0.0, LARGEST_ZENITH_DEG, "deg")
     if zenith < _STRAIGHT_DEG:  # where rounding decides over the azimuth
-        return View(0.0, 0.0)
-    return View(zenith, float((np.degrees(np.arctan2(east, north)) - turn) % 360.0))
+        return View(0.0, 0.0), sun
+    return View(zenith, float((np.degrees(np.arctan2(east, north)) - turn) % 360.0)), sun

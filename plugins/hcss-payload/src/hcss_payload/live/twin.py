@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Literal, get_args
 
 from hcss_payload.attitude import Attitude
@@ -28,8 +27,6 @@ from hcss_twin.providers import Catalog, choose_from
 __all__ = ["FINENESS", "LiveTwin", "Method", "PointTarget", "PreparedPass"]
 
 Method = Literal["auto", "fast", "cube"]
-
-_ONE_TEMPERATURE = "fast frames have a sea of one temperature"
 
 _NOT_FAST = ("shadows of clouds on the sea", "waves as shapes", "texture of water vapour")
 
@@ -177,10 +174,6 @@ class LiveTwin:
         by_default = (scenario.slant.shadows, scenario.sea.waves, scenario.atmosphere.water_vapour_texture or "auto")
         wanted = [what for what, value in zip(_NOT_FAST, by_default, strict=True) if value == "auto"]
         omissions = tuple(item for item in plan.omissions if item.what in wanted and item.bound != 0.0)
-        if plan.texture.varies:
-            texture = plan.texture_of_sea(_ONE_TEMPERATURE)
-            omissions = (texture, *omissions)
-            plan = replace(plan.without_texture(), omissions=(*plan.omissions, texture))
         return plan, omissions
 
     def _excludes(self, table: tuple[Excluded, ...]) -> bool:
