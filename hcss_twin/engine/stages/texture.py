@@ -105,8 +105,9 @@ class TextureStage(Stage):
             inside = slice(rows.start + strip.start, rows.start + strip.stop), columns
             for look_up, state in zip(look_ups, states, strict=True):
                 look_up.of_part(inside).fill(state, [layer[points] for layer in thickness_m], samples)
-            strip_radiance = radiance[:, in_part[0].start + strip.start : in_part[0].start + strip.stop, in_part[1]]
-            _apply(strip_radiance, states, sea, warmer[strip], drier[strip], *self._vapour, self._square, self._mixed)
+            corner = in_part[0].start + strip.start, in_part[1].start
+            fields = warmer[strip], drier[strip]
+            _apply(radiance, *corner, memory, sea, *fields, *self._vapour, self._square, self._mixed)
 
     def _look_ups_at(self, time_s: float, key: Hashable) -> list[FrameLookUp]:
         """Return the look-up in each state at a time, seen through the rays of a key."""
@@ -135,16 +136,21 @@ def _as_arrays(nodes: VapourNodes) -> tuple[NDArray[np.float32], NDArray[np.intp
 
 
 @kernel()
-def _apply(radiance, states, sea, warmer, drier, places, numbers, ends, square, mixed):  # type: ignore[no-untyped-def]
-    """Change pixels (C, y, x) along the polynomials through the scene and its states (N, C, y, x).
+def _apply(  # type: ignore[no-untyped-def]
+    radiance, row, column, states, sea, warmer, drier, places, numbers, ends, square, mixed
+):
+    """Change pixels of an image (C, y, x) along the polynomials through the scene and its states (N, C, y, x).
+
+    ``row`` and ``column`` are those of the first pixel. Whole arrays, of which rows are contiguous: loops over others
+    are not vectorised.
 
     The first state is the warmer sea, if it has texture; its parabola has the curvature of clear sky. The others are
     amounts of vapour: those of segment s are at ``places[s]``, and have the ``numbers[s]`` among them.
     """
-    one, count, width = np.float32(1), states.shape[0] - int(sea), radiance.shape[2]
+    one, count, width = np.float32(1), states.shape[0] - int(sea), warmer.shape[1]
     weight, change = np.empty((count, width), np.float32), np.empty(width, np.float32)
     of_node = np.empty(width, np.float32)
-    for y in range(radiance.shape[1]):
+    for y in range(warmer.shape[0]):
         t, q = warmer[y], drier[y]
         weight[:] = 0
         for s in range(numbers.shape[0]):
@@ -162,7 +168,8 @@ def _apply(radiance, states, sea, warmer, drier, places, numbers, ends, square, 
                 for x in range(width):
                     total[x] += of_node[x] if low < q[x] <= high else np.float32(0)
         for c in range(radiance.shape[0]):
-            line, s2, warm = radiance[c, y], np.float32(square[c]), states[0, c, y]
+            line, s2 = radiance[c, row + y, column : column + width], np.float32(square[c])
+            warm = states[0, c, y]
             if count == 0:
                 for x in range(width):
                     line[x] = max(line[x] + (warm[x] - line[x]) * (t[x] * (one - s2 + s2 * t[x])), np.float32(0))
