@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hcss_twin.core.units import kelvin_of
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.accuracy import largest_kelvin
 from hcss_twin.plan.assembly import Assembly
@@ -14,7 +15,6 @@ from hcss_twin.plan.few_columns import SKIP_SHARE, few_columns
 from hcss_twin.plan.numerics import for_spectra
 from hcss_twin.providers import Grid, Sun
 from hcss_twin.scenario.scenario import Scenario
-from hcss_twin.scenario.units import kelvin_of
 
 RAREST = 5.0
 """Standard deviations of a texture that no pixel exceeds: of a normal distribution, one in two million does."""
