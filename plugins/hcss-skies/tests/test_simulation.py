@@ -75,7 +75,7 @@ def test_is_found_when_installed():
     assert_registered("clouds", "simulation", distribution="hcss-skies")
 
 
-@pytest.mark.parametrize("name", ["trade-cumulus", "stratocumulus"])
+@pytest.mark.parametrize("name", sorted(shipped_films()))
 def test_cover_and_thickness_have_the_distribution_of_the_film(name):
     """Patches meet by a law under which the distribution is stable."""
     film = read_film(shipped_films()[name])
@@ -140,7 +140,7 @@ def test_change_is_steady_across_snapshots_and_ends_of_pieces():
     assert steps.max() < 1.25 * steps.mean()
 
 
-@pytest.mark.parametrize("name", ["trade-cumulus", "stratocumulus"])
+@pytest.mark.parametrize("name", sorted(shipped_films()))
 def test_snapshots_do_not_pulse(name):
     """Power of optical thickness in time at 1/60 Hz, the frequency of snapshots, against that around it: 28 min."""
     film = read_film(shipped_films()[name])

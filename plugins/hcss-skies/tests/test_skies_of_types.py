@@ -37,7 +37,8 @@ def scene(of_type, pixel_m=20.0, size=48, **clouds):
         ("cirrus", 20.0, "hcss-skies/fall-streaks", 0.5),
         ("cirrus", 1000.0, "hcss-skies/fall-streaks", 0.5),
         ("deep-convection", 3000.0, "hcss-skies/example", 0.9),
-        ("altocumulus", 50.0, "fractal", 0.5),
+        ("altocumulus", 50.0, "hcss-skies/simulation", 0.8),
+        ("altocumulus", 300.0, "fractal", 0.5),
         ("paper-cumulus", 20.0, "fractal", 0.5),
     ],
 )
