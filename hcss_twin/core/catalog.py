@@ -11,9 +11,9 @@ import copy
 import io
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.errors import CatalogError, choose_from
 from hcss_twin.core.reading import Reading, require_no_stream
 from hcss_twin.core.result_cache import ResultCache
+
+_T = TypeVar("_T")
 
 
 def catalog_root() -> Path:
@@ -142,6 +144,13 @@ class Catalog:
                 return False
         self._used.update(now._used)
         return True
+
+    def parsed(self, path: Path, read: Callable[[Path], _T]) -> _T:
+        """Return what a module-level function makes of a file that was found here, kept while the file is unchanged.
+
+        Objects of one scene share it, so that it must not be modified.
+        """
+        return self.shelf.parsed(path, read)
 
     def toml(self, path: Path) -> dict[str, Any]:
         """Parse a TOML file that :meth:`find` or :meth:`file` returned."""

@@ -13,11 +13,13 @@ from hcss_skies.parameters import SimulationParameters
 from hcss_skies.simulation import SimulatedClouds, extinction_m1
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.providers import Grid, Motion, ProviderError, ScenarioError
+from hcss_twin.providers import Catalog, Grid, Motion, ProviderError, ScenarioError
 
 FROZEN = Motion(0.0, (0.0, 0.0), np.inf, 1.0)
 EVOLVING = Motion(0.0, (0.0, 0.0), 1800.0, 1.0)
 PER_M = extinction_m1(sample_cloud_inputs().layer)
+CATALOG = Catalog()
+"""Reads each film once."""
 
 
 class TestCumulus(CloudGeneratorContract):
@@ -26,7 +28,7 @@ class TestCumulus(CloudGeneratorContract):
     coverage_tolerance = 0.08
 
     def make_inputs(self, coverage=0.5, seed=1):
-        return replace(sample_cloud_inputs(coverage, seed), grid=Grid(200, 240, 50.0))
+        return replace(sample_cloud_inputs(coverage, seed), grid=Grid(200, 240, 50.0), catalog=CATALOG)
 
     def make_provider(self, inputs):
         return SimulatedClouds(inputs, SimulationParameters())
@@ -63,7 +65,7 @@ def clouds(
         coverage=coverage,
         coverage_mode="field",
     )
-    inputs = replace(inputs, layer=layer, grid=Grid(size, size, pixel_m), motion=motion)
+    inputs = replace(inputs, layer=layer, grid=Grid(size, size, pixel_m), motion=motion, catalog=CATALOG)
     return SimulatedClouds(inputs, SimulationParameters(film=film, tops=tops))
 
 
@@ -199,8 +201,9 @@ def pair(of, size=192):
     return of.thickness_m(*window), of.cloud_top_m(*window)
 
 
-@pytest.mark.parametrize("pixel_m", [20.0, 50.0, 200.0])
-@pytest.mark.parametrize("name", ["trade-cumulus", "stratocumulus"])
+@pytest.mark.parametrize(
+    ("name", "pixel_m"), [("trade-cumulus", 20.0), ("trade-cumulus", 200.0), ("stratocumulus", 50.0)]
+)
 def test_tops_have_the_distribution_of_the_film_as_fractions_of_the_layer(name, pixel_m):
     """In a deep layer, whose columns are much thinner than in the film, so that none is raised."""
     film, found = read_film(shipped_films()[name]), []

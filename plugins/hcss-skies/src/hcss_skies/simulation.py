@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,16 +91,18 @@ class SimulatedClouds:
             message = f"{layer.edge_taper:g} given; simulated clouds have edges of their own; allowed: 0"
             raise ScenarioError([Problem("clouds.edge_taper", message)], origin="simulated clouds")
         self._inputs = inputs
-        self.film = film = read_film(find_film(parameters.film, inputs.catalog))
+        # The plan makes dozens of skies of a film, with other seeds and layers, to hold them to its laws.
+        self._path = find_film(parameters.film, inputs.catalog)
+        film, frames = inputs.catalog.parsed(self._path, _film_and_frames)
+        self.film, self._frames, self._frames_of_film = film, frames, frames
         scale = _scale_of(film, inputs.grid.pixel_size_m, parameters.film)
         self._cell_m = scale * film.cell_m
-        parts = max(1, round(film.interval_s / FRAME_S))
-        self._frames = densify(film.ranks, film.motion, film.block, parts)
+        parts = _parts(film)
         of_film = thickness = _in_metres(film, layer)
         if scale > 1:
             self._frames, thickness = averaged(film, self._frames, thickness, scale)
 
-        self._parts, self._scale, self._of_film_m = parts, scale, of_film
+        self._scale, self._of_film_m = scale, of_film
         self._tops_vary = parameters.tops == "film"
         self.cloud_top_range_m = _top_range_m(film, layer) if self._tops_vary else None
         self.skipped: tuple[tuple[str, str], ...] = (
@@ -228,13 +231,10 @@ class SimulatedClouds:
     @cached_property
     def _heights(self) -> tuple[Bytes, NDArray[np.float32]]:
         """Tops and bases (2, pieces, frames, rows, columns) in 255ths of the layer, everywhere, and the usual ones."""
-        film, scale = self.film, self._scale
-        frames = densify(film.ranks, film.motion, film.block, self._parts)
+        film, frames, scale = self.film, self._frames_of_film, self._scale
         thicker = np.clip(np.arange(LEVELS) + _ranks_added(film, self._inputs.layer), 0.0, LEVELS - 1.0)
         fields = []
-        for snapshots in (film.top, film.base):
-            field = densify(filled(snapshots), film.motion, film.block, self._parts)
-            usual = _usual(field, frames)
+        for field, usual in self._inputs.catalog.parsed(self._path, _heights_of_film):
             moved = (np.interp(thicker, np.arange(LEVELS), usual) / usual).astype(np.float32)
             fields.append(field * moved[frames])
         if scale > 1:  # means over the cloud of larger cells
@@ -243,6 +243,23 @@ class SimulatedClouds:
             fields = [_blocks(weight * field, scale) / total for field in fields]
         heights = np.clip(np.rint(fields), 1.0, 255.0).astype(np.uint8)
         return heights, np.stack([_usual(field, self._frames) for field in heights]).astype(np.float32)
+
+
+def _film_and_frames(path: Path) -> tuple[Film, Bytes]:
+    """Return a film, and its ranks (pieces, frames, rows, columns) in frames between snapshots."""
+    film = read_film(path)
+    return film, densify(film.ranks, film.motion, film.block, _parts(film))
+
+
+def _heights_of_film(path: Path) -> list[tuple[Bytes, Array]]:
+    """Return tops and bases (pieces, frames, rows, columns) everywhere, and their usual values (256,) at ranks."""
+    film, frames = _film_and_frames(path)
+    fields = [densify(filled(of), film.motion, film.block, _parts(film)) for of in (film.top, film.base)]
+    return [(field, _usual(field, frames)) for field in fields]
+
+
+def _parts(film: Film) -> int:
+    return max(1, round(film.interval_s / FRAME_S))
 
 
 def _usual(field: Bytes, ranks: Bytes) -> Array:
