@@ -18,6 +18,7 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 sys.path.append(str(Path(__file__).parents[1] / "random_scenarios"))
 sys.path.append(str(Path(__file__).parents[2] / "tests" / "stability"))
@@ -52,6 +53,7 @@ def write_files(folder):
     image = np.kron(noise(), np.ones((2, 2)))
     np.save(folder / "image.npy", image)
     np.savez(folder / "image.npz", a=image)
+    xr.Dataset({"a": (("time", "y", "x"), np.stack([image, image]))}).to_netcdf(folder / "stack.nc")
     y, x = np.mgrid[:80, :80]
     clouds = sum(np.exp(-((y - row) ** 2 + (x - column) ** 2) / 60.0) for row, column in ((20, 20), (55, 30), (40, 62)))
     np.save(folder / "clouds.npy", clouds)  # whole ones

@@ -295,7 +295,7 @@ def approximations(plan: Plan) -> Rows:
         sense = f" ({item.sense})" if item.sense else ""
         why = f"needs {item.needs}" if exceeds else item.why.partition(";")[0]
         if matters and item.decision:
-            why = f"{item.decision}; {item.needs} computes it"
+            why = f"{item.decision}; {item.needs}" + " computes it" * (not item.needs.endswith("no key computes it"))
         yield bound_text(item.size) + " *" * exceeds, f"{item.what}{sense}: {why}"
     if plan.needs_radiance:
         for text in error_budget(plan).beyond(plan.accuracy.relative):

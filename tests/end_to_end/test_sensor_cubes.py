@@ -206,7 +206,7 @@ def test_plan_and_preview_know_the_sensor(folder, tmp_path):
     told = " ".join(hcss("plan", folder / "pair.toml", *CHEAP_OPTIONS).output.split())
     assert "sensor radiometer" in told
     assert "note: blur at the edges sees the scene as it goes on beyond them" in told
-    plan = json.loads(hcss("plan", folder / "pair.toml", "--json", *CHEAP_OPTIONS).output)
+    plan = json.loads(hcss("plan", folder / "pair.toml", "--json", *CHEAP_OPTIONS).stdout)
     assert plan["sensor"]["parameters"]["bits"] == 14
     assert not any("blur" in note for note in plan["notes"])  # of the clean cube
     pictures = json.loads(hcss("preview", folder / "pair.sensor.nc", "-o", tmp_path, "--no-animation", "--json").output)
