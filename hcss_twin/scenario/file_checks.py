@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from hcss_twin.core.errors import HcssError, ScenarioError
 from hcss_twin.core.plugins import FAILURES, describe, installed
 from hcss_twin.scenario.models import ScenarioModel
-from hcss_twin.scenario.scenario import SWEEP, Scenario
+from hcss_twin.scenario.scenario import MANY, Scenario
 
 GROUP = "hcss_twin.checks"
 
@@ -46,6 +46,6 @@ def check_of(source: str) -> Check | None:
             except FAILURES as error:
                 raise HcssError(f"check '{entry.name}' of {origin} cannot be imported: {describe(error)}") from error
             return found
-    if SWEEP in unknown:
+    if unknown.intersection(MANY):
         Scenario.from_dict(raw, origin=source)  # names the package
     return None

@@ -34,8 +34,8 @@ from hcss_twin.scenario.viewing import as_given, viewing_problems, with_viewing
 
 _Scenario = TypeVar("_Scenario", bound=ScenarioModel)
 
-SWEEP = "sweep"
-"""Section of a file that describes many scenarios."""
+MANY = ("sweep", "sensors")
+"""Sections of a file that describes many scenarios."""
 
 UNCERTAIN = "uncertain"
 """Section that assigns distributions to keys."""
@@ -152,8 +152,9 @@ class Scenario(ScenarioModel):
         base = (base or Path.cwd()).resolve()
         if not isinstance(raw, Mapping):
             raise ScenarioError([Problem("scenario", f"{Problem.shown(raw)} is not a table of keys")], origin)
-        if SWEEP in raw:
-            raise ScenarioError([Problem(SWEEP, _NOT_ONE_SCENE)], origin)
+        for section in MANY:
+            if section in raw:
+                raise ScenarioError([Problem(section, _NOT_ONE_SCENE)], origin)
         if UNCERTAIN in raw:
             raise ScenarioError([Problem(UNCERTAIN, _NOT_CERTAIN)], origin)
         data, problems, notes = apply_overrides(normalise(raw), overrides or {})

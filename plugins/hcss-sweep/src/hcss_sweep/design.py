@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import Any, Self
 
 from hcss_sweep.axis import FORMS, SweptAxis, axis_of
+from hcss_sweep.sensors import SENSORS, merged, sensors_of
 from hcss_twin import Scenario
 from hcss_twin.providers import Problem, ScenarioError
 
@@ -42,6 +43,8 @@ class Design:
         first values of all keys, then the second, and so on.
     dataset : str or None
         Name of the file for all points.
+    sensors : mapping
+        Keys of each sensor of ``[[sensors]]`` by its name; none in other sweeps. They are the last axis.
     """
 
     scenario: Mapping[str, Any]
@@ -51,6 +54,7 @@ class Design:
     axes: tuple[SweptAxis, ...]
     combine: str
     dataset: str | None
+    sensors: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def title(self) -> str:
@@ -75,6 +79,12 @@ class Design:
         rows = product(*columns) if self.combine == "product" else zip(*columns, strict=True)
         for row in rows:
             yield {axis.key: value for axis, value in zip(self.axes, row, strict=True)}
+
+    def keys_of(self, values: Mapping[str, Any]) -> tuple[Mapping[str, Any], dict[str, Any]]:
+        """Return the keys of the file for a point, and the dotted keys that replace some of them."""
+        changed = {key: value for key, value in values.items() if key != SENSORS}
+        scene = merged(self.scenario, self.sensors[values[SENSORS]]) if self.sensors else self.scenario
+        return scene, {**self.overrides, **changed}
 
     @classmethod
     def load(
@@ -109,7 +119,11 @@ class Design:
                 axes.append(axis_of(key, values))
             except ValueError as error:
                 problems.append(Problem(f"{SWEEP}.{key}", str(error)))
-        if not given:
+        sensors: Mapping[str, Mapping[str, Any]] = {}
+        if SENSORS in raw:
+            sensors, of_sensors = sensors_of(raw.pop(SENSORS))
+            problems += of_sensors
+        if not given and not sensors:
             problems.append(Problem(SWEEP, f"no key is swept; {_ALLOWED}"))
         problems += key_problems(SWEEP, [*given], "swept", _ALLOWED, overrides, _OPTIONS)
         combine = options.get("combine", "product")
@@ -118,9 +132,13 @@ class Design:
             problems.append(Problem(f"{SWEEP}.combine", f"'zip' needs equally many values of each key; {lengths}"))
         if combine == "product":
             problems += _repeated(axes)
+        elif sensors:
+            problems.append(Problem(f"{SWEEP}.combine", "'zip' with [[sensors]]; allowed: 'product'"))
         if problems:
             raise ScenarioError(problems, origin)
-        design = cls(raw, overrides, base, origin, tuple(axes), combine, options.get("dataset"))
+        if sensors:
+            axes.append(SweptAxis(SENSORS, tuple(sensors)))
+        design = cls(raw, overrides, base, origin, tuple(axes), combine, options.get("dataset"), sensors)
         if design.count > MAX_POINTS:
             shape = " x ".join(map(str, design.shape))
             message = f"{shape} = {design.count} points; allowed: at most {MAX_POINTS}"

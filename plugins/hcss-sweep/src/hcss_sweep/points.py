@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from hcss_sweep.design import SWEEP, Design, key_parts
+from hcss_sweep.sensors import SENSORS, with_one_sky
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
@@ -39,25 +40,35 @@ class SweepPoint:
 
 def points_of(design: Design) -> tuple[SweepPoint, ...]:
     """Create and check all points; ScenarioError lists each problem once, with its points."""
-    points: list[SweepPoint] = []
+    scenarios: list[Scenario] = []
     wrong: dict[Problem, list[int]] = {}
     typed: list[Mapping[str, Any]] = []
+    given: list[Mapping[str, Any]] = []
     cache = ResultCache()
     for number, values in enumerate(design.values()):
         typed.append(values)
+        keys, changed = design.keys_of(values)
+        given.append(keys)
         try:
-            scenario = Scenario.from_dict(
-                design.scenario, {**design.overrides, **values}, base=design.base, origin=design.origin, shelf=cache
-            )
+            scenarios.append(Scenario.from_dict(keys, changed, base=design.base, origin=design.origin, shelf=cache))
         except ScenarioError as error:
             for problem in error.problems:
                 wrong.setdefault(problem, []).append(number)
-        else:
-            plain = json.loads(scenario.to_json())
-            points.append(SweepPoint(number, {key: value_at(plain, key) for key in values}, scenario))
     if wrong:
         raise ScenarioError(_described(wrong, typed), design.origin)
-    return tuple(points)
+    if sensors := len(design.sensors):
+        groups = (slice(start, start + sensors) for start in range(0, len(scenarios), sensors))
+        scenarios = [one for group in groups for one in with_one_sky(scenarios[group], given[group])]
+    return tuple(
+        SweepPoint(number, _values_in(scenario, values), scenario)
+        for number, (scenario, values) in enumerate(zip(scenarios, typed, strict=True))
+    )
+
+
+def _values_in(scenario: Scenario, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the swept keys with their values as the scenario has them, and the name of the sensor."""
+    plain = json.loads(scenario.to_json())
+    return {key: value if key == SENSORS else value_at(plain, key) for key, value in values.items()}
 
 
 def value_at(plain: Mapping[str, Any], key: str) -> Any:
