@@ -6,7 +6,7 @@ import pytest
 from hcss_payload import Camera, Circular, Geostationary, Jitter, Nadir, PayloadError, PushBroom, Track, pose_at
 from hcss_payload.mesh import Mesh
 from hcss_payload.rays import geographic, meet
-from hcss_payload.scene_plane import FARTHEST_DEG, to_scene
+from hcss_payload.scene_plane import FARTHEST_DEG, surface_place, to_scene
 from hcss_payload.trajectory import velocity_m_s
 from payload_scenes import camera
 
@@ -47,6 +47,19 @@ def test_places_of_pixels_agree_with_proj_within_a_metre_limb_included(altitude)
     ray = pose.to_earth(mesh.camera.directions(*(point[seen] for point in points(mesh))))
     away = position_m - pose.position_m
     assert np.linalg.norm(away - np.sum(away * ray, axis=-1, keepdims=True) * ray, axis=-1).max() < 0.2
+
+
+@pytest.mark.parametrize("altitude", [0.0, 1500.0, 10e3])
+def test_places_below_clouds_agree_with_proj_within_a_metre(altitude):
+    to_earth = pyproj.Transformer.from_crs("EPSG:4979", "EPSG:4978", always_xy=True)
+    plane = pyproj.Proj("+proj=aeqd +lat_0=45 +lon_0=140 +ellps=WGS84")
+    aside = np.array([-30e3, 0.0, 20e3])
+    longitude, latitude = plane(aside, aside[::-1], inverse=True)
+    position_m = np.stack(to_earth.transform(longitude, latitude, np.full_like(latitude, altitude)), axis=-1)
+    x, y, _ = to_scene(*surface_place(position_m, altitude), (45.0, 140.0))
+    assert np.abs(x - aside).max() < 0.5
+    assert np.abs(y - aside[::-1]).max() < 0.5
+    assert altitude < 10e3 or np.abs(to_scene(*surface_place(position_m), (45.0, 140.0))[1] - y).max() > 30.0
 
 
 def test_nadir_agrees_with_astropy():

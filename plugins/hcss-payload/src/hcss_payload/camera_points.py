@@ -31,9 +31,8 @@ class CameraPoints:
         self, camera: Camera, exposure: Exposure, centre: tuple[float, float], altitude_m: float, per_pixel: int
     ) -> None:
         def in_plane(position_m: Array) -> Array:
-            # Below a point at some altitude lies the place with its geodetic latitude; the ellipsoid through it is
-            # larger by the altitude and has nearly the same normal.
-            x, y, _ = to_scene(*surface_place(position_m), centre)
+            # Below a point at some altitude lies the place with its geodetic latitude.
+            x, y, _ = to_scene(*surface_place(position_m, altitude_m), centre)
             return np.stack((x, y), axis=-1)
 
         self._instants = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hcss_payload.earth import ECCENTRICITY_SQUARED, MEAN_EARTH_RADIUS_M
+from hcss_payload.earth import MEAN_EARTH_RADIUS_M, SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.providers import Array
 
@@ -15,14 +15,16 @@ _PLACED_M, _ITERATIONS = 0.1, 30
 """Largest last step, of which less than one in 500 is wrong, m, and number of steps."""
 
 
-def surface_place(position_m: Array) -> tuple[Array, Array]:
-    """Return geodetic latitude and longitude (deg) of positions (..., 3) on the ellipsoid.
+def surface_place(position_m: Array, altitude_m: float = 0.0) -> tuple[Array, Array]:
+    """Return geodetic latitude and longitude (deg) of positions (..., 3) on the ellipsoid, or at an altitude above it.
 
-    Exact on it; at an altitude h of some metres the latitude is off by e^2 h / R sin(latitude) cos(latitude).
+    Positions are those of :func:`hcss_payload.rays.meet`: on an ellipsoid with both semi-axes longer by the altitude,
+    whose normals differ from the vertical by less than 0.1 m at 15 km. With those of the ellipsoid itself, places below
+    clouds at 10 km would be up to 33 m too far north.
     """
     x, y, z = np.moveaxis(position_m, -1, 0)
-    across = np.hypot(x, y) * (1.0 - ECCENTRICITY_SQUARED)
-    return np.degrees(np.arctan2(z, across)), np.degrees(np.arctan2(y, x))
+    ratio = (SEMI_MINOR_AXIS_M + altitude_m) / (SEMI_MAJOR_AXIS_M + altitude_m)
+    return np.degrees(np.arctan2(z, np.hypot(x, y) * ratio**2)), np.degrees(np.arctan2(y, x))
 
 
 def to_scene(latitude_deg: Array, longitude_deg: Array, centre: tuple[float, float]) -> tuple[Array, Array, Array]:

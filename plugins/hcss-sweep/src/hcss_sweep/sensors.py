@@ -18,8 +18,8 @@ _OF_THE_SENSOR = ("platform_speed",)
 """Keys of ``[motion]`` that move the sensor; the others move clouds."""
 
 _ALLOWED = (
-    '[[sensors]] tables, each with a `name` and keys of its own, for example {name = "geo", platform.longitude = 140.7, '
-    'image.pixel_size = "2 km"}'
+    "[[sensors]] tables, each with a `name` and keys of its own, for example "
+    '{name = "geo", platform.longitude = 140.7, image.pixel_size = "2 km"}'
 )
 
 LARGEST_POINT_M = 100.0
@@ -66,9 +66,9 @@ def merged(scene: Mapping[str, Any], sensor: Mapping[str, Any]) -> dict[str, Any
 def with_one_sky(scenarios: Sequence[Scenario], given: Sequence[Mapping[str, Any]]) -> list[Scenario]:
     """Return the scenarios of all sensors with the clouds of the one that has the finest points.
 
-    The generator of a cloud type depends on the size of pixels, and a coverage of each frame on what the frame shows: both
-    would give each sensor a sky of its own. ``given`` are the keys as the user gave them: without a number of points a
-    pixel has as many as make them no larger than 100 m, or than the finest ones.
+    The generator of a cloud type depends on the size of pixels, and a coverage of each frame on what the frame shows:
+    both would give each sensor a sky of its own. ``given`` are the keys as the user gave them: without a number of
+    points a pixel has as many as make them no larger than 100 m, or than the finest ones.
 
     Raises
     ------
