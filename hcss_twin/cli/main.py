@@ -53,7 +53,8 @@ def cli() -> None:
 @Shared.force
 @click.option("--workers", default=1, type=click.IntRange(1, 1024), help="Processes; the result is the same.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask cluster instead of --workers, for example tcp://host:8786.")
-@click.option("--verbose", is_flag=True, help="Print the whole certificate.")
+@click.option("--verbose", is_flag=True, help="Also print the whole certificate, and notes.")
+@click.option("--quiet", is_flag=True, help="Print nothing but warnings and errors.")
 @Shared.json
 @click.pass_context
 def run(
@@ -66,6 +67,7 @@ def run(
     workers: int,
     scheduler: str | None,
     verbose: bool,
+    quiet: bool,
     as_json: bool,
 ) -> None:
     """Simulate SCENARIO and write its cube.
@@ -87,7 +89,7 @@ def run(
     found: list[Any] = []
     with announce_compilation(partial(click.echo, err=True)):
         plan = make_plan(loaded)
-        shown = partial(context.ensure_object(Stop).progress)
+        shown = None if quiet else partial(context.ensure_object(Stop).progress)
         run_plan(plan, output, shown, found.append, workers, scheduler, force)
     if as_json:
         told = {
@@ -96,18 +98,18 @@ def run(
             **({} if measured is None else {"sensor_cube": str(measured)}),
         }
         Shared.write_json({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)})
-    else:
-        click.echo(f"{output}  {cube_bytes(output) / 1e6:.1f} MB")
+    elif not quiet:
+        from hcss_twin.reports.run_text import run_text
+
+        files = [f"{output}  {cube_bytes(output) / 1e6:.1f} MB"]
         if measured is not None:
-            click.echo(f"{measured}  {cube_bytes(measured) / 1e6:.1f} MB, as measured")
-        for item in plan.filled_in:
-            click.echo(f"  filled in: {item.field} = {item.value} ({item.why})")
-        for note in plan.assembly.cloud_notes:
-            click.echo(f"  note: {note}")
-        for certificate in found:
-            click.echo("\n    ".join(("  certificate", *(certificate.lines if verbose else certificate.summary))))
-        if plan.needs_radiance and not found:
-            click.echo("  certificate\n    NONE: output.certificate is 0, no pixel was checked")
+            files.append(f"{measured}  {cube_bytes(measured) / 1e6:.1f} MB, as measured")
+        certificate = found[0] if found else None
+        lines = [*run_text(plan, certificate, output, files), *plan.assembly.cloud_notes]
+        if verbose:
+            lines += [f"filled in: {item.field} = {item.value} ({item.why})" for item in plan.filled_in]
+            lines += [] if certificate is None else ["certificate", *(f"  {line}" for line in certificate.lines)]
+        click.echo("\n".join(lines))
     for certificate in found:
         if not certificate.passed:
             click.echo(f"error: {output}: certificate {certificate.lines[0]}", err=True)

@@ -1,0 +1,110 @@
+"""What ``hcss run`` says: what was written, whether it is right, how true it is, what is left out, what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from hcss_twin.engine.certificate.certificate import Certificate
+from hcss_twin.plan.error_budget import ENGINE, ErrorBudget
+from hcss_twin.plan.few_columns import OMISSION_SHARE, SWITCHED_OFF, Omission
+from hcss_twin.plan.plan import Plan
+
+MOST_BANDS, MOST_CLASSES = 4, 2
+"""Columns and rows of the table of errors; ``--verbose`` has all."""
+
+
+def run_text(plan: Plan, certificate: Certificate | None, output: Path, written: Sequence[str]) -> Iterator[str]:
+    """Yield what a run says, about eight lines.
+
+    Parameters
+    ----------
+    certificate : Certificate or None
+        None if no pixel was checked.
+    output : Path
+        The cube.
+    written : sequence of str
+        A line for each file.
+    """
+    yield from written
+    if certificate is not None:
+        yield _verdict(certificate)
+        if certificate.budget is not None:
+            yield from _errors(certificate.budget)
+    elif plan.needs_radiance:
+        yield "computed, NOT CHECKED: output.certificate is 0"
+    left_out = [*_left_out(plan, certificate)]
+    if left_out:
+        yield "; ".join(left_out)
+    if filled := plan.filled_in:
+        yield "assumed: " + "; ".join(f"{item.field} = {item.value}" for item in filled)
+    yield f"next: hcss preview {output}{' --kelvin' if plan.needs_radiance else ''}; hcss report {output}"
+
+
+def _left_out(plan: Plan, certificate: Certificate | None) -> Iterator[str]:
+    """Yield what is left out beyond its share of the accuracy: no model has it, the user's choice, the plan's."""
+    if certificate is not None and certificate.beyond:
+        yield f"NOT WITHIN the accuracy: {_first(certificate.beyond)}"
+    limit = OMISSION_SHARE * plan.accuracy.relative
+    large = [omission for omission in plan.omissions if omission.decision and omission.exceeds(limit)]
+    large.sort(key=lambda omission: -(omission.size or 0.0))
+    for heading, by_user in (("switched off by you", True), ("left out for its time", False)):
+        if chosen := [_omitted(omission) for omission in large if (omission.decision == SWITCHED_OFF) == by_user]:
+            yield f"{heading}: {_first(chosen)}"
+
+
+def _verdict(certificate: Certificate) -> str:
+    if not certificate.checked:
+        return "computed, NOT CHECKED: no pixel of the drawn frames can be computed without tables"
+    asked = certificate.requested
+    accuracy = f"{asked.kelvin:g} K" if asked.kelvin is not None else f"{100.0 * asked.relative:g} %"
+    if not certificate.passed:
+        return (
+            f"NOT as specified: {certificate.exceeding} of {certificate.checked} random pixels, recomputed without "
+            f"tables, differ by more than {accuracy}"
+        )
+    largest = f"{100.0 * max(certificate.achieved.values()):.2g} %"
+    kelvin = [
+        contribution.kelvin
+        for contributions in (certificate.budget.contributions.values() if certificate.budget else ())
+        for contribution in contributions
+        if contribution.name == ENGINE and contribution.kelvin is not None
+    ]
+    if kelvin:
+        largest += f", {max(kelvin):.2g} K"
+    return (
+        f"computed as specified: {certificate.checked} random pixels, recomputed without tables, differ by at most "
+        f"{largest} ({accuracy} asked for)"
+    )
+
+
+def _errors(budget: ErrorBudget) -> Iterator[str]:
+    """Yield a table of the total error by class and band, with the largest cause."""
+    bands = [*dict.fromkeys(band for _, band in budget.contributions)]
+    classes = [*dict.fromkeys(of for of, _ in budget.contributions)]
+    if len(classes) > MOST_CLASSES:  # the classes with the largest error
+        classes = sorted(classes, key=lambda of: -max(budget.total((of, band))[1] for band in bands))[:MOST_CLASSES]
+    shown = bands[:MOST_BANDS]
+    rows = [["how true, models included (>: at least)", *shown]]
+    rows += [[f"  {of}", *(_cell(budget, of, band) for band in shown)] for of in classes]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(shown) + 1)]
+    for row in rows:
+        yield "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip()
+
+
+def _cell(budget: ErrorBudget, of: str, band: str) -> str:
+    largest = max(budget.contributions[of, band], key=lambda contribution: contribution.relative or 0.0)
+    least = "> " if budget.unknown((of, band)) else ""
+    unknown = [contribution.name for contribution in budget.contributions[of, band] if contribution.relative is None]
+    rest = f"; {unknown[0]} unknown" if unknown else ""
+    return f"{least}{budget.total((of, band))[1]:.2g} K, {largest.name}{rest}"
+
+
+def _omitted(omission: Omission) -> str:
+    size = 100.0 * (omission.size or 0.0)
+    return f"{omission.what}, {size:.2g} % ({omission.sense or 'any pixel'}), needs {omission.needs}"
+
+
+def _first(texts: Sequence[str]) -> str:
+    more = f", and {len(texts) - 1} more" if len(texts) > 1 else ""
+    return texts[0] + more
