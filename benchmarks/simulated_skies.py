@@ -73,12 +73,21 @@ class Kind:
         return read_film(shipped_films()[self.film])
 
     def simulated(self) -> list[tuple[int, Array]]:
-        """Return optical thickness of snapshots of the simulation, and the third of their piece: alike within it."""
-        film, found = self.read(), []
+        """Return optical thickness of snapshots of the simulation, and the third of their piece: alike within it.
+
+        Clouds are raised as in the sky, to its cover.
+        """
+        film, table, found = self.read(), self.table(), []
         for piece, ranks in enumerate(film.ranks):
             for number, frame in enumerate(ranks):
-                found.append((3 * piece + 3 * number // len(ranks), film.optical_thickness[frame]))
+                found.append((3 * piece + 3 * number // len(ranks), table[frame]))
         return found
+
+    def table(self) -> Array:
+        """Return optical thickness at the ranks of the film, at the cover of the sky."""
+        inputs = self.inputs(FILM_M, 1, 0)
+        sky = SimulatedClouds(inputs, SimulationParameters(film=self.film))
+        return extinction_m1(inputs.layer) * sky.thickness_of_ranks_m.astype(np.float64)
 
     def inputs(self, pixel_m: float, size: int, seed: int, motion: Motion = STILL) -> CloudInputs:
         """Return the inputs of a generator of this type."""
@@ -259,7 +268,7 @@ def seams(kinds: list[Kind]) -> None:
         z = (mean - mean.mean()) / (spread.mean() / np.sqrt(SEAM_SEEDS))
         print(
             f"{kind.name}: mean emissivity of {SEAM_SEEDS} seeds at {mean.size} places {mean.mean():.3f}, largest "
-            f"deviation {np.abs(z).max():.1f} standard errors, rms {z.std():.2f}; spread +- {spread.std() / spread.mean():.3f}",
+            f"deviation {np.abs(z).max():.1f} standard errors, rms {z.std():.2f}",
             flush=True,
         )
 
@@ -267,7 +276,7 @@ def seams(kinds: list[Kind]) -> None:
 def coherence(kinds: list[Kind]) -> None:
     """Print the correlation of windows of 3.2 km, moved onto each other, between frames."""
     for kind in kinds:
-        film = kind.read()
+        film, table = kind.read(), kind.table()
         pairs: dict[str, list[tuple[Array, Array]]] = {"sky, 150 s": []}
         for seed in range(SEEDS):
             one, other = kind.sky(FILM_M, 192, seed, (1000.0, 1150.0))
@@ -275,9 +284,7 @@ def coherence(kinds: list[Kind]) -> None:
         for apart in (2, 3):
             steps = range(0, film.ranks.shape[1] - apart, 7)
             pairs[f"simulation, {apart * film.interval_s:g} s"] = [
-                (film.optical_thickness[ranks[n]], film.optical_thickness[ranks[n + apart]])
-                for ranks in film.ranks
-                for n in steps
+                (table[ranks[n]], table[ranks[n + apart]]) for ranks in film.ranks for n in steps
             ]
         row = [f"{name} {np.mean([*map(float, windows(of))]):.2f}" for name, of in pairs.items()]
         print(f"{kind.name}: " + ", ".join(row), flush=True)
