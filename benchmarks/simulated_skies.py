@@ -34,7 +34,7 @@ from hcss_skies.simulation import SimulatedClouds, extinction_m1
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.parameters import FractalParameters
-from hcss_twin.providers import Array, CloudInputs, Grid, Motion
+from hcss_twin.providers import Array, CloudInputs, CloudLayer, Grid, Motion
 from hcss_twin.scenario.cloud_types import resolve_layer
 from hcss_twin.scenario.clouds import Layer
 
@@ -72,6 +72,11 @@ class Kind:
         """Return the film."""
         return read_film(shipped_films()[self.film])
 
+    @cache  # noqa: B019
+    def resolved(self) -> Any:
+        """Return the layer and the fractal parameters of the type."""
+        return resolve_layer(Layer(type=self.name, coverage=self.coverage), CATALOG, "clouds", LEVELS)
+
     def simulated(self) -> list[tuple[int, Array]]:
         """Return optical thickness of snapshots of the simulation, and the third of their piece: alike within it.
 
@@ -91,7 +96,7 @@ class Kind:
 
     def inputs(self, pixel_m: float, size: int, seed: int, motion: Motion = STILL) -> CloudInputs:
         """Return the inputs of a generator of this type."""
-        resolved = resolve_layer(Layer(type=self.name, coverage=self.coverage), CATALOG, "clouds", LEVELS)
+        resolved = self.resolved()
         layer = replace(resolved.layer, coverage_mode="field")
         return CloudInputs(layer, Grid(size, size, pixel_m), motion, seed, CATALOG, resolved.type_parameters)
 
@@ -117,8 +122,14 @@ KINDS = {
 }
 
 
+@cache
+def extinction(layer: CloudLayer) -> float:
+    """Return the extinction of a layer, 1/m."""
+    return extinction_m1(layer)
+
+
 def _frames(clouds: Any, inputs: CloudInputs, times_s: tuple[float, ...]) -> list[Array]:
-    every, per_m = slice(0, inputs.grid.rows), extinction_m1(inputs.layer)
+    every, per_m = slice(0, inputs.grid.rows), extinction(inputs.layer)
     return [per_m * clouds.thickness_m(time, every, every).astype(np.float64) for time in times_s]
 
 

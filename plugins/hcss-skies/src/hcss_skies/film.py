@@ -14,6 +14,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -96,7 +97,16 @@ class Film:
     @property
     def coverage(self) -> float:
         """Mean share of cloud."""
-        return float(np.mean(self.optical_thickness[self.ranks] > 0.0))
+        return self.share_above(0.0)
+
+    def share_above(self, optical_thickness: float) -> float:
+        """Return the share of pixels of all snapshots with more than an optical thickness."""
+        return float(self._counts[self.optical_thickness > optical_thickness].sum() / self.ranks.size)
+
+    @cached_property
+    def _counts(self) -> NDArray[np.int64]:
+        """Number of pixels (256,) of each rank: a plan makes dozens of skies of a film."""
+        return np.bincount(self.ranks.ravel(), minlength=LEVELS)
 
 
 def score_of(u: Array, sheet: bool) -> Array:
