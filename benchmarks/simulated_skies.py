@@ -78,14 +78,14 @@ class Kind:
         return resolve_layer(Layer(type=self.name, coverage=self.coverage), CATALOG, "clouds", LEVELS)
 
     def simulated(self) -> list[tuple[int, Array]]:
-        """Return optical thickness of snapshots of the simulation, and the third of their piece: alike within it.
+        """Return optical thickness of snapshots of the simulation, and the five minutes that they belong to.
 
         Clouds are raised as in the sky, to its cover.
         """
         film, table, found = self.read(), self.table(), []
         for piece, ranks in enumerate(film.ranks):
             for number, frame in enumerate(ranks):
-                found.append((3 * piece + 3 * number // len(ranks), table[frame]))
+                found.append((100 * piece + number // 5, table[frame]))
         return found
 
     def table(self) -> Array:
@@ -207,8 +207,8 @@ def emissivities(kind: Kind, pixel_m: float) -> dict[str, list[tuple[int, Array]
 
     step = 5 if pixel_m == FILM_M else 1
     times = (0.0,) if pixel_m == FILM_M else (0.0, 1200.0, 2400.0)
-    skies = ((100 + seed, frame) for seed in range(SEEN) for frame in kind.sky(FILM_M, 192, seed, times))
-    fractal = ((200 + seed, kind.fractal(FILM_M, 192, seed)) for seed in range(SEEN * len(times)))
+    skies = ((1000 + seed, frame) for seed in range(SEEN) for frame in kind.sky(FILM_M, 192, seed, times))
+    fractal = ((2000 + seed, kind.fractal(FILM_M, 192, seed)) for seed in range(SEEN * len(times)))
     simulated = ((scene, frame) for scene, frame in kind.simulated()[::step])
     sides = {"simulation": simulated, "sky": skies, "fractal": fractal}
     return {name: patches(frames) for name, frames in sides.items()}
@@ -249,8 +249,9 @@ def classifier(kinds: list[Kind]) -> None:
                 sides = {name: features(side, given) for name, side in patches.items()}
                 if pixel_m == FILM_M and given is None:
                     of_kinds[kind.name] = sides["sky"]
-                odd = sides["simulation"][1] % 2 == 1
-                halves = [tuple(of[odd == half] for of in sides["simulation"]) for half in (False, True)]
+                values, scenes = sides["simulation"]
+                chance = np.random.default_rng(1).random(len(scenes)) < 0.5
+                halves = [(values[chance == half], scenes[chance == half]) for half in (False, True)]
                 for name, pair in (
                     ("sky", (sides["simulation"], sides["sky"])),
                     ("fractal", (sides["simulation"], sides["fractal"])),
@@ -262,7 +263,7 @@ def classifier(kinds: list[Kind]) -> None:
                     print(f"{kind.name}, {pixel_m:g} m, {what}, {name}: {scores}", flush=True)
     for one, other in combinations(of_kinds, 2):
         a, b = of_kinds[one], of_kinds[other]
-        score = told(a, (b[0], b[1] + 1000))["forest"]
+        score = told(a, (b[0], b[1] + 5000))["forest"]
         print(f"{one}, {other}: {score[0]:.2f} ({score[1]:.2f} to {score[2]:.2f})", flush=True)
 
 
