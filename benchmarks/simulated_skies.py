@@ -5,7 +5,9 @@
 Kinds are cloud types whose skies are films (``catalogs/cloud_types``), with the coverage that they have there.
 References are the snapshots of the film itself (consistency, not accuracy) and published ranges; the control is the
 fractal field that the type has without hcss-skies. No image of clouds at 20 to 300 m is at hand, so that the classifier
-compares with the simulation, at its own 50 m and with radiances averaged to 300 m. Brightness temperature is that of a
+compares with the simulation, at its own 50 m and with radiances averaged to 300 m, where a patch is the whole box. It
+is also asked to tell two half hours of the simulation, and halves of it by chance, from each other: a sky that is told
+no better than two half hours is as good as the test can say. Brightness temperature is that of a
 grey cloud of one temperature: 12 K colder than the sea where opaque, absorbing half of what the visible loses.
 """
 
@@ -43,6 +45,8 @@ STILL, EVOLVING = (Motion(0.0, (0.0, 0.0), life_s, 1.0) for life_s in (np.inf, 1
 BOX_M, FILM_M, FINE_M, COARSE_M = 9600.0, 50.0, 20.0, 300.0
 CLOUD, OPAQUE_K, NOISE_K = 0.3, 12.0, 0.2
 """Optical thickness above which a pixel counts as cloud, contrast of opaque cloud, and noise."""
+LATER = 100
+"""From this number on, scenes of the simulation belong to its second piece."""
 CLASSIFIERS: tuple[Classifier, ...] = ("forest", "boosting", "linear")
 WAVES_M, LARGE_M = (200.0, 3200.0), 200.0
 NEAR_AXIS_DEG = 5.0  # 40 of 360 degrees: .111 of the gradients of an isotropic field
@@ -86,7 +90,7 @@ class Kind:
         film, table, found = self.read(), self.table(), []
         for piece, ranks in enumerate(film.ranks):
             for number, frame in enumerate(ranks):
-                found.append((100 * piece + number // 5, table[frame]))
+                found.append((LATER * piece + number // 5, table[frame]))
         return found
 
     def table(self) -> Array:
@@ -261,7 +265,12 @@ def classifier(kinds: list[Kind]) -> None:
                     scores = told(sides["simulation"], sides[name])
                     words = ", ".join(f"{c} {a:.2f} ({low:.2f} to {high:.2f})" for c, (a, low, high) in scores.items())
                     print(f"{kind.name}, {pixel_m:g} m, {what}, {name}: {words}", flush=True)
-                same = [list(told(*halves(*sides["simulation"], split)).values()) for split in range(SPLITS)]
+                values, scenes = sides["simulation"]
+                later = scenes >= LATER
+                scores = told((values[~later], scenes[~later]), (values[later], scenes[later]))
+                words = ", ".join(f"{c} {a:.2f}" for c, (a, _, _) in scores.items())
+                print(f"{kind.name}, {pixel_m:g} m, {what}, two half hours of the simulation: {words}", flush=True)
+                same = [list(told(*halves(values, scenes, split)).values()) for split in range(SPLITS)]
                 mean = np.mean(same, axis=0)[:, 0]
                 words = ", ".join(f"{c} {a:.2f}" for c, a in zip(CLASSIFIERS, mean, strict=True))
                 print(f"{kind.name}, {pixel_m:g} m, {what}, simulation, mean of {SPLITS} splits: {words}", flush=True)
