@@ -6,9 +6,9 @@ Kinds are cloud types whose skies are films (``catalogs/cloud_types``), with the
 References are the snapshots of the film itself (consistency, not accuracy) and published ranges; the control is the
 fractal field that the type has without hcss-skies. No image of clouds at 20 to 300 m is at hand, so that the classifier
 compares with the simulation, at its own 50 m and with radiances averaged to 300 m, where a patch is the whole box. It
-is also asked to tell two half hours of the simulation, and halves of it by chance, from each other: a sky that is told
-no better than two half hours is as good as the test can say. Brightness temperature is that of a
-grey cloud of one temperature: 12 K colder than the sea where opaque, absorbing half of what the visible loses.
+is also asked to tell two half hours of the simulation from each other, and halves of it by chance: where it can tell
+half hours, it says little about a sky. Brightness temperature is that of a grey cloud of one temperature: 12 K colder
+than the sea where opaque, absorbing half of what the visible loses.
 """
 
 from __future__ import annotations
