@@ -329,6 +329,8 @@ def test_the_command_packs_a_run_and_does_not_replace_a_file(tmp_path):
 @pytest.mark.parametrize("name", sorted(shipped_films()))
 def test_a_film_is_described_with_its_own_cover_without_its_pictures(name, monkeypatch):
     film = read_film(shipped_films()[name])
+    for above in (0.0, 3.0):
+        assert film.share_above(above) == np.mean(film.optical_thickness[film.ranks] > above)
     monkeypatch.setattr(netCDF4.Variable, "__getitem__", small_only(netCDF4.Variable.__getitem__))
     words = described(shipped_films()[name])
     assert words.startswith(f"{film.kind}: {film.cell_m:g} m, cover ")
