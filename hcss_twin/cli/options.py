@@ -174,11 +174,41 @@ def _answers_only(context: click.Context, _option: click.Parameter, value: Any) 
     return value
 
 
+def _indices(_context: click.Context, _option: click.Parameter, given: tuple[str, ...]) -> dict[str, int]:
+    """Parse indices such as ``scene=3``."""
+    found: dict[str, int] = {}
+    for text in given:
+        name, _, number = text.partition("=")
+        if not name or not number.isdigit() or name in found:
+            raise click.BadParameter(f"'{text}' given, allowed: each dimension once, with an index, such as scene=3")
+        found[name] = int(number)
+    return found
+
+
+def _metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
+    """Read a length such as ``1 km``; a plain number is in metres."""
+    from pydantic_core import PydanticCustomError
+
+    from hcss_twin.core.units import QuantityParser
+
+    if text is None:
+        return None
+    try:
+        size = QuantityParser("length")(text)
+    except PydanticCustomError as error:
+        raise click.BadParameter(error.message()) from error
+    if not isinstance(size, float) or not 0.0 < size < float("inf"):
+        raise click.BadParameter(f"{text} given, allowed: greater than 0")
+    return size
+
+
 class Shared:
     """Options that mean the same in all commands, as decorators.
 
     Attributes
     ----------
+    at
+        ``--at DIMENSION=INDEX``, as the parameter ``at``: indices by dimension.
     changes
         ``--set KEY=VALUE``, as the parameter ``assignments``, which :meth:`load` takes.
     force
@@ -189,6 +219,13 @@ class Shared:
         ``--json FILE``, as the parameter ``json_file``, which may be ``-``.
     """
 
+    at = click.option(
+        "--at",
+        multiple=True,
+        metavar="DIMENSION=INDEX",
+        callback=_indices,
+        help="Which image of a NetCDF variable with several, for example time=3, from 0; repeat for each dimension.",
+    )
     changes = click.option(
         "--set",
         "assignments",
@@ -205,6 +242,11 @@ class Shared:
         callback=_answers_only,
         help="JSON file for all numbers; - prints them instead of the table.",
     )
+
+    @staticmethod
+    def length(*names: str, help: str) -> Any:
+        """Return an option with these names that takes a length such as ``1 km``; plain numbers are in metres."""
+        return click.option(*names, metavar="LENGTH", callback=_metres, help=help)
 
     @staticmethod
     def assigned(texts: Iterable[str], option: str = "--set") -> dict[str, Any]:

@@ -144,6 +144,23 @@ def test_a_command_of_another_package_reads_a_scenario_and_writes_a_new_file(tmp
     assert "finite" in run("--json", str(path), "--force", "--scale", "nan").output
 
 
+def test_options_of_images_give_indices_and_metres_and_refuse_the_rest():
+    @click.command()
+    @options.Shared.at
+    @options.Shared.length("--side", help="Of a square.")
+    def ours(at, side):
+        click.echo(f"{at} {side}")
+
+    def run(*arguments):
+        return CliRunner().invoke(ours, arguments).output.strip()
+
+    assert run("--at", "scene=3", "--at", "time=0", "--side", "1.5 km") == "{'scene': 3, 'time': 0} 1500.0"
+    assert run("--side", "20") == "{} 20.0"
+    assert run() == "{} None"
+    for wrong in (("--at", "scene=x"), ("--at", "a=1", "--at", "a=2"), ("--side", "-1 m"), ("--side", "3 K")):
+        assert "allowed:" in run(*wrong)
+
+
 def test_a_wrong_argument_and_a_damaged_file_are_errors_of_this_package(tmp_path):
     @checked
     def halved(width_m: float) -> float:

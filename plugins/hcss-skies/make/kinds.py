@@ -1,20 +1,18 @@
 """Score shipped examples against measured blocks of their kind, and kinds against each other.
 
     python make/kinds.py BLOCKS.nc [--kinds a,b] [--folder LIBRARY] [--side right] [--seed 2]
-        [--measured | --pairs] [--features 3]
+        [--pairs] [--features 3]
 
 Skies blended from each example (its clear sky's texture included, temperature linear in height) against the blocks
-that ``block-kinds.txt`` gives this kind: AUC of the forest, z-scored, folds by block. ``--measured`` puts measured
-blocks of the kind in the place of the shipped examples, one after the other, against the other blocks of the kind:
-what an example can reach that is none of these blocks. ``--side right`` takes the halves of blocks by which no
-parameter was chosen, ``--seed`` other skies. ``--pairs`` tells the examples of kinds from each other.
+that ``block-kinds.txt`` gives this kind: AUC of the forest, z-scored, folds by block. ``--side right`` takes the
+halves of blocks by which no parameter was chosen, ``--seed`` other skies. ``--pairs`` tells the examples of kinds from
+each other.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -25,9 +23,8 @@ import numpy as np
 from hcss_author import sample_cloud_inputs
 from hcss_evaluate.realism import compare
 from hcss_skies import library
-from hcss_skies.example import read_example, write_example
+from hcss_skies.example import read_example
 from hcss_skies.generator import ExampleClouds
-from hcss_skies.importing import import_example
 from hcss_skies.pace import MEASURED_S
 from hcss_skies.parameters import ExampleParameters
 
@@ -90,9 +87,9 @@ def told(
     return score.auc, score.low, score.high, features
 
 
-def show(kind: str, result: tuple[float, float, float, list[str]], features: int, more: str = "") -> None:
+def show(kind: str, result: tuple[float, float, float, list[str]], features: int) -> None:
     """Print a line, and those of features (median measured / simulated, AUC of the feature alone)."""
-    print(f"{kind:15} {result[0]:.3f} ({result[1]:.2f} to {result[2]:.2f}) {more}", flush=True)
+    print(f"{kind:15} {result[0]:.3f} ({result[1]:.2f} to {result[2]:.2f})", flush=True)
     for feature in result[3][:features]:
         print(f"    {feature}", flush=True)
 
@@ -107,9 +104,7 @@ def main() -> None:
     parser.add_argument("--features", type=int, default=3)
     parser.add_argument("--seed", type=int, default=0, help="Of the first sky of each example.")
     parser.add_argument("--side", default="both", choices=("left", "right", "both"))
-    what = parser.add_mutually_exclusive_group()
-    what.add_argument("--measured", action="store_true")
-    what.add_argument("--pairs", action="store_true")
+    parser.add_argument("--pairs", action="store_true")
     given = parser.parse_args()
     members = blocks_of(given.file)
     kinds = sorted(members) if given.kinds is None else given.kinds.split(",")
@@ -124,34 +119,15 @@ def main() -> None:
     kelvin = measured(given.file, given.time, given.side)
     for kind in kinds:
         blocks = members[kind]
-        if not given.measured:
-            skies = [blended(path, seed)[0] for path in paths[kind] for seed in range(given.seed, given.seed + SEEDS)]
-            numbers = [100 + n for n in range(len(paths[kind])) for _ in range(SEEDS)]
-            show(kind, told([kelvin[b] for b in blocks], skies, blocks, numbers), given.features)
-            continue
-        for examples in combinations(blocks, len(blocks) // 2):
-            others = [block for block in blocks if block not in examples]
-            if min(len(examples), len(others)) < 2:
-                print(f"{kind:15} {len(blocks)} blocks: too few")
-                break
-            skies = [sky for block in examples for sky in _of_block(given.file, block, given.time)]
-            numbers = [100 + block for block in examples for _ in range(SEEDS)]
-            show(
-                kind, told([kelvin[b] for b in others], skies, others, numbers), given.features, f"examples {examples}"
-            )
+        skies = [blended(path, seed)[0] for path in paths[kind] for seed in range(given.seed, given.seed + SEEDS)]
+        numbers = [100 + n for n in range(len(paths[kind])) for _ in range(SEEDS)]
+        show(kind, told([kelvin[b] for b in blocks], skies, blocks, numbers), given.features)
 
 
 def _as_it_is(path: Path) -> np.ndarray:
     example = read_example(path)
     field: np.ndarray = CLEAR_K - LAPSE_K_M * example.opaque_m[example.opaque]
     return field
-
-
-def _of_block(source: Path, block: int, time: int) -> list[np.ndarray]:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "block.nc"
-        write_example(path, import_example(source, at={"block": block, "time": time}).example)
-        return [blended(path, seed)[0] for seed in range(SEEDS)]
 
 
 if __name__ == "__main__":

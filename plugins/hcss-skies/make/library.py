@@ -20,11 +20,7 @@ MECHANISMS = {
     "closed-cells": of.closed_cells,
     "streets": of.streets,
     "trade-cumulus": of.trade_cumulus,
-    "stratus-sheet": of.stratus_sheet,
-    "cirrus-fibres": of.cirrus_fibres,
     "anvils": of.anvils,
-    "altocumulus": of.altocumulus,
-    "multi-layer": of.multi_layer,
 }
 
 SHAPES: dict[str, dict[str, float]] = {
@@ -50,30 +46,13 @@ SHAPES: dict[str, dict[str, float]] = {
         "least": 0.34, "width": 2.21, "small": 77.4, "stretch": 1.6, "pixels": 6.0, "sea": 15.3, "haze": 33.6,
         "ragged": 1.31, "veil": 0.16, "height": 5800.0,
     },
-    "stratus-sheet": {
-        "cell": 5.67, "cover": 0.532, "width": 0.581, "slope": 2.93, "rough": 0.0416, "activity": 0.379,
-        "cells": 0.4, "relief": 83.7, "stretch": 2.74, "pixels": 15.0, "sea": 51.0, "haze": 21.9,
-    },
-    "cirrus-fibres": {
-        "length": 16.1, "cover": 0.697, "width": 1.25, "power": 2.25, "rough": 0.404, "sheet": 0.892,
-        "grouping": 0.621, "low": 1410.0, "stretch": 1.97, "pixels": 11.6, "sea": 16.1, "haze": 53.3,
-    },
     "anvils": {
         "towers": 49.1, "shear": 0.481, "outflow": 0.688, "rough": 0.74, "opacity": 0.715, "middle": 0.444,
         "low": 2430.0, "bumps": 631.0, "stretch": 2.84, "pixels": 11.6, "sea": 57.9, "haze": 53.4,
     },
-    "altocumulus": {
-        "wave": 6.4, "slope": 2.24, "rough": 0.316, "rows": 0.2, "cover": 0.737, "width": 1.06, "stretch": 1.9,
-        "pixels": 12.0, "sea": 12.0, "haze": 10.9,
-    },
-    "multi-layer": {
-        "length": 17.8, "cover": 0.405, "width": 2.44, "power": 1.49, "rough": 0.466, "sheet": 2.59,
-        "grouping": 0.343, "rows": 0.155, "crumbs": 0.297, "middle": 0.102, "soft": 1.65, "low": 1200.0,
-        "broken": 0.498, "sheets": 0.355, "thin": 0.064, "stretch": 2.18, "pixels": 9.07, "sea": 68.5, "haze": 123.0,
-    },
 }  # fmt: skip
-"""By kind: parameters that an evolution strategy chose (``scores.md``); those of open cells and some of altocumulus,
-trade cumulus and streets are by eye."""
+"""By kind: parameters that an evolution strategy chose (``scores.md``); those of open cells and some of trade cumulus
+and streets are by eye."""
 
 _SCALES, _COVERS, _ANGLES = (1.0, 1.3, 0.8), (1.0, 0.85, 1.1), (0.2, 1.1, 2.3)
 """By example of a kind: the size of its organisation, its cover, and the direction of its wind."""

@@ -235,48 +235,6 @@ def trade_cumulus(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     return under_veil(rng, 2200.0 * capped(rough - of["least"], of["width"]) + small, of)
 
 
-def stratus_sheet(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
-    """Return a sheet with the texture of turbulence and waves in relief, and breaks where it is thinnest."""
-    ky, kx = wavenumbers()
-    ring = np.exp(-(((np.hypot(ky, kx) * of["cell"] - 1.0) / 0.35) ** 2))
-    relief = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((SIDE, SIDE))) * ring, (SIDE, SIDE))
-    relief = relief / relief.std()
-    thick = fractal(rng, of["slope"], 240.0, 1.5) + of["rough"] * fractal(rng, 2.2, 30.0)
-    # convection is strong in some regions only
-    activity = np.minimum(np.exp(of["activity"] * fractal(rng, 2.8, 160.0)), 4.0)
-    thick = thick + of["cells"] * activity * relief
-    sheet = smoothly_above(thick, of["cover"], of["width"])
-    top = 1000.0 + 180.0 * fractal(rng, 3.0, 240.0) + activity * of["relief"] * (relief + fractal(rng, 2.2, 16.0))
-    (p,) = drawn_out(rng, sheet * top, **_wind(of))
-    p = p + clear_sea(rng, **_sea(of))
-    return p, np.zeros_like(p)
-
-
-def fibres(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
-    """Return opacity and top of fall streaks: ice from random heads falls through sheared wind, which draws it out."""
-    heads = np.clip(fractal(rng, 1.2, 8.0) + of["grouping"] * fractal(rng, 2.8, 128.0) - 0.6, 0.0, None) ** 1.5
-    streak, spectrum = np.zeros((SIDE, SIDE)), np.fft.rfft2(heads)
-    ky, kx = wavenumbers()
-    # ice that fell for a time t is t + shear t^2 downwind and a little across; it sublimates
-    for t in np.linspace(0.0, 3.0, 40):
-        along, across = of["length"] * (0.35 * t + 0.2 * t**2), of["length"] * 0.1 * t**1.5
-        streak += np.exp(-t) * np.fft.irfft2(spectrum * np.exp(-2j * np.pi * (kx * along + ky * across)), (SIDE, SIDE))
-    lines = bent(streak / streak.std(), rng, 4.0, 80.0) + of["rough"] * fractal(rng, 1.9, 30.0, 3.0)
-    sheet = of["sheet"] * fractal(rng, 3.0, 200.0, 1.8)
-    return smoothly_above(lines + sheet, of["cover"], of["width"]), 10_500.0 + 500.0 * fractal(rng, 3.0, 160.0)
-
-
-def cirrus_fibres(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
-    """Return fall streaks above broken low cloud."""
-    depth, top = fibres(rng, **of)
-    low = of["low"] * smoothly_above(fractal(rng, 2.2, 96.0) + 0.3 * fractal(rng, 1.5, 10.0), 0.5, 0.6)
-    depth, top, low = drawn_out(rng, depth, top, low, **_wind(of))
-    opacity = np.clip(depth, 0.0, 1.0) ** of["power"]
-    below = low + clear_sea(rng, **_sea(of))
-    p = top * opacity + (1.0 - opacity) * below
-    return p, np.where(opacity > 0.01, np.clip(top - p, 0.0, None), 0.0)
-
-
 def anvils(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     """Return towers in the moist regions of an aggregating atmosphere, with anvils that spread and thin downwind.
 
@@ -310,35 +268,3 @@ def anvils(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
     p = top * opacity**1.2 + (1.0 - opacity**1.2) * below
     p = p + of["bumps"] * opacity * gaussian_filter(fractal(rng, 1.8, 20.0), 0.5, mode="wrap")
     return p, np.where(opacity > 0.02, np.clip(top - p, 0.0, None), 0.0)
-
-
-def altocumulus(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
-    """Return mid-level sheets that gravity waves break into rows, in patches."""
-    ky, kx = wavenumbers()
-    packet = np.exp(-(((np.abs(ky) * of["wave"] - 1.0) / 0.25) ** 2) - (kx * of["wave"] / 0.35) ** 2)
-    rows = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((SIDE, SIDE))) * packet, (SIDE, SIDE))
-    rows = bent(rows / rows.std(), rng, 3.0, 80.0) * np.exp(0.5 * fractal(rng, 2.8, 128.0))
-    sheet = fractal(rng, of["slope"], 160.0, 1.4) + of["rough"] * fractal(rng, 1.8, 16.0)
-    depth = smoothly_above(bent(sheet, rng, 5.0, 64.0) + of["rows"] * rows, of["cover"], of["width"])
-    top = 5200.0 + 500.0 * fractal(rng, 3.0, 160.0)
-    depth, top, rows = drawn_out(rng, depth, top, rows, **_wind(of))
-    opacity = np.clip(depth, 0.0, 1.0)
-    p = top * opacity * (1.0 + 0.05 * rows * np.sqrt(opacity)) + (1.0 - opacity) * clear_sea(rng, **_sea(of))
-    return p, np.where(opacity > 0.01, np.clip(top - p, 0.0, None), 0.0)
-
-
-def multi_layer(rng: np.random.Generator, **of: float) -> tuple[Field, Field]:
-    """Return cirrus above sheets of low cloud, and altocumulus between them, each with its own wind."""
-    wind = _wind(of)
-    depth, top = drawn_out(rng, *fibres(rng, **of), **wind)
-    opacity = np.clip(depth, 0.0, 1.0) ** of["power"]
-    other = {**wind, "angle": of["angle"] + 0.6}
-    middle, _ = altocumulus(
-        rng, wave=7.0, slope=2.7, rough=of["crumbs"], rows=of["rows"], cover=of["middle"], width=of["soft"], **other,
-        sea=0.0, haze=0.0,
-    )  # fmt: skip
-    water = fractal(rng, 2.2, 96.0, 1.8, other["angle"]) + of["broken"] * fractal(rng, 1.7, 12.0)
-    low = of["low"] * capped(water - np.quantile(water, 1.0 - of["sheets"]), of["thin"])
-    (low,) = drawn_out(rng, low, **other)
-    p = opacity * top + (1.0 - opacity) * (np.maximum(low, middle) + clear_sea(rng, **_sea(of)))
-    return p, np.where(opacity > 0.01, np.clip(top - p, 0.0, None), 0.0)

@@ -64,11 +64,11 @@ def test_wrong_contents_are_named(written, change, message):
         read_example(written)
 
 
-def test_the_library_has_24_examples_of_eight_kinds_in_two_and_a_half_megabytes():
+def test_the_library_has_three_examples_of_each_of_five_kinds_in_a_megabyte_and_a_quarter():
     examples = [read_example(path) for path in shipped().values()]
-    assert len(examples) >= 24
-    assert len({example.kind for example in examples}) >= 8
-    assert sum(path.stat().st_size for path in shipped().values()) < 2_500_000
+    assert len(examples) == 15
+    assert len({example.kind for example in examples}) == 5
+    assert sum(path.stat().st_size for path in shipped().values()) < 1_250_000
     assert all(example.licence == "BSD-3-Clause" and 0.1 < example.coverage < 0.99 for example in examples)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from hcss_skies.command import skies
-from hcss_skies.film import LEVELS, read_film, score_of, write_film
-from hcss_skies.library import find_film
+from hcss_skies.film import LEVELS, described, read_film, score_of, write_film
+from hcss_skies.library import find_film, shipped_films
 from hcss_skies.motion import densify, filled, motion_between
 from hcss_skies.packing import CLOUDY, pack
 from scipy.ndimage import fourier_gaussian, fourier_shift
@@ -236,7 +236,8 @@ def test_default_pieces_are_the_first_pictures_and_later_ones(tmp_path):
     film = pack(tmp_path / "run.nc", snapshots=6)
     np.testing.assert_array_equal(film.optical_thickness[film.ranks[0]] > 0, thickness[:6] > CLOUDY)
     np.testing.assert_array_equal(film.optical_thickness[film.ranks[1]] > 0, thickness[9:] > CLOUDY)
-    assert film.minutes == 10.0
+    write_film(tmp_path / "film.nc", film)
+    assert described(tmp_path / "film.nc").endswith("film of 10 min")
 
 
 @pytest.mark.parametrize("by", [(0.0, 0.0), (2.25, -3.5), (-5.5, 4.75)])
@@ -323,6 +324,38 @@ def test_the_command_packs_a_run_and_does_not_replace_a_file(tmp_path):
     assert CliRunner().invoke(skies, [*arguments, "--force", "--licence", "free"]).exit_code == 0
     film = read_film(tmp_path / "mine.nc")
     assert (film.kind, film.licence) == ("blobs", "free")
+
+
+@pytest.mark.parametrize("name", sorted(shipped_films()))
+def test_a_film_is_described_with_its_own_cover_without_its_pictures(name, monkeypatch):
+    film = read_film(shipped_films()[name])
+    for above in (0.0, 3.0):
+        assert film.share_above(above) == np.mean(film.optical_thickness[film.ranks] > above)
+    monkeypatch.setattr(netCDF4.Variable, "__getitem__", small_only(netCDF4.Variable.__getitem__))
+    words = described(shipped_films()[name])
+    assert words.startswith(f"{film.kind}: {film.cell_m:g} m, cover ")
+    assert float(words.split("cover ")[1].split(",")[0]) == pytest.approx(film.coverage, abs=0.01)
+
+
+def small_only(read):
+    """A reader of variables that refuses those of pictures."""
+
+    def guarded(variable, key):
+        assert variable.size <= LEVELS, f"{variable.name} is read"
+        return read(variable, key)
+
+    return guarded
+
+
+@pytest.mark.parametrize("damage", ["no film", "no header", "cut"])
+def test_what_is_no_film_is_not_described(damage, tmp_path):
+    path = tmp_path / "film.nc"
+    path.write_bytes(shipped_films()["trade-cumulus"].read_bytes()[: 500_000 if damage == "cut" else None])
+    if damage != "cut":
+        with netCDF4.Dataset(path, "a") as file:
+            file.delncattr("hcss_skies_film_format" if damage == "no film" else "cell_m")
+    with pytest.raises(CatalogError, match=str(path)):
+        described(path)
 
 
 def test_films_are_found_beside_a_scenario_and_by_path(runs, tmp_path):

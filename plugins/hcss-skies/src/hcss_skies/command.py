@@ -7,38 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hcss_twin.cli.options import Existing, Number, Output, Stop
+from hcss_twin.cli.options import Existing, Number, Output, Shared, Stop
 
 if TYPE_CHECKING:
     from hcss_skies.missing import Missing
-
-
-def indices(_context: click.Context, _option: click.Parameter, given: tuple[str, ...]) -> dict[str, int]:
-    """Parse indices such as ``scene=3``."""
-    found: dict[str, int] = {}
-    for text in given:
-        name, _, number = text.partition("=")
-        if not name or not number.isdigit() or name in found:
-            raise click.BadParameter(f"'{text}' given, allowed: each dimension once, with an index, such as scene=3")
-        found[name] = int(number)
-    return found
-
-
-def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
-    """Read a length such as ``1 km``; a plain number is in metres."""
-    from pydantic_core import PydanticCustomError
-
-    from hcss_twin.core.units import QuantityParser
-
-    if text is None:
-        return None
-    try:
-        size = QuantityParser("length")(text)
-    except PydanticCustomError as error:
-        raise click.BadParameter(error.message()) from error
-    if not isinstance(size, float) or not 0.0 < size < float("inf"):
-        raise click.BadParameter(f"{text} given, allowed: greater than 0")
-    return size
 
 
 @click.group()
@@ -50,7 +22,7 @@ def skies() -> None:
 def list_examples() -> None:
     """List the shipped examples and films: name, kind, pixel size, cloud cover, range of heights, and minutes."""
     from hcss_skies.example import read_example
-    from hcss_skies.film import read_film
+    from hcss_skies.film import described
     from hcss_skies.library import shipped, shipped_films
 
     for name, path in shipped().items():
@@ -58,7 +30,7 @@ def list_examples() -> None:
         heights = f"{of.opaque_m[0] / 1e3:.1f} to {of.opaque_m[-1] / 1e3:.1f} km"
         click.echo(f"{name:22} {of.kind:15} {of.pixel_size_m:g} m, cover {of.coverage:.2f}, heights {heights}")
     for name, path in shipped_films().items():
-        click.echo(f"{name:22} {read_film(path).described()}")
+        click.echo(f"{name:22} {described(path)}")
 
 
 @skies.command(name="import")
@@ -74,13 +46,7 @@ def list_examples() -> None:
     help="Brightness temperature at 12.0 um in the same file: heights of thin clouds; default: without --variable, the "
     "one named like IR_120 or C15.",
 )
-@click.option(
-    "--at",
-    multiple=True,
-    metavar="DIMENSION=INDEX",
-    callback=indices,
-    help="Which image of a NetCDF variable with several, for example scene=3; from 0; repeat for each dimension.",
-)
+@Shared.at
 @click.option(
     "--missing",
     default="auto",
@@ -88,13 +54,7 @@ def list_examples() -> None:
     help="Missing pixels. fill: up to 5 %, by interpolation; crop: largest part without them; auto: crop if that costs "
     "a tenth or less of the pixels, else fill, else crop.",
 )
-@click.option(
-    "--pixel-size",
-    "pixel_size_m",
-    metavar="LENGTH",
-    callback=metres,
-    help="Pixel size on the ground, for example '3 km'; overrides the file.",
-)
+@Shared.length("--pixel-size", "pixel_size_m", help="Pixel size on the ground, for example '3 km'; overrides the file.")
 @click.option("--lapse", default=6.5, type=Number(1.0, 12.0), help="Lapse rate of the air, K/km.")
 @click.option("--clear", type=Number(180.0, 330.0), help="Clear sky, K; default: the 99th percentile.")
 @click.option("--kind", default="imported", help="Kind of clouds.")
@@ -169,7 +129,7 @@ def import_image(
 )
 @click.option("--subsidence", type=Number(0.0, 0.03), metavar="M/S", help="Above the inversion; default: estimated.")
 @click.option("--columns", type=int, nargs=2, metavar="NX NY", help="Cells along x and y in the place of the case's.")
-@click.option("--side", callback=metres, metavar="LENGTH", help="Side of a cell in the place of the case's.")
+@Shared.length("--side", help="Side of a cell in the place of the case's.")
 @click.option("--hours", type=Number(0.0, 240.0, min_open=True), help="Duration in the place of the case's.")
 @click.option("--spin-up", type=Number(0.0, 240.0), metavar="HOURS", help="Before the first picture.")
 @click.option("--volumes", type=Number(1.0), metavar="SECONDS", help="Keep volumes of extinction so often, too.")
@@ -262,14 +222,14 @@ def pack_run(
 
     The film belongs into the folder skies/ beside a scenario, which then names it without .nc.
     """
-    from hcss_skies.film import write_film
+    from hcss_skies.film import described, write_film
     from hcss_skies.packing import pack
 
     Output.require_writable([output], force, form="NetCDF")
     film = pack(run, starts, snapshots=snapshots, kind=kind, licence=licence)
     write_film(output, film)
     pieces, _, rows, columns = film.ranks.shape
-    click.echo(f"{output}: {film.described()}; {pieces} x {snapshots} snapshots of {rows} x {columns} cells")
+    click.echo(f"{output}: {described(output)}; {pieces} x {snapshots} snapshots of {rows} x {columns} cells")
 
 
 @skies.command()

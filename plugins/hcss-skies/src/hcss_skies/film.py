@@ -10,7 +10,11 @@ Introduction to Statistical Modeling of Extreme Values, Springer 2001, section 3
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -93,24 +97,43 @@ class Film:
     @property
     def coverage(self) -> float:
         """Mean share of cloud."""
-        return float(np.mean(self.optical_thickness[self.ranks] > 0.0))
+        return self.share_above(0.0)
 
-    @property
-    def minutes(self) -> float:
-        """Duration of all pieces."""
-        pieces, snapshots = self.ranks.shape[:2]
-        return float(pieces * (snapshots - 1) * self.interval_s / 60.0)
+    def share_above(self, optical_thickness: float) -> float:
+        """Return the share of pixels of all snapshots with more than an optical thickness."""
+        return float(self._counts[self.optical_thickness > optical_thickness].sum() / self.ranks.size)
 
-    def described(self) -> str:
-        """Return kind, cell, cover, layer and duration in words."""
-        layer = f"{self.base_m / 1e3:.1f} to {self.top_m / 1e3:.1f} km"
-        size = f"{self.cell_m:g} m, cover {self.coverage:.2f}, clouds from {layer}"
-        return f"{self.kind}: {size}, film of {self.minutes:g} min"
+    @cached_property
+    def _counts(self) -> NDArray[np.int64]:
+        """Number of pixels (256,) of each rank: a plan makes dozens of skies of a film."""
+        return np.bincount(self.ranks.ravel(), minlength=LEVELS)
 
 
 def score_of(u: Array, sheet: bool) -> Array:
     """Return the scores of probabilities u: -ln(-ln u), of sheets ln(-ln(1 - u)); both ascend."""
     return np.log(-np.log1p(-u)) if sheet else -np.log(-np.log(u))
+
+
+def described(path: Path) -> str:
+    """Return kind, cell, cover, layer and duration of a film in words; its pictures are not read.
+
+    The cover is that of the scores, which have the distribution of the pixels.
+
+    Raises
+    ------
+    CatalogError
+        If the file is damaged or no film.
+    """
+    with _open(path) as file:
+        first, last = (float(score) for score in file.first_and_last_score)
+        clear = np.count_nonzero(np.asarray(file["optical_thickness"][:]) == 0.0)
+        least = first + (clear - 0.5) * (last - first) / (LEVELS - 1)
+        cover = math.exp(-math.exp(least)) if file.sheet else -math.expm1(-math.exp(-least))
+        minutes = file.dimensions["piece"].size * (file.dimensions["snapshot"].size - 1) * file.interval_s / 60.0
+        return (
+            f"{file.kind}: {file.cell_m:g} m, cover {cover:.2f}, clouds from {file.base_m / 1e3:.1f} to "
+            f"{file.top_m / 1e3:.1f} km, film of {minutes:g} min"
+        )
 
 
 _RANKS = {
@@ -158,10 +181,7 @@ def read_film(path: Path) -> Film:
     CatalogError
         If the file is damaged, is no film, or has values out of range.
     """
-    with Reading(path, CatalogError, "not a film of clouds, or damaged").netcdf() as file:
-        if getattr(file, "hcss_skies_film_format", None) != FORMAT:
-            raise CatalogError(f"{path}: no film of clouds; `hcss skies pack` makes one from a simulation")
-        file.set_auto_mask(False)
+    with _open(path) as file:
         ranks, top, base = (_decoded(_of_kind(file[name], np.uint8)) for name in _RANKS)
         first, last = (float(score) for score in file.first_and_last_score)
         along_x, along_y = (float(speed) for speed in file.frame_m_s)
@@ -173,6 +193,15 @@ def read_film(path: Path) -> Film:
         )  # fmt: skip
     _check(path, film)
     return film
+
+
+@contextmanager
+def _open(path: Path) -> Iterator[Any]:
+    with Reading(path, CatalogError, "not a film of clouds, or damaged").netcdf() as file:
+        if getattr(file, "hcss_skies_film_format", None) != FORMAT:
+            raise CatalogError(f"{path}: no film of clouds; `hcss skies pack` makes one from a simulation")
+        file.set_auto_mask(False)
+        yield file
 
 
 def _of_kind(variable: Any, kind: Any) -> NDArray[Any]:

@@ -351,7 +351,7 @@ def _ranks_added(film: Film, layer: CloudLayer) -> float:
 def _notes(film: Film, name: str, layer: CloudLayer) -> list[str]:
     notes = [f"Film {name}: {film.kind}, {film.source} ({film.licence})"]
     most = layer.thickness_max_m * extinction_m1(layer)
-    thicker = float(np.mean(film.optical_thickness[film.ranks] > 1.02 * most))
+    thicker = film.share_above(1.02 * most)
     if thicker > 1e-3:
         notes.append(
             f"{thicker:.1%} of the film is thicker than the optical thickness {most:.3g} of the layer's deepest clouds "

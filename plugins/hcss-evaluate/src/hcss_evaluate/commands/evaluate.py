@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from hcss_evaluate.commands.image_options import metres
 from hcss_twin.cli.options import Existing, Number, Output, Shared, Stop
 
 if TYPE_CHECKING:
@@ -78,11 +77,8 @@ def _side_options(command: Any) -> Any:
     for side in ("sim", "real"):
         title = side.upper()
         for option in (
-            click.option(
-                f"--{side}-pixel-size",
-                metavar="LENGTH",
-                callback=metres,
-                help=f"Pixel size of {title}, for example '2 km'; overrides the file.",
+            Shared.length(
+                f"--{side}-pixel-size", help=f"Pixel size of {title}, for example '2 km'; overrides the file."
             ),
             click.option(
                 f"--{side}-method", type=click.Choice(_METHODS), help=f"Cloud detection in {title}; default: --method."

@@ -8,35 +8,7 @@ from typing import Any
 
 import click
 
-from hcss_twin.cli.options import Number
-
-
-def indices(_context: click.Context, _option: click.Parameter, given: tuple[str, ...]) -> dict[str, int]:
-    """Parse indices such as ``scene=3``."""
-    found: dict[str, int] = {}
-    for text in given:
-        name, _, number = text.partition("=")
-        if not name or not number.isdigit() or name in found:
-            raise click.BadParameter(f"'{text}' given, allowed: each dimension once, with an index, such as scene=3")
-        found[name] = int(number)
-    return found
-
-
-def metres(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
-    """Read a length such as ``1 km``; a plain number is in metres."""
-    from pydantic_core import PydanticCustomError
-
-    from hcss_twin.core.units import QuantityParser
-
-    if text is None:
-        return None
-    try:
-        size = QuantityParser("length")(text)
-    except PydanticCustomError as error:
-        raise click.BadParameter(error.message()) from error
-    if not isinstance(size, float) or not 0.0 < size < float("inf"):
-        raise click.BadParameter(f"{text} given, allowed: greater than 0")
-    return size
+from hcss_twin.cli.options import Number, Shared
 
 
 def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
@@ -51,14 +23,7 @@ def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
     """
     options = (
         click.option("--variable", help="Variable of a NetCDF or .npz file, or band number of a GeoTIFF."),
-        click.option(
-            "--at",
-            multiple=True,
-            metavar="DIMENSION=INDEX",
-            callback=indices,
-            help="Which image of a NetCDF variable with several, for example time=3, from 0; repeat for each "
-            "dimension.",
-        ),
+        Shared.at,
         click.option(
             "--method",
             default=method,
@@ -81,12 +46,8 @@ def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
             type=click.Choice(["auto", "bright", "dark"]),
             help="Cloud contrast; auto: dark in temperatures and thermal radiances.",
         ),
-        click.option(
-            "--pixel-size",
-            "pixel_size_m",
-            metavar="LENGTH",
-            callback=metres,
-            help="Pixel size on the ground, for example '1 km'; overrides the file.",
+        Shared.length(
+            "--pixel-size", "pixel_size_m", help="Pixel size on the ground, for example '1 km'; overrides the file."
         ),
     )
 

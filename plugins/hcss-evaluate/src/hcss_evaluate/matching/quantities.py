@@ -179,7 +179,7 @@ _ALIGNED_PIXELS = 3.0
 
 MAX_RATIO = 1.25
 """An image this many times as far as the farthest realisation is no fractal field: one in 40 fractal fields is, and
-nearly all parts of SEVIRI images are (``plugins/hcss-skies/make/likeness.py``)."""
+nearly all parts of SEVIRI images are (docs/how-to/match-and-fit.md)."""
 
 
 @dataclass(frozen=True)

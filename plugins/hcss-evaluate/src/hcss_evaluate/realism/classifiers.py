@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hcss_twin import HcssError, ImageError
 from hcss_twin.providers import Array
 
-Classifier = Literal["forest", "boosting"]
+Classifier = Literal["forest", "boosting", "linear"]
 _FOLDS = 5
 
 
@@ -26,9 +26,14 @@ def require_scikit_learn() -> None:
 
 def _classifier(name: Classifier, seed: int) -> Any:
     from sklearn.ensemble import HistGradientBoostingClassifier, RandomForestClassifier
+    from sklearn.linear_model import LogisticRegression
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import StandardScaler
 
     if name == "forest":
         return RandomForestClassifier(200, min_samples_leaf=3, class_weight="balanced", random_state=seed)
+    if name == "linear":
+        return make_pipeline(StandardScaler(), LogisticRegression(C=0.1, max_iter=1000))
     # Splits choose among some features only: where one feature tells everything, the others are learnt, too.
     return HistGradientBoostingClassifier(max_features=0.3, random_state=seed)
 
@@ -45,9 +50,9 @@ def out_of_fold(
     features : ndarray (P, F)
     simulated : ndarray (P,)
     scene : ndarray (P,)
-    name : {"forest", "boosting"}
-        Random forest of 200 trees with 3 patches per leaf and equal weight of both sides, or gradient boosting with
-        histograms.
+    name : {"forest", "boosting", "linear"}
+        Random forest of 200 trees with 3 patches per leaf and equal weight of both sides, gradient boosting with
+        histograms, or logistic regression of features in units of their standard deviation.
     seed : int
         Of the folds and the classifier.
 

@@ -183,7 +183,7 @@ def compare(
     noise_k : float
         Standard deviation of the white noise, K.
     classifiers, scales : sequence of str
-        "forest", "boosting"; "z-scored", "kelvin".
+        "forest", "boosting", "linear"; "z-scored", "kelvin".
     resamples : int
         Number of bootstrap resamples.
     copies : int
