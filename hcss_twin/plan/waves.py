@@ -19,7 +19,6 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.plan.combinations import Excluded, NotComputed, why_not
-from hcss_twin.plan.directions import sun_toward
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SKIP_SHARE, Omission, omitted
 from hcss_twin.plan.sunlight import toward_glint
@@ -242,7 +241,7 @@ def choose_waves(
 
 def crosswind_sense(view: View, sun: Sun | None) -> float:
     """Return the sign of a slope that is crosswind clockwise, as seas are tilted for a view and a sun."""
-    sun = sun_toward(view, sun)
+    sun = view.sun(sun)
     return 1.0 if sun is None else wind_sense(view.azimuth_deg, sun.azimuth_deg)
 
 
