@@ -116,6 +116,10 @@ class EvenSky(Effect):
         """Return the fields of the scene."""
         return EvenFields()
 
+    def change_between(self, values: Array, warmer: NDArray[np.float32], drier: NDArray[np.float32]) -> Array:
+        """Return how values (S, ...) in the states of the tables change in pixels: (..., y or 1, x or 1)."""
+        return np.zeros((*values.shape[1:], 1, 1))
+
     def change(self, perturbation: Array, in_states: Callable[[], Array]) -> Array | float:
         """Return how quantities (N, Q, B) change at perturbations (N, 2).
 

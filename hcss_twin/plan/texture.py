@@ -67,6 +67,15 @@ class Texture(EvenSky):
         """States (S,) between which the certificate interpolates."""
         return expansion_states(self.finest)
 
+    def change_between(self, values: Array, warmer: NDArray[np.float32], drier: NDArray[np.float32]) -> Array:
+        """Return how values (S, ...) at :func:`expansion_states` of the tables change in pixels: (..., y, x)."""
+        if not values.size:  # without radiance
+            return super().change_between(values, warmer, drier)
+        of_pixels = Expansion(values[..., None, None], self.vapour)
+        if self.water_vapour == 0.0:
+            return warmer * (of_pixels.warm - of_pixels.square + warmer * of_pixels.square)
+        return of_pixels(warmer, drier)
+
     def change(self, perturbation: Array, in_states: Callable[[], Array]) -> Array | float:
         """Return how quantities (N, Q, B) change at perturbations (N, 2), by the polynomial through the states."""
         warmer, drier = perturbation.T[..., None, None]
