@@ -74,7 +74,7 @@ class Texture(EvenSky):
         of_pixels = Expansion(values[..., None, None], self.vapour)
         if self.water_vapour == 0.0:
             return warmer * (of_pixels.warm - of_pixels.square + warmer * of_pixels.square)
-        return of_pixels(warmer, drier)
+        return of_pixels(warmer.astype(np.float64), drier.astype(np.float64))
 
     def change(self, perturbation: Array, in_states: Callable[[], Array]) -> Array | float:
         """Return how quantities (N, Q, B) change at perturbations (N, 2), by the polynomial through the states."""
