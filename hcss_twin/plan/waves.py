@@ -158,6 +158,10 @@ class PlannedWaves(Effect):
         return {"image": whole_image(scenario)}
 
 
+FLAT = 1e-9
+"""Standard deviation of slopes below which the sea is flat: single precision does not hold places between them."""
+
+
 class Calm:
     """Waves without slopes."""
 
@@ -216,7 +220,7 @@ def choose_waves(
     if not hasattr(sea, "wave_slope_rms"):
         return (Omission(WAVES, "the sea model does not know how long its waves are", None),)
     points = _points(scenario, assembly)
-    if max(sea.wave_slope_rms(points.pixel_size_m)) == 0.0:
+    if max(sea.wave_slope_rms(points.pixel_size_m)) < FLAT:
         wind, size = assembly.sea_wind_speed_m_s, points.pixel_size_m
         short = f"a wind of {wind:.3g} m/s raises no waves longer than two points of {size:g} m; slopes are averaged"
         return (Omission(WAVES, short if wind > 0.0 else "no wind raises waves", 0.0),)
