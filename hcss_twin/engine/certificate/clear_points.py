@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -135,12 +136,13 @@ def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
         level = np.array([point.level for point in points])
     # Clouds keep back the sunlight of the perturbed sky: what waves add to it is that of the mean one.
     shaded: dict[ColumnSetting, list[tuple[int, float]]] = {}
+    perturbed = cache(partial(plan.texture.perturbed, fine))
     for number, point in enumerate(points):
         if np.any(point.path_m):
             shaded.setdefault(seen[number], []).append((number, 1.0))
             if any(point.perturbation):
-                perturbed = plan.texture.perturbed(fine, point.perturbation).setting(point.sun, point.view)
-                shaded.setdefault(perturbed, []).append((number, 1.0))
+                of_point = perturbed(point.perturbation).setting(point.sun, point.view)
+                shaded.setdefault(of_point, []).append((number, 1.0))
                 shaded.setdefault(mean[number], []).append((number, -1.0))
     extinction_m1 = _extinction_m1(plan, grid.wavenumber_cm1) if shaded else np.empty(0)
     direct = [list(fine.model.terms).index(name) for name in sea_sun_terms(fine.model)]
