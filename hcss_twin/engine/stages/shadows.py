@@ -160,9 +160,11 @@ class ShadowStage(Stage):
         corner, shaded = (rows.start, columns.start), bool(np.max(in_cloud, initial=0.0) > 0.0)
         for surface, of_surface in enumerate(shadows.of_surfaces if shaded else ()):
             clear, weights = window.clear_points(surface), of_surface.states.weights(window.window)
-            change = self._plan.texture.change_between(of_surface.by_texture, *window.perturbation)
-            tables = *of_surface.tables, change
-            _cast(part.radiance, mask, kept_back, *corner, samples, clear, in_cloud, tables, weights)
+            changes = self._plan.texture.change_between(of_surface.by_texture, *window.perturbation)
+            texture = *changes, window.perturbation[0]
+            _cast(
+                part.radiance, mask, kept_back, *corner, samples, clear, in_cloud, of_surface.tables, texture, weights
+            )
         window.shaded = mask[window.inside] > 0
 
     def at(self, time_s: float) -> InstantShadows | None:
@@ -300,14 +302,15 @@ def _share_kept_back(path):  # type: ignore[no-untyped-def]
 
 @kernel()
 def _cast(  # type: ignore[no-untyped-def]
-    radiance, mask, kept_back, row, column, samples, clear, in_cloud, tables, weights
+    radiance, mask, kept_back, row, column, samples, clear, in_cloud, tables, texture, weights
 ):
     """Shade clear points of a class of surface.
 
-    ``kept_back`` (B, y, x) of each point, or empty; ``tables`` of :class:`OfSurface`, with the relative change (R, B, y
-    or 1, x or 1) of the sunlight by texture, and ``weights`` (y or 1, x or 1, R) of its states.
+    ``kept_back`` (B, y, x) of each point, or empty; ``tables`` of :class:`OfSurface`, and ``weights`` (y or 1, x or 1,
+    R) of its states; ``texture`` has the relative change of the sunlight, as :meth:`.EvenSky.change_between` returns
+    it, and the perturbation of the sea (y or 1, x or 1).
     """
-    part, depth, loss, by_texture = tables
+    (part, depth, loss), (by_texture, by_sea, warmer) = tables, texture
     states, layers, intervals, bands = depth.shape[0], depth.shape[1], depth.shape[2] - 1, depth.shape[3]
     share, width = 1.0 / (samples * samples), clear.shape[1]
     nodes, pixels = depth.transpose(0, 1, 3, 2).copy(), (np.arange(width) // samples).astype(np.uint64)
@@ -364,16 +367,17 @@ def _cast(  # type: ignore[no-untyped-def]
                 if kept_back.shape[0] > 0:
                     for c in range(count):
                         kept_back[b, i, at[c]] = kept[c]
-        of_texture = by_texture[:, :, min(y, by_texture.shape[2] - 1)]
+        of_texture, warm = by_texture[:, :, min(y, by_texture.shape[2] - 1)], warmer[min(y, warmer.shape[0] - 1)]
         for x in range(shaded.size):
             if not shaded[x]:
                 continue
             mask[row + y, column + x] = 1
             for b in range(bands):
-                change = 0.0
+                change, t = 0.0, np.float64(warm[min(x, warm.size - 1)])
                 for r in range(states):
-                    weight = of_row[min(x, of_row.shape[0] - 1), r]
-                    change += weight * of_texture[r, b, min(x, of_texture.shape[2] - 1)]
+                    of_state = of_texture[r, b, min(x, of_texture.shape[2] - 1)]
+                    of_state += t * (by_sea[0, r, b] + t * by_sea[1, r, b])
+                    change += of_row[min(x, of_row.shape[0] - 1), r] * of_state
                 sums[b, x] *= 1.0 + change
             for q in range(loss.shape[1]):
                 for b in range(bands):
