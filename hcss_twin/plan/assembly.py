@@ -16,7 +16,6 @@ from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.builder import Built
 from hcss_twin.plan.combinations import NotComputed
-from hcss_twin.plan.directions import sun_toward
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.hanging_levels import spanning
 from hcss_twin.plan.scene_plane import ScenePlane
@@ -180,7 +179,7 @@ class Assembly:
             If the profiles of the scene do not cover that place.
         """
         view = self.view if view is None else view
-        return self._altered(sun_toward(view, sun), view)
+        return self._altered(view.sun(sun), view)
 
     def like(self, setting: ColumnSetting) -> ColumnSetting:
         """Return what columns share in this state of a scene, from a setting of another: its sun is the place's."""

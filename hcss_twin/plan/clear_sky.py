@@ -116,6 +116,19 @@ class EvenSky(Effect):
         """Return the fields of the scene."""
         return EvenFields()
 
+    def change_between(
+        self, values: Array, warmer: NDArray[np.float32], drier: NDArray[np.float32]
+    ) -> tuple[Array, Array]:
+        """Return how values (S, ...) in the states of the tables change in pixels (y, x).
+
+        Returns
+        -------
+        change : ndarray (..., y or 1, x or 1)
+        by_sea : ndarray (2, ...)
+            What each step of ``warmer`` and of its square adds.
+        """
+        return np.zeros((*values.shape[1:], 1, 1)), np.zeros((2, *values.shape[1:]))
+
     def change(self, perturbation: Array, in_states: Callable[[], Array]) -> Array | float:
         """Return how quantities (N, Q, B) change at perturbations (N, 2).
 

@@ -38,28 +38,21 @@ class SunlitView(View):
         zenith, azimuth = from_another_place_deg(*angles_deg, self.centre_deg, self.place_deg)
         return Sun(zenith, (azimuth - self.turn_deg) % 360.0, of_centre.distance_au)
 
-    def sun(self, of_centre: Sun) -> Sun:
+    def sun(self, of_centre: Sun | None) -> Sun | None:
         """Return the sun of the place, or that of the centre where it has set at the place."""
-        there = self.of_place(of_centre)
-        return there if there.is_up else of_centre
+        there = None if of_centre is None else self.of_place(of_centre)
+        return of_centre if there is None or not there.is_up else there
 
-
-def sun_toward(view: View, sun: Sun | None) -> Sun | None:
-    """Return the sun of the place that is seen, from that of the image centre."""
-    return view.sun(sun) if isinstance(view, SunlitView | PassingView) and sun is not None else sun
-
-
-@dataclass(frozen=True)
-class TimedSun(Sun):
-    """The sun at the centre of a scene, where the time tells which places are seen.
-
-    Attributes
-    ----------
-    time_s : float
-        After the start of the scene.
-    """
-
-    time_s: float
+    @classmethod
+    def of_places(
+        cls, views: Iterable[View], centre_deg: tuple[float, float], north: Array, east: Array, turn: Array
+    ) -> list[SunlitView]:
+        """Return views of places (N,): latitude, longitude and turn in degrees."""
+        places = zip(views, north.tolist(), east.tolist(), turn.tolist(), strict=True)
+        return [
+            cls(view.zenith_deg, view.azimuth_deg, centre_deg, (latitude, longitude), turned)
+            for view, latitude, longitude, turned in places
+        ]
 
 
 class Views(Protocol):
@@ -100,13 +93,14 @@ class PassingView(View):
     def at(self, time_s: float) -> SunlitView:
         """Return the view of the place that is seen at a time."""
         seen_m = np.polynomial.polynomial.polyval((time_s - self.span_s[0]) / self.span_s[1], np.array(self.seen_m))
-        placed = Ellipsoid.to_geographic_with_turn(seen_m[0], seen_m[1], *self.centre_deg)
-        north, east, turn = (float(angle) for angle in placed)
-        return SunlitView(self.zenith_deg, self.azimuth_deg, self.centre_deg, (north, east), turn)
+        placed = Ellipsoid.to_geographic_with_turn(seen_m[:1], seen_m[1:], *self.centre_deg)
+        return SunlitView.of_places([self], self.centre_deg, *placed)[0]
 
-    def sun(self, of_centre: Sun) -> Sun:
-        """Return the sun of the place that is seen at the time of that of the centre."""
-        return self.at(of_centre.time_s if isinstance(of_centre, TimedSun) else self.span_s[0]).sun(of_centre)
+    def sun(self, of_centre: Sun | None) -> Sun | None:
+        """Return the sun of the place that is seen at its time, or in the middle of the sequence if it has none."""
+        if of_centre is None:
+            return None
+        return self.at(self.span_s[0] if of_centre.time_s is None else of_centre.time_s).sun(of_centre)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,11 +142,8 @@ class SunlitDirections:
 
     def of_places(self, views: Sequence[View], east_m: Array, north_m: Array) -> list[View]:
         """Return views with the sun of places."""
-        angles = Ellipsoid.to_geographic_with_turn(east_m, north_m, *self.centre_deg)
-        return [
-            SunlitView(view.zenith_deg, view.azimuth_deg, self.centre_deg, (north, east), turn)
-            for view, north, east, turn in zip(views, *(each.tolist() for each in angles), strict=True)
-        ]
+        placed = Ellipsoid.to_geographic_with_turn(east_m, north_m, *self.centre_deg)
+        return [*SunlitView.of_places(views, self.centre_deg, *placed)]
 
 
 ORDER = 3

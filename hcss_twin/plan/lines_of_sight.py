@@ -14,7 +14,6 @@ from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.physics.geodesy import to_geographic
 from hcss_twin.physics.sun import sun_position
 from hcss_twin.physics.viewing import LinesOfSight
-from hcss_twin.plan.directions import TimedSun
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -90,5 +89,4 @@ class SunTrack:
 def _sun(track: SunTrack, time_s: float, aside_m: tuple[float, float]) -> Sun:
     """Sun at a time, cached: plan, tables and certificate use the same few, and each takes a millisecond or two."""
     zenith, azimuth, distance = track.positions(np.array([time_s]), aside_m)
-    angles = float(zenith[0]), float(azimuth[0]), float(distance[0])
-    return TimedSun(*angles, time_s) if track.is_timed else Sun(*angles)
+    return Sun(float(zenith[0]), float(azimuth[0]), float(distance[0]), time_s if track.is_timed else None)

@@ -32,7 +32,7 @@ from hcss_twin.plan.packing import packed_variables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.point_effects import extremes_of, plan_point_effect
 from hcss_twin.plan.rays import GridRays, Rays, planned_rays
-from hcss_twin.plan.scene_analysis import SceneAnalysis, analyse_scene, probe_last_frame, strictest
+from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.section_effect import section_effects
 from hcss_twin.plan.sensor import excluded_beside_instants, planned_sensor, require_instants
 from hcss_twin.plan.sensor_geometry import examine_geometry
@@ -143,16 +143,13 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     doubts = examine_geometry(json.loads(scenario.to_json()), sensor.stages) if sensor.stages else ()
     probes = _probes(scenario, assembly, catalog, sensor.stages)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
+        if given is not None:
+            assembly, suns = _with_own_suns(given, scenario, assembly, catalog, suns) or (assembly, suns)
         tops_at = _at_extreme_tops(assembly)
         effects = section_effects(scenario, catalog)
         scenes = [*tops_at, *extremes_of(assembly, effects)]
-        analysis = _analysis(scenario, scenes, catalog, suns)
-    sunlit = None if given is None else _with_own_suns(given, scenario, assembly, analysis, suns)
-    if sunlit is not None:
-        assembly, suns = sunlit
-        track = suns.track
-        of_scenes = [replace(each, directions=assembly.directions, reach_m=assembly.reach_m) for each in scenes]
-        analysis = _analysis(scenario, of_scenes, catalog, suns)
+        analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
+    analysis = analyses[0] if len(analyses) == 1 else strictest(analyses[0], analyses)
     planned_surfaces: list[PlannedSurfaces] = []
     for surfaces in assembly.surfaces:
         from hcss_twin.plan.surfaces import extreme_states, merged, plan_surfaces  # not for scenes of sea alone
@@ -195,7 +192,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         samples_per_pixel=rays.samples_per_pixel,
         extent=extent,
         frame_times_s=times,
-        sun_track=track,
+        sun_track=suns.track,
         sun_zenith_deg=zenith,
         sun_azimuth_deg=azimuth,
         variables=variables,
@@ -236,18 +233,12 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     return with_light(plan)
 
 
-def _analysis(scenario: Scenario, scenes: Sequence[Assembly], catalog: Catalog, suns: SunFrames) -> SceneAnalysis:
-    """Return the analysis of a scene, with the strictest choices of its states."""
-    analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
-    return analyses[0] if len(analyses) == 1 else strictest(analyses[0], analyses)
-
-
 def _with_own_suns(
-    rays: Rays, scenario: Scenario, assembly: Assembly, analysis: SceneAnalysis, suns: SunFrames
+    rays: Rays, scenario: Scenario, assembly: Assembly, catalog: Catalog, suns: SunFrames
 ) -> tuple[Assembly, SunFrames] | None:
     from hcss_twin.plan.sunlit_directions import needs_own_suns, with_own_suns  # not for grids on the ground
 
-    return with_own_suns(rays, scenario, assembly, suns) if needs_own_suns(analysis) else None
+    return with_own_suns(rays, scenario, assembly, suns) if needs_own_suns(scenario, assembly, catalog, suns) else None
 
 
 def _at_extreme_tops(assembly: Assembly) -> list[Assembly]:

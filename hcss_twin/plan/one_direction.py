@@ -15,7 +15,7 @@ from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.directions import SunlitDirections
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, TOO_DEAR, FewColumns, Omission
 from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.plan.views import ImageViews, has_own_suns, may_have_own_suns
+from hcss_twin.plan.views import ImageViews, may_have_own_suns
 from hcss_twin.providers import Sun, View
 
 SENSOR_ALTITUDE_M = 800e3
@@ -49,15 +49,16 @@ def one_direction(
     ends = columns.ends
     totals = {frame: np.sum(list(terms.values()), axis=0)[ends] for frame, terms in known.items()}
     columns = columns.only(ends)
-    if assembly.directions is None and (not own_views or assembly.lines_of_sight is None):
+    no_altitude, may_have_suns = assembly.lines_of_sight is None, may_have_own_suns(assembly)
+    if assembly.directions is None and (no_altitude or not own_views):
         of_suns = {sun: total for (_, sun), total in totals.items()}
         yield _one_view(assembly, columns, track, of_suns, own_views, contrast)
     lit = [(corner_suns(assembly, track, time_s), total) for (time_s, sun), total in totals.items() if sun is not None]
-    if lit and not assembly.own_suns and not (own_views and has_own_suns(assembly)):
+    if lit and not assembly.own_suns and (no_altitude or not own_views or not may_have_suns):
         bound = _bound_of_suns(assembly, columns, lit)
         corners = "providers do not know it in the corners" if bound is None else "the bound is for the corners"
         needs, decision = "a smaller image: no key computes it", ""
-        if assembly.lines_of_sight is None and may_have_own_suns(assembly):
+        if no_altitude and may_have_suns:
             needs, decision = "platform.altitude", TOO_DEAR
         instead = "the sun is that of the image centre"
         if isinstance(assembly.directions, SunlitDirections):

@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -117,12 +118,32 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
     ScenarioError
         If a provider cannot compute what the scene needs; names the field.
     """
-    # Columns depend only on whether there are cloudy and clear ones, not on where the clouds are.
+    key = result_key(inputs_of_analysis(scenario, assembly, catalog), catalog.shelf)
+    classes = (
+        SceneAnalysis,
+        Sunlight,
+        NotComputed,
+        RequestedAccuracy,
+        Omission,
+        ViewAxis,
+        OneView,
+        NumericalLevel,
+        GridRefinement,
+        RadianceRange,
+    )
+    return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, catalog, sun), classes)
+
+
+def inputs_of_analysis(scenario: Scenario, assembly: Assembly, catalog: Catalog) -> dict[str, Any]:
+    """Return everything that the analysis of a scene depends on.
+
+    Columns depend only on whether there are cloudy and clear ones, not on where the clouds are.
+    """
     text = json.loads(scenario.to_json())
     for layer in text["clouds"]["layers"]:
         layer["coverage"] = "some" if 0.0 < layer["coverage"] < 1.0 else layer["coverage"]
         del layer["edge_taper"]
-    parts = {
+    parts: dict[str, Any] = {
         "scenario": {name: value for name, value in text.items() if name not in ("title", "seed", "sensor")},
         "filled_in": [item.as_dict() for item in assembly.filled_in],
         "files": dict(catalog.used),
@@ -137,20 +158,7 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
         parts["views"] = repr(assembly.directions.at(EXTREMES + EDGES))
     if assembly.family is not None:
         parts["family"] = assembly.family.key
-    key = result_key(parts, catalog.shelf)
-    classes = (
-        SceneAnalysis,
-        Sunlight,
-        NotComputed,
-        RequestedAccuracy,
-        Omission,
-        ViewAxis,
-        OneView,
-        NumericalLevel,
-        GridRefinement,
-        RadianceRange,
-    )
-    return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, catalog, sun), classes)
+    return parts
 
 
 def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunFrames) -> SceneAnalysis:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.directions import TimedSun
 from hcss_twin.plan.few_columns import SAFETY_FACTOR, FewColumns, Omission, few_columns
 from hcss_twin.plan.lines_of_sight import SunTrack
 from hcss_twin.plan.numerics import PER_BAND as LEVEL_WAVENUMBERS
@@ -151,8 +150,8 @@ def _same(one: Sun | None, other: Sun | None) -> bool:
     """Whether two suns have the same position, or are both below the horizon; at two times places may have others."""
     if one is None or other is None:
         return one is other
-    if isinstance(one, TimedSun):
-        return one == other
+    if one.time_s != other.time_s:
+        return False
     turn = (one.azimuth_deg - other.azimuth_deg + 180.0) % 360.0 - 180.0
     across = abs(turn) * math.sin(math.radians(one.zenith_deg))
     return max(abs(one.zenith_deg - other.zenith_deg), across) <= SAME_DEG
@@ -192,7 +191,7 @@ def low_sun(
     what, missing = "sunlight of a very low sun", ", ".join(sorted(gone))
     higher, sun = terms, lowest
     for zenith_deg in np.arange(min(LOW_SUN_DEG, lowest.zenith_deg) - HIGHER_DEG, HIGH_DEG - 1.0, -3.0):
-        sun = Sun(float(zenith_deg), lowest.azimuth_deg, lowest.distance_au)
+        sun = replace(lowest, zenith_deg=float(zenith_deg))
         try:
             higher = columns.terms(assembly, sun)
         except ProviderError:

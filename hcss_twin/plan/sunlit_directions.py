@@ -7,19 +7,25 @@ and of the time, and each time with tables has a sun for each direction.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.errors import HcssError
 from hcss_twin.physics.geodesy import Ellipsoid
+from hcss_twin.plan.accuracy import requested_accuracy
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.directions import EXPONENTS, OF_TIME, SunlitDirections, powers
-from hcss_twin.plan.few_columns import OMISSION_SHARE
+from hcss_twin.plan.few_columns import OMISSION_SHARE, few_columns
 from hcss_twin.plan.lines_of_sight import SunTrack
-from hcss_twin.plan.one_direction import SUN_ANGLES
+from hcss_twin.plan.one_direction import SUN_ANGLES, one_direction
+from hcss_twin.plan.output import computed_variables, cube_variables, wants_radiance
 from hcss_twin.plan.rays import Rays
-from hcss_twin.plan.scene_analysis import SceneAnalysis
+from hcss_twin.plan.scene_analysis import inputs_of_analysis
 from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.plan.views import EDGES, EXTREMES, SUNS_WITHIN_M
 from hcss_twin.scenario.scenario import Scenario
@@ -39,10 +45,37 @@ BEYOND_M = 1.5e6
 tabulated, too."""
 
 
-def needs_own_suns(analysis: SceneAnalysis) -> bool:
-    """Whether one sun for all pixels exceeds its share of the accuracy."""
-    limit = OMISSION_SHARE * analysis.accuracy.relative
-    return any(item.what == SUN_ANGLES and item.exceeds(limit) for item in analysis.omissions)
+@dataclass(frozen=True)
+class OneSun:
+    """Whether one sun for all pixels is accurate enough."""
+
+    suffices: bool
+
+
+def needs_own_suns(scenario: Scenario, assembly: Assembly, catalog: Catalog, suns: SunFrames) -> bool:
+    """Whether one sun for all pixels exceeds its share of the accuracy.
+
+    The bound is that of the omission, with the fewest streams, so that the scene is analysed once, with its own suns.
+    """
+    variables = computed_variables(scenario, assembly, True, cube_variables(scenario, assembly, True))
+    may_have = not assembly.own_suns and not assembly.air_over_field.varies and suns.up.size > 0
+    if not may_have or not wants_radiance(variables):
+        return False
+    key = result_key({**inputs_of_analysis(scenario, assembly, catalog), "for": "suns of places"}, catalog.shelf)
+    return not recall_or_compute(PLANS, key, catalog, partial(_one_sun, scenario, assembly, suns), (OneSun,)).suffices
+
+
+def _one_sun(scenario: Scenario, assembly: Assembly, suns: SunFrames) -> OneSun:
+    few, frames = assembly.at_level(0), suns.extremes(assembly.view)
+    columns = few_columns(few)
+    try:
+        limit = OMISSION_SHARE * requested_accuracy(scenario, few, [sun for _, sun in frames]).relative
+        terms = columns.terms_in(few.model, [few.setting(sun) for _, sun in frames])
+        known = dict(zip(frames, terms, strict=True))
+        omissions = [*one_direction(few, columns, suns.track, known, True, None)]
+    except HcssError:  # the analysis of the scene names the field
+        return OneSun(True)
+    return OneSun(not any(item.what == SUN_ANGLES and item.exceeds(limit) for item in omissions))
 
 
 def with_own_suns(
@@ -54,7 +87,7 @@ def with_own_suns(
     frames see too different places along a direction, are wider than images with suns of their own, or see the night.
     """
     directions = assembly.directions
-    if directions is None or directions.suns is not None or assembly.reach_m is None or assembly.air_over_field.varies:
+    if directions is None or assembly.reach_m is None:
         return None
     chosen = np.unique(np.linspace(0, suns.time_s.size - 1, TIMES).round().astype(np.intp))
     times_s = suns.time_s[chosen]

@@ -67,6 +67,19 @@ class Texture(EvenSky):
         """States (S,) between which the certificate interpolates."""
         return expansion_states(self.finest)
 
+    def change_between(
+        self, values: Array, warmer: NDArray[np.float32], drier: NDArray[np.float32]
+    ) -> tuple[Array, Array]:
+        """Return how values (S, ...) at :func:`expansion_states` of the tables change, as that of an even sky."""
+        nothing = super().change_between(values, warmer, drier)
+        if not values.size:  # without radiance
+            return nothing
+        if self.water_vapour == 0.0:  # few pixels are asked for their change, all for their vapour
+            by_sea = Expansion(values, self.vapour)
+            return nothing[0], np.stack([by_sea.warm - by_sea.square, by_sea.square])
+        of_pixels = Expansion(values[..., None, None], self.vapour)
+        return of_pixels(warmer.astype(np.float64), drier.astype(np.float64)), nothing[1]
+
     def change(self, perturbation: Array, in_states: Callable[[], Array]) -> Array | float:
         """Return how quantities (N, Q, B) change at perturbations (N, 2), by the polynomial through the states."""
         warmer, drier = perturbation.T[..., None, None]

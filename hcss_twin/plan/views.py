@@ -148,7 +148,7 @@ class ImageViews:
     centre_deg : (float, float) or None
         Latitude and longitude of the image centre, if the air differs over the image.
     own_suns : bool
-        Whether each place has its own sun; not with air of its own.
+        Whether each place seen along ``lines`` has its own sun; not with air of its own.
     """
 
     grid: Grid
@@ -174,12 +174,8 @@ class ImageViews:
             views = [View(zenith, azimuth) for zenith, azimuth in angles]
             if self.own_suns:
                 centre_deg = self.lines.latitude_deg, self.lines.longitude_deg
-                turns = (seen.azimuth_deg - seen.plane_azimuth_deg).tolist()
-                of_places = zip(views, seen.latitude_deg.tolist(), seen.longitude_deg.tolist(), turns, strict=True)
-                return [
-                    SunlitView(view.zenith_deg, view.azimuth_deg, centre_deg, (north, east), turn)
-                    for view, north, east, turn in of_places
-                ]
+                turn = seen.azimuth_deg - seen.plane_azimuth_deg
+                return [*SunlitView.of_places(views, centre_deg, seen.latitude_deg, seen.longitude_deg, turn)]
         if self.centre_deg is None:
             return views
         places = zip(*(angles_deg.tolist() for angles_deg in to_geographic(east, north, *self.centre_deg)), strict=True)
@@ -197,13 +193,8 @@ def views_over_image(assembly: Assembly) -> Views:
 def views_over_grid(assembly: Assembly) -> ImageViews:
     """Return the views over a grid on the ground."""
     air = assembly.air_over_field
-    centre_deg, own_suns = air.centre_deg if air.varies else None, has_own_suns(assembly)
-    return ImageViews(assembly.grid, assembly.lines_of_sight, assembly.view, centre_deg, own_suns)
-
-
-def has_own_suns(assembly: Assembly) -> bool:
-    """Whether each place of an image has its own sun."""
-    return assembly.lines_of_sight is not None and may_have_own_suns(assembly)
+    centre_deg = air.centre_deg if air.varies else None
+    return ImageViews(assembly.grid, assembly.lines_of_sight, assembly.view, centre_deg, may_have_own_suns(assembly))
 
 
 def may_have_own_suns(assembly: Assembly) -> bool:

@@ -19,7 +19,6 @@ from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field
 from hcss_twin.plan.combinations import Excluded, NotComputed, why_not
-from hcss_twin.plan.directions import sun_toward
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import SKIP_SHARE, Omission, omitted
 from hcss_twin.plan.sunlight import toward_glint
@@ -159,6 +158,10 @@ class PlannedWaves(Effect):
         return {"image": whole_image(scenario)}
 
 
+FLAT = 1e-9
+"""Standard deviation of slopes below which the sea is flat: single precision does not hold places between them."""
+
+
 class Calm:
     """Waves without slopes."""
 
@@ -217,7 +220,7 @@ def choose_waves(
     if not hasattr(sea, "wave_slope_rms"):
         return (Omission(WAVES, "the sea model does not know how long its waves are", None),)
     points = _points(scenario, assembly)
-    if max(sea.wave_slope_rms(points.pixel_size_m)) == 0.0:
+    if max(sea.wave_slope_rms(points.pixel_size_m)) < FLAT:
         wind, size = assembly.sea_wind_speed_m_s, points.pixel_size_m
         short = f"a wind of {wind:.3g} m/s raises no waves longer than two points of {size:g} m; slopes are averaged"
         return (Omission(WAVES, short if wind > 0.0 else "no wind raises waves", 0.0),)
@@ -242,7 +245,7 @@ def choose_waves(
 
 def crosswind_sense(view: View, sun: Sun | None) -> float:
     """Return the sign of a slope that is crosswind clockwise, as seas are tilted for a view and a sun."""
-    sun = sun_toward(view, sun)
+    sun = view.sun(sun)
     return 1.0 if sun is None else wind_sense(view.azimuth_deg, sun.azimuth_deg)
 
 

@@ -24,6 +24,10 @@ class View:
     zenith_deg: float
     azimuth_deg: float
 
+    def sun(self, of_centre: Sun | None) -> Sun | None:
+        """Return the sun of the place that is seen, from that of the image centre: one sun unless a view knows more."""
+        return of_centre
+
 
 @dataclass(frozen=True)
 class Sun:
@@ -35,11 +39,15 @@ class Sun:
         Apparent (refracted) zenith and bearing.
     distance_au : float
         Earth-Sun distance.
+    time_s : float or None
+        After the start of the scene, if the time decides which places are seen; otherwise None, as one sun may stand
+        for several times.
     """
 
     zenith_deg: float
     azimuth_deg: float
     distance_au: float
+    time_s: float | None = None
 
     @property
     def is_up(self) -> bool:

@@ -32,9 +32,8 @@ SHIPPED = ["baseline", "cirrus", "cumulus", "simulated", "stratus"]
 
 @pytest.fixture(scope="module")
 def stratus(tmp_path_factory):
-    """A cube of the default models; what shadows take from a term is the sunlight that an even sea reflects."""
+    """A cube of the default models."""
     overrides = {**DEFAULT, **COARSE, **NARROW, "output.variables": ["radiance", "terms"], "output.certificate": 0}
-    overrides |= {"sea.temperature_texture": 0.0}
     with simulate(Scenario.load("stratus", overrides), tmp_path_factory.mktemp("stratus") / "cube.nc") as cube:
         yield cube
 
@@ -68,7 +67,7 @@ def test_terms_sum_to_the_total(models, stratus):
     named = {name.removeprefix("radiance_") for name in cube if name.startswith("radiance_")}
     assert named == set(terms)
     total = sum(cube[name].astype(np.float64) for name in cube if name.startswith("radiance_"))
-    np.testing.assert_allclose(total, cube.radiance, rtol=3e-7)
+    np.testing.assert_allclose(total, cube.radiance, rtol=1e-6)  # single precision, changed by texture and shadows
 
 
 def test_same_seed_same_cube_and_another_seed_another():

@@ -379,3 +379,44 @@ def test_the_size_that_is_stated_is_that_of_a_scene_with_as_much_less_vapour() -
     (omission,) = [each for each in make_plan(without).omissions if each.what == "texture of water vapour"]
     before, after = (float(simulate(each).radiance.values.mean()) for each in (without, drier))
     assert omission.estimate == pytest.approx(abs(after / before - 1.0), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "textured",
+    [
+        {"sea.temperature_texture": 0.5},
+        {"atmosphere.water_vapour_texture": 0.05},
+        {
+            "sea.temperature_texture": 0.5,
+            "atmosphere.water_vapour_texture": 0.05,
+            "sea.waves": "on",
+            "sea.wind_speed": 15.0,
+            "image.pixel_size": 50.0,
+        },
+    ],
+    ids=["sea", "vapour", "both below waves"],
+)
+def test_clouds_keep_from_the_sea_the_sunlight_that_it_mirrors_with_its_texture(textured: dict[str, object]) -> None:
+    day = {
+        "time": "2024-04-20T12:30:00+10:00",
+        "place": {"latitude": 35.0, "longitude": 150.0},
+        "view": {"zenith": 20.0, "azimuth": 18.72},  # toward the glint
+        "image": {"rows": 40, "columns": 40, "pixel_size": 400.0},
+        "clouds": {"type": "cumulus", "coverage": 0.4, "coverage_mode": "field"},
+        "bands": [[3.6, 3.8]],
+        "sea": {"model": "rough-sea", "temperature_texture": 0.0, "waves": "off"},
+        "output": {"variables": ["radiance", "terms", "cloud_mask"], "certificate": 40},
+    }
+    shaded, lit = (
+        simulate(Scenario.from_dict({**BASE, **CHEAP, **day}, {**textured, "slant.shadows": each}))
+        for each in ("on", "off")
+    )
+    assert shaded.attrs["hcss_certificate"].startswith("PASSED")
+    terms = [values.values.astype(float) for name, values in shaded.items() if name.startswith("radiance_")]
+    np.testing.assert_allclose(np.sum(terms, axis=0), shaded["radiance"], rtol=1e-6)
+    mirrored, of_all = (cube["radiance_sea_reflected_sun"].values.astype(float) for cube in (shaded, lit))
+    clear = np.broadcast_to(shaded["cloud_mask"].values[:, None] == 0, mirrored.shape)
+    dark = clear & (of_all > 0.0) & (mirrored < 0.02 * of_all)
+    assert dark.sum() > 10
+    # Behind thick cloud nothing is left, however much the texture of the point mirrors.
+    assert np.quantile(mirrored[dark] / of_all[dark], 0.5) < 1e-4

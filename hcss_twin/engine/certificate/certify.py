@@ -204,7 +204,7 @@ def _points(
         on_axes = [axis.of_pixel(time_s, row, column, thickness_m) for axis in axes]
         states = zip(*on_axes, strict=True) if axes else [()] * len(thickness_m)
         cloudless = ~np.any(thickness_m, axis=1)
-        clear = clear_points.of_pixel(time_s, row, column, view) if np.any(cloudless) else None
+        clear = clear_points.of_pixel(time_s, row, column, view, perturbation) if np.any(cloudless) else None
         for number, (of_point, state) in enumerate(zip(thickness_m, states, strict=True)):
             of_clear = clear[number] if clear is not None and cloudless[number] else None
             yield SampledPoint(of_point, time_s, view, perturbation, state, alone, of_clear)

@@ -4,14 +4,16 @@ A wave tilts the sea of its point: the column over the tilted sea takes the plac
 terms scaled by the level that keeps the mean over all waves that of the mean sea. This level alone is read from the
 tables, between their instants and views; it is within a few percent of 1. Clouds on the path of the sun keep back the
 share 1 - exp(-k s) of the direct sunlight that this sea reflects, at each wavenumber (Bouguer's law), with the
-extinction k and the length s of the path in each layer. Columns are solved at the reference level, on the next finer
-spectral grid. Slopes and paths are those of the scene, as its frames have them: steeper waves are clipped.
+extinction k and the length s of the path in each layer; where clear sky has texture, of the sunlight in the air and
+over the sea of the point. Columns are solved at the reference level, on the next finer spectral grid. Slopes and paths
+are those of the scene, as its frames have them: steeper waves are clipped.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -46,6 +48,8 @@ class ClearPoint(NamedTuple):
         Length of the sun's path in the cloud of each layer.
     level : ndarray (K, B)
         Factor of each term over a tilted sea.
+    perturbation : (float, float)
+        By the texture of clear sky, in steps.
     """
 
     sun: Sun | None
@@ -53,6 +57,7 @@ class ClearPoint(NamedTuple):
     slope: tuple[float, float]
     path_m: Array
     level: Array
+    perturbation: tuple[float, float]
 
 
 class ClearPoints:
@@ -62,15 +67,20 @@ class ClearPoints:
         self._plan, self._tables, self._effects = scene.plan, scene.of_sea, scene.point_effects
         self._shadows = [ShadowStage(scene.plan, [])] * scene.plan.has_shadows
 
-    def of_pixel(self, time_s: float, row: int, column: int, view: View) -> list[ClearPoint] | None:
+    def of_pixel(
+        self, time_s: float, row: int, column: int, view: View, perturbation: Array
+    ) -> list[ClearPoint] | None:
         """Return the points of a pixel of the image as if all were clear; None if that changes nothing."""
         plan, pixel = self._plan, (slice(row, row + 1), slice(column, column + 1))
         if not plan.waves.varies and not plan.has_shadows:
             return None
         slopes, paths_m = self._slopes(time_s, pixel), self._paths_m(time_s, pixel)
         level, sun = self._level(time_s, pixel), plan.sun_up_at(time_s)
-        of_points = zip(*slopes.tolist(), paths_m.T, strict=True)
-        return [ClearPoint(sun, view, (upwind, crosswind), path, level) for upwind, crosswind, path in of_points]
+        warmer, drier = perturbation.tolist()
+        return [
+            ClearPoint(sun, view, (upwind, crosswind), path, level, (warmer, drier))
+            for upwind, crosswind, path in zip(*slopes.tolist(), paths_m.T, strict=True)
+        ]
 
     def _slopes(self, time_s: float, pixel: Window) -> Array:
         """Return the slopes (2, P), upwind and crosswind."""
@@ -109,7 +119,7 @@ def changes(plan: Plan, points: Sequence[ClearPoint], references: References) ->
         In the state of the points: without waves on any surface but the scenario's sea.
     """
     suns, views = [point.sun for point in points], [point.view for point in points]
-    values = [np.concatenate((point.slope, point.path_m, point.level.ravel())) for point in points]
+    values = [np.concatenate((point.slope, point.path_m, point.level.ravel(), point.perturbation)) for point in points]
     return references.recalled(plan, lambda: _changes(plan, points), np.array(values), suns, views, "clear points")
 
 
@@ -124,22 +134,28 @@ def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
         tilted = [plan.waves.tilted(fine, slope) for slope in slopes]
         seen = [scene.setting(point.sun, point.view) for scene, point in zip(tilted, points, strict=True)]
         level = np.array([point.level for point in points])
-    shaded: dict[ColumnSetting, list[int]] = {}
+    # Clouds keep back the sunlight of the perturbed sky: what waves add to it is that of the mean one.
+    shaded: dict[ColumnSetting, list[tuple[int, float]]] = {}
+    perturbed = cache(partial(plan.texture.perturbed, fine))
     for number, point in enumerate(points):
         if np.any(point.path_m):
-            shaded.setdefault(seen[number], []).append(number)
+            shaded.setdefault(seen[number], []).append((number, 1.0))
+            if any(point.perturbation):
+                of_point = perturbed(point.perturbation).setting(point.sun, point.view)
+                shaded.setdefault(of_point, []).append((number, 1.0))
+                shaded.setdefault(mean[number], []).append((number, -1.0))
     extinction_m1 = _extinction_m1(plan, grid.wavenumber_cm1) if shaded else np.empty(0)
     direct = [list(fine.model.terms).index(name) for name in sea_sun_terms(fine.model)]
     whole, lost = dict[ColumnSetting, Array](), np.zeros_like(level)
-    different, cloudless = list(dict.fromkeys((*mean, *seen))), np.zeros((1, len(plan.layers)))
+    different, cloudless = list(dict.fromkeys((*mean, *seen, *shaded))), np.zeros((1, len(plan.layers)))
     for first in range(0, len(different), SETTINGS_AT_ONCE):
         settings = different[first : first + SETTINGS_AT_ONCE]
         spectra = spectra_of(fine.model, settings, grid.wavenumber_cm1, cloudless)[:, 0]
         for setting, spectrum in zip(settings, spectra, strict=True):
             whole[setting] = spectrum @ grid.weights_cm1.T
-            for number in shaded.get(setting, ()):
+            for number, sign in shaded.get(setting, ()):
                 kept_back = -np.expm1(-(points[number].path_m @ extinction_m1))
-                lost[number, direct] = (spectrum[direct] * kept_back) @ grid.weights_cm1.T
+                lost[number, direct] += sign * (spectrum[direct] * kept_back) @ grid.weights_cm1.T
     of_seen, of_mean = (np.array([whole[setting] for setting in settings]) for settings in (seen, mean))
     changed: Array = level * (of_seen - lost) - of_mean
     return changed

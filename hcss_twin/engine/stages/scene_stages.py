@@ -149,8 +149,7 @@ def _surfaces(_: Any, scene: SceneTables) -> Iterator[Stage]:
 def _shadows(_: Any, scene: SceneTables) -> Iterator[Stage]:
     from hcss_twin.engine.stages.shadows import ShadowStage
 
-    of_surfaces = ([tables.shadows for tables in of_class if tables.shadows] for of_class in scene.of_surfaces)
-    yield ShadowStage(scene.plan, list(of_surfaces), scene.point_effects)
+    yield ShadowStage(scene.plan, scene.of_surfaces, scene.point_effects)
 
 
 def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:

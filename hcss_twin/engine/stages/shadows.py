@@ -23,7 +23,7 @@ from hcss_twin.cube.variables import SHADOW_MASK
 from hcss_twin.engine.scene_points import at_rays, interpolated
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.point_axis import PointAxis
-from hcss_twin.engine.tables.radiance_tables import ShadowTables
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.engine.tables.view_states import OneView, ViewStates, point_states
 from hcss_twin.physics.geometry import displacement_m
 from hcss_twin.plan.hanging_levels import add_hanging, spanning
@@ -124,7 +124,7 @@ class ShadowStage(Stage):
 
     Parameters
     ----------
-    of_surfaces : sequence of sequence of ShadowTables
+    of_surfaces : sequence of sequence of RadianceTables
         Of each class of surface, at each value of the effects and toward each view; none if no requested variable
         requires radiance: the mask needs no tables.
     effects : sequence of PointAxis
@@ -136,7 +136,7 @@ class ShadowStage(Stage):
     writes = ("sunlight",)
 
     def __init__(
-        self, plan: Plan, of_surfaces: Sequence[Sequence[ShadowTables]], effects: Sequence[PointAxis[Any]] = ()
+        self, plan: Plan, of_surfaces: Sequence[Sequence[RadianceTables]], effects: Sequence[PointAxis[Any]] = ()
     ) -> None:
         self._plan, self._tables, self._effects = plan, of_surfaces, effects
         self._point_m = plan.scene.point_m
@@ -160,7 +160,11 @@ class ShadowStage(Stage):
         corner, shaded = (rows.start, columns.start), bool(np.max(in_cloud, initial=0.0) > 0.0)
         for surface, of_surface in enumerate(shadows.of_surfaces if shaded else ()):
             clear, weights = window.clear_points(surface), of_surface.states.weights(window.window)
-            _cast(part.radiance, mask, kept_back, *corner, samples, clear, in_cloud, of_surface.tables, weights)
+            changes = self._plan.texture.change_between(of_surface.by_texture, *window.perturbation)
+            texture = *changes, window.perturbation[0]
+            _cast(
+                part.radiance, mask, kept_back, *corner, samples, clear, in_cloud, of_surface.tables, texture, weights
+            )
         window.shaded = mask[window.inside] > 0
 
     def at(self, time_s: float) -> InstantShadows | None:
@@ -191,11 +195,14 @@ class OfSurface(NamedTuple):
     tables : tuple of ndarray
         Fraction (L,) of the longest path per metre of height in cloud; ``depth`` (R, L, N, B) and ``loss`` (R, Q, B) of
         the states, as in :class:`ShadowTables`.
+    by_texture : ndarray (S, R, B)
+        Relative change of the sunlight in the states of texture, as in :class:`TextureTables`; S = 0 without texture.
     states : ViewStates
         R states of the tables toward all views.
     """
 
     tables: tuple[Array, Array, Array]
+    by_texture: Array
     states: ViewStates
 
 
@@ -204,7 +211,7 @@ class InstantShadows:
 
     Parameters
     ----------
-    tables : sequence of sequence of ShadowTables
+    tables : sequence of sequence of RadianceTables
         Of each class of surface, toward each view.
     paths : sequence of SunPaths or None
         Paths through each layer; None if the layer cannot shade points that it leaves clear.
@@ -218,7 +225,7 @@ class InstantShadows:
     def __init__(
         self,
         plan: Plan,
-        tables: Sequence[Sequence[ShadowTables]],
+        tables: Sequence[Sequence[RadianceTables]],
         effects: Sequence[PointAxis[Any]],
         time_s: float,
         sun: Sun,
@@ -247,22 +254,25 @@ class InstantShadows:
 
 
 def _of_surface(
-    plan: Plan, tables: Sequence[ShadowTables], effects: Sequence[PointAxis[Any]], time_s: float, sun: Sun
+    plan: Plan, tables: Sequence[RadianceTables], effects: Sequence[PointAxis[Any]], time_s: float, sun: Sun
 ) -> OfSurface:
     """Return what shadows take from one class of surface."""
-    if not tables:
+    of_views = [(of_view.shadows, of_view.texture.sunlight) for of_view in tables if of_view.shadows]
+    if not of_views:
         layers = len(plan.layers)
         nothing = np.zeros(layers), np.zeros((1, layers, 2, 0)), np.zeros((1, 0, 0))
-        return OfSurface(nothing, OneView(nothing[2]))
-    intervals = max(of_view.depth.shape[2] for of_view in tables) - 1
-    loss, depth = (
-        np.stack(of_views) for of_views in zip(*(each.at(time_s, intervals) for each in tables), strict=True)
-    )
-    both = np.concatenate([values.reshape(len(tables), -1) for values in (loss, depth)], axis=1)
-    states = point_states(plan, effects, both, time_s)
-    losses, depths = np.split(states.values, [loss[0].size], axis=1)
-    share = 1.0 / (math.cos(math.radians(sun.zenith_deg)) * tables[0].longest_m)
-    return OfSurface((share, depths.reshape(-1, *depth.shape[1:]), losses.reshape(-1, *loss.shape[1:])), states)
+        return OfSurface(nothing, nothing[2], OneView(nothing[2]))
+    intervals = max(shadows.depth.shape[2] for shadows, _ in of_views) - 1
+    losses, depths = zip(*(shadows.at(time_s, intervals) for shadows, _ in of_views), strict=True)
+    loss, depth = np.stack(losses), np.stack(depths)
+    texture = np.stack([sunlight.reshape(-1, loss.shape[2]) for _, sunlight in of_views])
+    every = np.concatenate([values.reshape(len(of_views), -1) for values in (loss, depth, texture)], axis=1)
+    states = point_states(plan, effects, every, time_s)
+    ends = np.cumsum([loss[0].size, depth[0].size])
+    of_states = zip(np.split(states.values, ends, axis=1), (loss, depth, texture), strict=True)
+    loss, depth, texture = (values.reshape(len(values), *toward.shape[1:]) for values, toward in of_states)
+    share = 1.0 / (math.cos(math.radians(sun.zenith_deg)) * of_views[0][0].longest_m)
+    return OfSurface((share, depth, loss), np.moveaxis(texture, 1, 0), states)
 
 
 @kernel(inner=True, inline="always")
@@ -292,14 +302,15 @@ def _share_kept_back(path):  # type: ignore[no-untyped-def]
 
 @kernel()
 def _cast(  # type: ignore[no-untyped-def]
-    radiance, mask, kept_back, row, column, samples, clear, in_cloud, tables, weights
+    radiance, mask, kept_back, row, column, samples, clear, in_cloud, tables, texture, weights
 ):
     """Shade clear points of a class of surface.
 
     ``kept_back`` (B, y, x) of each point, or empty; ``tables`` of :class:`OfSurface`, and ``weights`` (y or 1, x or 1,
-    R) of its states.
+    R) of its states; ``texture`` has the relative change of the sunlight, as :meth:`.EvenSky.change_between` returns
+    it, and the perturbation of the sea (y or 1, x or 1).
     """
-    part, depth, loss = tables
+    (part, depth, loss), (by_texture, by_sea, warmer) = tables, texture
     states, layers, intervals, bands = depth.shape[0], depth.shape[1], depth.shape[2] - 1, depth.shape[3]
     share, width = 1.0 / (samples * samples), clear.shape[1]
     nodes, pixels = depth.transpose(0, 1, 3, 2).copy(), (np.arange(width) // samples).astype(np.uint64)
@@ -356,10 +367,18 @@ def _cast(  # type: ignore[no-untyped-def]
                 if kept_back.shape[0] > 0:
                     for c in range(count):
                         kept_back[b, i, at[c]] = kept[c]
+        of_texture, warm = by_texture[:, :, min(y, by_texture.shape[2] - 1)], warmer[min(y, warmer.shape[0] - 1)]
         for x in range(shaded.size):
             if not shaded[x]:
                 continue
             mask[row + y, column + x] = 1
+            for b in range(bands):
+                change, t = 0.0, np.float64(warm[min(x, warm.size - 1)])
+                for r in range(states):
+                    of_state = of_texture[r, b, min(x, of_texture.shape[2] - 1)]
+                    of_state += t * (by_sea[0, r, b] + t * by_sea[1, r, b])
+                    change += of_row[min(x, of_row.shape[0] - 1), r] * of_state
+                sums[b, x] *= 1.0 + change
             for q in range(loss.shape[1]):
                 for b in range(bands):
                     lost = 0.0

@@ -26,6 +26,9 @@ WITH_ELEMENTS, NOT_SEEN = "with elements", "beyond the ground that is computed"
 REASONS = (WITH_ELEMENTS, NOT_SEEN)
 """Why the certificate leaves out pixels."""
 
+EVEN = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.float32)
+"""Perturbation of pixels without texture."""
+
 Thickness = NDArray[np.float32]
 Frame = dict[str, NDArray[Any]]
 
@@ -119,6 +122,9 @@ class PartWindow(SeenWindow):
         Whether ``left_out`` and ``surface`` are wanted.
     ground : SurfaceMap or None
         Surface at its points; None where all are the scenario's sea.
+    perturbation : (ndarray of float32, ndarray of float32)
+        How far texture perturbs the pixels (window rows or 1, window columns or 1), in steps toward warm sea and toward
+        dry air.
     kept_back : ndarray of float32 (B, window rows x samples, window columns x samples) or None
         Share of the direct sunlight in each band that clouds keep from clear points, if a later stage needs it.
     """
@@ -127,6 +133,7 @@ class PartWindow(SeenWindow):
     samples: int = 1
     observed: bool = False
     ground: SurfaceMap | None = None
+    perturbation: tuple[NDArray[np.float32], NDArray[np.float32]] = EVEN
     kept_back: NDArray[np.float32] | None = None
 
     @cached_property

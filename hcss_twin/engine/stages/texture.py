@@ -71,22 +71,32 @@ class TextureStage(Stage):
         """Change the whole part, without clouds."""
         if not self._layers:
             rows, columns = part.radiance.shape[1:]
-            self._change(part, (slice(0, rows), slice(0, columns)), part.extent, ())
+            fields = seen_fields(self._plan, self._fields, part.time_s, part.extent)
+            self._change(part, (slice(0, rows), slice(0, columns)), part.extent, (), *fields)
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
-        """Change a window of the part."""
+        """Change a window of the part, and keep its perturbation."""
+        if not self._layers and SURFACE_TEMPERATURE not in part.truth:
+            return
+        window.perturbation = warmer, drier = seen_fields(self._plan, self._fields, part.time_s, window.window)
         if window.ground is not None and SURFACE_TEMPERATURE in part.truth:
-            warmer, _ = seen_fields(self._plan, self._fields, part.time_s, window.window)
             of_sea = pixel_sums(window.ground.number == self._sea, window.samples) / window.samples**2
             part.truth[SURFACE_TEMPERATURE][window.inside] += np.float32(self._texture.steps[0]) * warmer * of_sea
         if self._layers:
             with part.changing_columns(window.inside):
-                self._change(part, window.inside, window.window, window.thickness_m)
+                self._change(part, window.inside, window.window, window.thickness_m, warmer, drier)
 
-    def _change(self, part: FramePart, in_part: Window, window: Window, thickness_m: Sequence[Thickness]) -> None:
-        """Change radiance and truth at a place in a part, which is a window of the image."""
+    def _change(
+        self,
+        part: FramePart,
+        in_part: Window,
+        window: Window,
+        thickness_m: Sequence[Thickness],
+        warmer: NDArray[np.float32],
+        drier: NDArray[np.float32],
+    ) -> None:
+        """Change radiance and truth at a place in a part, which is a window of the image, by its perturbation."""
         radiance, truth, time_s, (rows, columns) = part.radiance, part.truth, part.time_s, window
-        warmer, drier = seen_fields(self._plan, self._fields, time_s, window)
         if SEA_TEMPERATURE in truth:
             kelvin = np.float32(self._texture.steps[0]) * warmer
             truth[SEA_TEMPERATURE][in_part] = np.float32(self._plan.assembly.sea_temperature_K) + kelvin

@@ -305,6 +305,9 @@ class TextureTables:
         Part of the difference by a warmer sea that is quadratic in the perturbation, of the clear column.
     mixed : ndarray (2, Q, B)
         Relative change of this difference with the vapour, linear and quadratic.
+    sunlight : ndarray (S, B)
+        Relative change of the direct sunlight that the sea mirrors to clear sky, in the states of
+        :func:`hcss_twin.plan.texture.expansion_states`: shadows take that of the state.
     estimated_error : float
         Relative to the total, at one and at two standard deviations of both.
     """
@@ -312,10 +315,11 @@ class TextureTables:
     states: tuple[tuple[InstantTable, ...], ...]
     square: Array
     mixed: Array
+    sunlight: Array
     estimated_error: float
 
 
-NO_TEXTURE = TextureTables((), np.empty((0, 0)), np.empty((2, 0, 0)), 0.0)
+NO_TEXTURE = TextureTables((), np.empty((0, 0)), np.empty((2, 0, 0)), np.empty((0, 0)), 0.0)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from hcss_twin.engine.tables.radiance_tables import InstantTable, TextureTables
 from hcss_twin.engine.tables.tensor_train import TensorTrain, total
 from hcss_twin.plan.clear_sky import State
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.plan.texture import Expansion, expansion_states, sea_factors
 from hcss_twin.providers import ColumnSetting, Sun
 
@@ -52,12 +53,18 @@ def compile_texture(
         if state not in columns_in:
             columns_in[state] = columns.of(replace(plan, assembly=texture.perturbed(plan.assembly, state)))
         if state not in known:
-            known[state] = columns.quantities.of(columns_in[state].clear([in_state(state, settings[middle])])[0])
+            known[state] = columns_in[state].clear([in_state(state, settings[middle])])[0]
         return known[state]
 
     nodes = texture.vapour
-    clear = Expansion(np.stack([clear_in(state) for state in expansion_states(nodes)]), nodes)
-    tried = {texture.without_flat(state): clear_in(state) for state in (_TRIED if texture.water_vapour else _TRIED[:1])}
+    terms, quantities = np.stack([clear_in(state) for state in expansion_states(nodes)]), columns.quantities
+    clear = Expansion(quantities.of(terms), nodes)
+    mirrored = [quantities.terms.index(name) for name in sea_sun_terms(plan.assembly.model)]
+    sunlight = np.sum(terms[:, mirrored], axis=1)
+    tried = {
+        texture.without_flat(state): quantities.of(clear_in(state))
+        for state in (_TRIED if texture.water_vapour else _TRIED[:1])
+    }
     error = _error(clear, tried)
     tolerance, tables = TOLERANCE * plan.budget.thickness, list[tuple[InstantTable, ...]]()
     if texture.temperature_K > 0.0:
@@ -82,7 +89,8 @@ def compile_texture(
         in_drier = [in_state((0.0, vapour_place), setting) for setting in settings]
         tables.append(drier.tables(drier.exact(axes, in_drier, tolerance, [exact]), in_drier))
     mixed = np.stack([_ratio(mixed_terms, clear.warm) for mixed_terms in clear.mixed])
-    return TextureTables(tuple(tables), _ratio(clear.square, clear.warm), mixed, error + tolerance)
+    of_sun = _ratio(sunlight - sunlight[:1], np.repeat(sunlight[:1], len(sunlight), axis=0))
+    return TextureTables(tuple(tables), _ratio(clear.square, clear.warm), mixed, of_sun, error + tolerance)
 
 
 class OverWarmerSea(BandColumns):

@@ -43,6 +43,52 @@ def test_clouds_are_seen_and_certified_where_rays_meet_their_layer():
     assert np.all((high - low)[1] < 0.0)
 
 
+@pytest.mark.parametrize("altitude", [0.0, 4000.0])
+def test_points_appear_where_lines_of_sight_meet_their_height(altitude):
+    rays = make_plan(of()).rays
+    points = rays.points_m((slice(0, 24), slice(0, 48)), 0.0, altitude)
+    row, column = rays.project(*points, np.full(points[0].shape, altitude), 0.0)
+    middles = ((np.arange(count * 3) + 0.5) / 3 for count in (24, 48))
+    assert np.stack([row, column]) == pytest.approx(np.stack(np.meshgrid(*middles, indexing="ij")), abs=1e-6)
+    assert rays.project(np.array([9e5]), np.zeros(1), np.zeros(1), 0.0)[1][0] < 0.0  # beside all cones
+    # Across the line of sight the parallelogram between neighbouring points is as large as that of a pixel.
+    across, up = (np.gradient(coordinate[4:7, 130:133]) for coordinate in points)
+    ground_m2 = 9.0 * abs(float((across[0] * up[1] - across[1] * up[0])[1, 1]))  # of 3 x 3 points
+    at_m = float(points[0][5, 131]), float(points[1][5, 131]), altitude
+    area_m2 = rays.pixel_area_m2(5.5 / 3, 131.5 / 3, 0.0, at_m)
+    assert area_m2 == pytest.approx(ground_m2 * np.cos(np.radians(53.0)), rel=1e-3)
+
+
+def test_a_target_shines_from_the_pixel_that_looks_at_it():
+    height, intensity = 2000.0, 1e7
+    (x_m,), (y_m,) = (at.ravel() for at in ray_of(of(), 7, 30, height))
+    source = {"x": x_m, "y": y_m, "altitude": height, "intensity": intensity}
+    bare = {"clouds.coverage": 0.0, "sea.temperature_texture": 0.0, "bands": [[10.5, 11.0]]}
+    shining = of(**bare, elements=[{"provider": "point-sources", "parameters": {"tracks": [source]}}])
+    with_target, without = (simulate(scene)["radiance"].values[0].astype(float) for scene in (shining, of(**bare)))
+    extra = with_target[0] - without[0]
+    assert np.unravel_index(np.argmax(extra), extra.shape) == (7, 30)
+    assert np.count_nonzero(extra > 1e-3 * extra.max()) == 1
+    # The intensity over the area of the pixel, weakened by the air above the target.
+    plan = make_plan(shining)
+    arriving = extra[7, 30] * plan.rays.pixel_area_m2(7.5, 30.5, 0.0, (x_m, y_m, height))
+    assert 0.3 * intensity < arriving < intensity
+
+
+def test_angles_of_pixels_are_those_of_their_lines_of_sight():
+    rays, window = make_plan(of()).rays, (slice(3, 5), slice(40, 48))
+    low, high = (np.stack(rays.points_m(window, 0.0, height))[:, 1::3, 1::3] for height in (0.0, 1000.0))
+    zenith, azimuth = rays.angles_deg(window, 0.0)
+    assert np.degrees(np.arctan(np.hypot(*(high - low)) / 1000.0)) == pytest.approx(zenith)
+    assert np.degrees(np.arctan2(*(high - low))) % 360.0 == pytest.approx(azimuth)
+
+
+def ray_of(scene, row, column, height_m):
+    """Where the middle line of sight of a pixel of three by three points meets a height."""
+    points = make_plan(scene).rays.points_m((slice(row, row + 1), slice(column, column + 1)), 0.0, height_m)
+    return [coordinate[1:2, 1:2] for coordinate in points]
+
+
 def test_what_needs_more_of_the_rays_is_refused():
     with pytest.raises(Exception, match=r"clouds\.coverage_mode: 'frame'.*allowed: 'field'"):
         make_plan(of(**{"clouds.coverage_mode": "frame"}))

@@ -20,7 +20,9 @@ from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.verification import verify_cube
 from hcss_twin.physics.geodesy import Ellipsoid
+from hcss_twin.plan import make_plan
 from hcss_twin.plan.error_budget import beyond_accuracy
+from hcss_twin.plan.scene_analysis import analyse_scene
 from hcss_twin.plan.views import views_over_image
 from hcss_twin.providers import View
 from hcss_twin.reports.plan_text import plan_text
@@ -141,6 +143,19 @@ def test_each_pixel_of_a_frame_has_the_sun_of_its_place_where_one_sun_is_not_acc
             of_centre.append(abs(of_one_sun / exact - 1.0))
             assert float(pixel["radiance"][0]) == pytest.approx(exact, rel=3e-4)
     assert max(of_centre) > 1e-3
+
+
+def test_a_scene_with_suns_of_its_places_is_analysed_once(monkeypatch):
+    analysed = []
+
+    def analyse(*given):
+        analysed.append(analyse_scene(*given))
+        return analysed[-1]
+
+    monkeypatch.setattr(make_plan, "analyse_scene", analyse)
+    plan = make_plan.make_plan(scenario(PASS, WIDE_DAY, SEEN["a frame"]), keeps_results=False)
+    assert len(analysed) == 1
+    assert not any("sun angles" in item.what for item in plan.omissions if item.exceeds(plan.accuracy.relative))
 
 
 def test_pixels_of_a_pass_agree_with_its_geometry_and_certificate(pass_path):

@@ -60,6 +60,35 @@ class ConicalRays(Rays):
         row, column = (np.arange(pixels.start, pixels.stop, dtype=np.float64) + 0.5 for pixels in window)
         return np.tile(self._azimuth(column), (row.size, 1)), np.zeros((row.size, column.size))
 
+    def project(
+        self, x_m: Array, y_m: Array, altitude_m: Array, time_s: float, later_s: float = 0.0
+    ) -> tuple[Array, Array]:
+        """Return the arc from whose height on the cone points are seen, and the place along it."""
+        given, slope = self._given, math.tan(math.radians(self._given.zenith))
+        reach_m = (given.altitude - altitude_m) * slope
+        across = np.divide(x_m, reach_m, out=np.full_like(reach_m, np.inf), where=reach_m > 0.0)
+        seen = np.abs(across) < 1.0
+        azimuth = np.arcsin(np.where(seen, across, 0.0))
+        advance_m = y_m - reach_m * np.cos(azimuth)
+        row = (advance_m + given.altitude * slope) / given.step + 0.5 * given.rows
+        column = 0.5 * given.columns * (1.0 + azimuth / math.radians(given.half_arc))
+        return np.where(seen, row, self.NOWHERE), np.where(seen, column, self.NOWHERE)
+
+    def pixel_area_m2(
+        self, row: float, column: float, time_s: float, point_m: tuple[float, float, float] | None = None
+    ) -> float:
+        """Return the area: arcs shrink toward the platform, the step between them does not."""
+        given, zenith = self._given, math.radians(self._given.zenith)
+        below_m = given.altitude - (0.0 if point_m is None else point_m[2])
+        arc_m = below_m * math.tan(zenith) * 2.0 * math.radians(given.half_arc) / given.columns
+        azimuth = math.radians(given.half_arc) * (2.0 * column / given.columns - 1.0)
+        return given.step * math.cos(azimuth) * arc_m * math.cos(zenith)
+
+    def angles_deg(self, window: tuple[slice, slice], time_s: float) -> tuple[Array, Array]:
+        """Return zenith and azimuth of the platform at pixels: back along the arc's azimuth."""
+        along, _ = self.positions(window, time_s)
+        return np.full_like(along, self._given.zenith), (180.0 + self._given.half_arc * along) % 360.0
+
     def _azimuth(self, column: Array) -> Array:  # -1 to 1 along the arc
         return 2.0 * column / self._given.columns - 1.0
 
