@@ -30,7 +30,6 @@ from hcss_twin.models.radiance.physical.directions import (
 )
 from hcss_twin.physics.paths import Path
 
-
 _BOTH_WAYS = 2
 """Changes of direction of light that a cloud scatters down to a surface, and up from it, seen from the sensor."""
 
