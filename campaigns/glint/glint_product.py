@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from glint_references import Matter, mean_square_slope, sea_brdf_at
+from glint_references import ABOVE, COEFFICIENTS, Matter, mean_square_slope, sea_brdf_at
 from glint_scenes import GlintScene
 
 from hcss_twin.core.catalog import Catalog
@@ -40,10 +40,30 @@ class NoGas:
         return np.ones((len(paths), wavenumber_cm1.size))
 
 
+BASE_M, ABOVE_M = 200.0, 5000.0
+"""Base of the cloud, and a height above all clouds."""
+
+
+class LineGas:
+    """A gas below the cloud and above ``ABOVE_M``, whose transmittance is a mean over absorption coefficients."""
+
+    declares = AtmosphereDeclaration()
+
+    def transmittance(self, wavenumber_cm1, paths):
+        crossed = [sum(self._crossed(leg) for leg in path.legs) for path in paths]
+        mean = np.exp(-np.multiply.outer(crossed, COEFFICIENTS)).mean(axis=1)
+        return np.repeat(mean[:, None], wavenumber_cm1.size, axis=1)
+
+    def _crossed(self, leg):
+        below = max(min(leg.upper_m, BASE_M) - leg.lower_m, 0.0) / BASE_M
+        above = max(min(leg.upper_m - ABOVE_M, 1.0) - max(leg.lower_m - ABOVE_M, 0.0), 0.0)
+        return (below + ABOVE * above) / math.cos(math.radians(leg.zenith_deg))
+
+
 def layer_of(scene: GlintScene) -> CloudLayer:
     mode = scene.mode_radius_um
     droplets = Microphysics("water", 6.0, 6.0 / mode, 1.0, 1e8, (mode / 50.0, mode * 10.0), None)
-    return replace(sample_layer(), microphysics=droplets, base_m=200.0, top_m=1200.0, thickness_min_m=1.0)
+    return replace(sample_layer(), microphysics=droplets, base_m=BASE_M, top_m=BASE_M + 1000.0, thickness_min_m=1.0)
 
 
 def wavenumbers(scene: GlintScene) -> np.ndarray:
@@ -88,7 +108,7 @@ class OnceReflectingSea:
         return ((np.pi * mean * weight * into) @ shape.T)[..., None]
 
 
-def product(scene: GlintScene, level: int, sunlight_steps: int = 0) -> tuple[float, float]:
+def product(scene: GlintScene, level: int, sunlight_steps: int = 0, gas=None) -> tuple[float, float]:
     """Return sunlight over the irradiance on a horizontal plane, sr-1, and the share of sunlight in the radiance."""
     profile: Profile = sample_profile()
     layer = layer_of(scene)
@@ -97,7 +117,7 @@ def product(scene: GlintScene, level: int, sunlight_steps: int = 0) -> tuple[flo
     sample = sample_radiance_inputs(profile, (layer,))
     setting = replace(
         sample.setting,
-        transmittance=NoGas(),
+        transmittance=gas or NoGas(),
         sea=OnceReflectingSea(scene),
         sea_temperature_K=288.0,
         view=View(math.degrees(math.acos(scene.mu_view)), 30.0),

@@ -1,9 +1,10 @@
 """The sunlight of a column of :mod:`glint_scenes` by discrete ordinates.
 
 They share with the product the Legendre moments of the droplets' phase function and the refractive index of water, and
-keep all 128 moments, without delta-M scaling. The sea is written here again: facets with the slopes of Cox and Munk (J.
-Opt. Soc. Am. 44, 838, 1954) and Fresnel's reflectance, reflecting once, which waves hide from both sides independently.
-Without shadows, facets reflect more than they receive at grazing angles.
+keep all 128 moments, without delta-M scaling. Gas whose transmittances do not multiply is a mean over absorption
+coefficients, each with discrete ordinates of its own. The sea is written here again: facets with the slopes of Cox and
+Munk (J. Opt. Soc. Am. 44, 838, 1954) and Fresnel's reflectance, reflecting once, which waves hide from both sides
+independently. Without shadows, facets reflect more than they receive at grazing angles.
 """
 
 from __future__ import annotations
@@ -38,8 +39,25 @@ def mean_square_slope(wind_m_s: float) -> float:
     return 0.003 + 0.00512 * wind_m_s
 
 
-def discrete_ordinates(scene: GlintScene, matter: Matter, nodes: int = NODES) -> float:
-    """The same by PythonicDISORT with as many moments and azimuth modes as streams; the sea in its modes."""
+COEFFICIENTS = (0.1, 0.5, 2.0, 6.0)
+"""Optical thicknesses of a gas below the cloud, with equal weights."""
+
+ABOVE = 0.5
+"""Optical thickness of the same gas above the cloud over that below."""
+
+
+def under_gas(scene: GlintScene, matter: Matter) -> float:
+    """Return the sunlight of the column in the gas of :data:`COEFFICIENTS`."""
+    slant = ABOVE * (1.0 / scene.mu_view + 1.0 / scene.mu_sun)
+    seen = [math.exp(-each * slant) * discrete_ordinates(scene, matter, gas=each) for each in COEFFICIENTS]
+    return sum(seen) / len(seen)
+
+
+def discrete_ordinates(scene: GlintScene, matter: Matter, nodes: int = NODES, gas: float = 0.0) -> float:
+    """The same by PythonicDISORT with as many moments and azimuth modes as streams; the sea in its modes.
+
+    ``gas``: optical thickness of an absorber below the cloud.
+    """
     modes, slope = 2 * nodes, mean_square_slope(scene.wind_m_s)
     azimuth = (np.arange(4 * nodes) + 0.5) * np.pi / (4 * nodes)
     cosine = np.cos(np.arange(modes)[:, None] * azimuth) * (2.0 / azimuth.size)
@@ -62,11 +80,14 @@ def discrete_ordinates(scene: GlintScene, matter: Matter, nodes: int = NODES) ->
 
         return of
 
+    layers = slice(0, 2 if gas else 1)
+    isotropic = np.zeros(2 * nodes)
+    isotropic[0] = 1.0
     result = pydisort(
-        np.array([scene.optical_thickness]),
-        np.array([matter.albedo]),
+        np.array([scene.optical_thickness, scene.optical_thickness + gas])[layers],
+        np.array([matter.albedo, 0.0])[layers],
         2 * nodes,
-        matter.moments[None, : 2 * nodes],
+        np.stack((matter.moments[: 2 * nodes], isotropic))[layers],
         scene.mu_sun,
         1.0,
         0.0,

@@ -21,27 +21,6 @@ from hcss_twin.physics.paths import Leg, Path
 
 
 @dataclass(frozen=True)
-class Closure:
-    """Radiances along the streams inside columns, by source.
-
-    Attributes
-    ----------
-    down : tuple of ndarray (K, N, S)
-        For each gap except the uppermost, into which no light is scattered downward; looking down from its upper end.
-    up : tuple of ndarray (K, N, S)
-        For each gap, looking up from its lower end.
-    below, above : tuple of ndarray (K, N, S)
-        For each cloud, radiance from the air inside it: from below, seen from its top, and from above, seen from its
-        base.
-    """
-
-    down: tuple[Array, ...]
-    up: tuple[Array, ...]
-    below: tuple[Array, ...]
-    above: tuple[Array, ...]
-
-
-@dataclass(frozen=True)
 class FrozenLegs:
     """Legs of all streams behind the view's path: through gaps and clouds, downward and upward.
 
@@ -56,6 +35,36 @@ class FrozenLegs:
     sun_top: list[Array]
     sun_base: list[Array]
     sun_sea: Array
+
+    def sun_under(self, cloud: int, gap: int) -> Array:
+        """Return the transmittance (N, S) for sunlight that a cloud scatters down to the lower end of a gap."""
+        result = self.up[gap].transmittance * self.sun_base[cloud]
+        for between in range(cloud + 1, gap):
+            result = result * self.up[between].transmittance * self.inside_up[between].transmittance
+        return result
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Radiances along the streams inside columns, by source.
+
+    Attributes
+    ----------
+    down : tuple of ndarray (K, N, S)
+        For each gap except the uppermost, into which no light is scattered downward; looking down from its upper end.
+    up : tuple of ndarray (K, N, S)
+        For each gap, looking up from its lower end.
+    below, above : tuple of ndarray (K, N, S)
+        For each cloud, radiance from the air inside it: from below, seen from its top, and from above, seen from its
+        base.
+    frozen : FrozenLegs
+    """
+
+    down: tuple[Array, ...]
+    up: tuple[Array, ...]
+    below: tuple[Array, ...]
+    above: tuple[Array, ...]
+    frozen: FrozenLegs
 
 
 def close(columns: SceneColumns) -> Closure:
@@ -81,7 +90,7 @@ def close(columns: SceneColumns) -> Closure:
     up = tuple(radiance[2 * gap] for gap in range(gaps))
     below = tuple(_behind(leg, down[i]) for i, leg in enumerate(frozen.inside_down))
     above = tuple(_behind(leg, up[i]) for i, leg in enumerate(frozen.inside_up))
-    return Closure(down, up, below, above)
+    return Closure(down, up, below, above, frozen)
 
 
 def _solve(kernel: Array, source: Array, above: int) -> Array:

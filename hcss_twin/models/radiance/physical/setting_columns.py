@@ -236,9 +236,10 @@ class SettingColumns:
         for rows, columns in batches:
             waiting.append((rows, columns))
             thin, modes = rehearsal.columns(columns), scene.modes() if columns.slabs else None
-            Tracer(thin, self._parameters.closure_order).radiance()
+            tracer = Tracer(thin, self._parameters.closure_order)
+            tracer.radiance()
             if modes is not None:
-                sunlight_between(thin, first_wavenumber(modes[0], 1))
+                sunlight_between(thin, tracer.frozen, first_wavenumber(modes[0], 1))
             if 2 * len(rehearsal.paths) * wavenumber.size > MOST_GATHERED:
                 gas.learn(wavenumber, rehearsal.paths)
                 yield from waiting
@@ -375,11 +376,12 @@ class SettingColumns:
         )
 
     def _terms(self, scene: _Scene, columns: SceneColumns) -> dict[str, Array]:
-        by_source = Tracer(columns, self._parameters.closure_order).radiance()
+        tracer = Tracer(columns, self._parameters.closure_order)
+        by_source = tracer.radiance()
         by_source[AIR_SUN] += seen_scattered(columns, scene.scattered)
         modes = scene.modes() if columns.slabs else None
         if modes is not None:
-            by_cloud, by_sea = sunlight_between(columns, *modes)
+            by_cloud, by_sea = sunlight_between(columns, tracer.frozen, *modes)
             # A truncated series of modes can make a dark part negative: by at most 0.4 % of the radiance, in 1 % of
             # columns and wavenumbers (docs/development/radiance.md).
             by_source[CLOUD_SUN] = np.maximum(by_source[CLOUD_SUN] + by_cloud, 0.0)

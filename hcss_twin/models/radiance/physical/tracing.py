@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights
-from hcss_twin.models.radiance.physical.closure import Closure, close
+from hcss_twin.models.radiance.physical.closure import Closure, FrozenLegs, close
 from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
 from hcss_twin.models.radiance.physical.directions import (
@@ -29,6 +29,9 @@ from hcss_twin.models.radiance.physical.directions import (
     VIEW,
 )
 from hcss_twin.physics.paths import Path
+
+_BOTH_WAYS = 2
+"""Changes of direction of light that a cloud scatters down to a surface, and up from it, seen from the sensor."""
 
 
 class Rays:
@@ -74,6 +77,11 @@ class Tracer:
         size = self._columns.received.size
         view = Rays(self._columns.crossed(lambda _: Path()), np.ones((1, size)), np.array([VIEW]), AIR)
         return self._down(view, 0, self._order)[:, 0]
+
+    @property
+    def frozen(self) -> FrozenLegs | None:
+        """Gas behind the view's path, by which light counts that a cloud scatters on its way down and up; or None."""
+        return self._closure.frozen if self._order < _BOTH_WAYS else None
 
     @cached_property
     def _closure(self) -> Closure:
