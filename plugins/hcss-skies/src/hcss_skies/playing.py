@@ -273,8 +273,8 @@ def _add(
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")
-def lay_over(out: Any, beside: Any, cells: Any, others: Any, thickness: Any) -> None:
-    """Lay a sky over another one: where both have cloud, thickness adds up; else the larger rank stays.
+def lay_over(out: Any, beside: Any, cells: Any, others: Any, table: Any) -> None:
+    """Lay a sky over another one: where both have cloud, values of a table add up; else the larger place stays.
 
     Parameters
     ----------
@@ -282,8 +282,8 @@ def lay_over(out: Any, beside: Any, cells: Any, others: Any, thickness: Any) -> 
         What both show; the first one is changed.
     beside, others : ndarray of float32 (F, rows, columns)
         What belongs to them.
-    thickness : ndarray of float32 (256,)
-        At ranks, ascending.
+    table : ndarray of float32 (256,)
+        Ascending.
     """
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
@@ -292,9 +292,9 @@ def lay_over(out: Any, beside: Any, cells: Any, others: Any, thickness: Any) -> 
                 out[i, j] = added
                 for n in range(beside.shape[0]):
                     beside[n, i, j] = others[n, i, j]
-            total = _at(thickness, min(added, rank))
+            total = _at(table, min(added, rank))
             if total > 0.0:
-                out[i, j] = _rank_of(thickness, total + _at(thickness, max(added, rank)))
+                out[i, j] = _rank_of(table, total + _at(table, max(added, rank)))
 
 
 @kernel(inner=True, error_model="numpy")

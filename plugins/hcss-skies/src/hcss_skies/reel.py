@@ -13,7 +13,7 @@ from scipy.special import ndtri
 
 from hcss_skies.film import LEVELS, Bytes, Film, read_film, score_of
 from hcss_skies.motion import densify, filled
-from hcss_twin.providers import Array, CloudLayer
+from hcss_twin.providers import Array, BrightnessInversion, CloudLayer
 
 FRAME_S = 20.0
 """Time between frames, in which clouds move less than a cell."""
@@ -34,6 +34,9 @@ _SMOOTH = 2.0
 
 _THIN_M = 10.0
 """Thickness below which the table of larger cells is linear, at most; above it is logarithmic."""
+
+_OPAQUE = 1e-3
+"""Least share of the sea that is seen through clouds."""
 
 _KEPT = 8
 """Averages that are kept, of pixel sizes and layers."""
@@ -77,7 +80,7 @@ class Reel:
     optical_thickness: Array
     first: float
     last: float
-    _cells: dict[tuple[float, ...], Cells] = field(default_factory=dict, repr=False)
+    _cells: dict[tuple[int, Seen], Cells] = field(default_factory=dict, repr=False)
 
     @property
     def per_score(self) -> float:
@@ -102,61 +105,106 @@ class Reel:
         metres = np.clip(optical / extinction_m1(layer), layer.thickness_min_m, layer.thickness_max_m)
         return np.where(optical > 0.0, metres, 0.0)
 
-    def table_m(self, layer: CloudLayer, scale: int) -> Array:
-        """Return the table of thickness (256,) of pixels ``scale`` times as large as cells of the film.
-
-        It is that of the film's ranks for its own cells, so that outlines of clouds are interpolated. Larger ones
-        are partly cloudy.
-        """
-        if scale == 1:
-            return self.thickness_m(layer)
-        thin = min(_THIN_M, 0.1 * layer.thickness_max_m)
-        return thin * np.expm1(np.linspace(0.0, math.log1p(layer.thickness_max_m / thin), LEVELS))
-
-    def cells(self, layer: CloudLayer, scale: int, averaged: int) -> Cells:
-        """Return cells for pixels ``scale`` times as large as those of the film, of squares of so many of them."""
-        key = scale, averaged, extinction_m1(layer), layer.thickness_min_m, layer.thickness_max_m
+    def cells(self, seen: Seen, averaged: int) -> Cells:
+        """Return cells of squares of so many of the film's own, which show what is seen."""
+        key = averaged, seen
         if key not in self._cells:
             if len(self._cells) >= _KEPT:
                 self._cells.clear()
-            self._cells[key] = self._averaged(layer, scale, averaged)
+            self._cells[key] = self._averaged(seen, averaged)
         return self._cells[key]
 
-    def _averaged(self, layer: CloudLayer, scale: int, averaged: int) -> Cells:
-        """Return cells with the mean of what is seen through those of the film.
+    def _averaged(self, seen: Seen, averaged: int) -> Cells:
+        """Return cells with the mean of what hides the sea in those of the film.
 
-        A cell half full of opaque cloud is not one of half the optical thickness. It has that of a cloud through which
-        as much of the thermal radiation of the sea is seen, half of the visible one being absorption.
+        A cell half full of opaque cloud is not one of half the optical thickness.
         """
-        ranks, thickness = np.arange(float(LEVELS)), self.thickness_m(layer)
-        if scale == 1:
+        ranks, frames, few = np.arange(float(LEVELS)), self.frames, self.frames
+        if seen.scale == 1:
             return Cells(self.frames, (ranks + _SHIFTS[:, None]).astype(np.float32))
-        per_m, table, frames, few = 0.5 * extinction_m1(layer), self.table_m(layer, scale), self.frames, self.frames
-        seen_through = np.exp(-per_m * thickness).astype(np.float32)
+        through = (1.0 - seen.hidden(self.thickness_m(seen.layer))).astype(np.float32)
         if averaged > 1:
-            seen, near = blocks(seen_through[frames], averaged), blocks(frames.astype(np.float32), averaged)
-            order = np.lexsort((near.ravel(), -seen.ravel()))  # clear cells by how close cloud is
+            mean, near = blocks(through[frames], averaged), blocks(frames.astype(np.float32), averaged)
+            order = np.lexsort((near.ravel(), -mean.ravel()))  # clear cells by how close cloud is
             probability = (np.arange(order.size) + 0.5) / order.size
             flat = np.empty(order.size, np.uint8)
             found = (self.score_of(probability) - self.first) * self.per_score
             flat[order] = np.clip(np.rint(found), 0, LEVELS - 1).astype(np.uint8)
-            frames = flat.reshape(seen.shape)
+            frames = flat.reshape(mean.shape)
             every = slice(None), slice(None, None, max(1, self.frames.shape[1] // 30))  # frames are alike
             few, of_few = self.frames[every], frames[every].ravel()
             count = np.bincount(of_few, minlength=LEVELS)
         shown = np.empty((_SHIFTS.size, LEVELS), np.float32)
         for row, shift in zip(shown, _SHIFTS, strict=True):
-            # More clouds than in the film, which do not fit beside one another, are opaque in proportion.
+            # More clouds than in the film, which do not fit beside one another, hide more of the sea.
             raised, times = (shift, 1.0) if self.film.sheet or shift < 0.0 else (0.0, math.exp(shift / self.per_score))
-            of_cell = np.interp(ranks + raised, ranks, seen_through).astype(np.float32)
+            of_cell = np.interp(ranks + raised, ranks, through).astype(np.float32)
             if averaged > 1:
                 total = np.bincount(of_few, blocks(of_cell[few], averaged).ravel(), minlength=LEVELS)
-                through = np.interp(ranks, ranks[count > 0], total[count > 0] / count[count > 0])
-            else:
-                through = of_cell
-            metres = -times * np.log(np.clip(through, 1e-30, 1.0)) / per_m
-            row[...] = np.interp(metres, table, ranks)
+                of_cell = np.interp(ranks, ranks[count > 0], total[count > 0] / count[count > 0])
+            row[...] = np.interp(1.0 - np.clip(of_cell, 0.0, 1.0) ** times, seen.hidden(seen.table_m), ranks)
         return Cells(frames, shown)
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """How much clouds of a layer hide of the sea, and which thickness cells can show.
+
+    Attributes
+    ----------
+    layer : CloudLayer
+        Layer.
+    scale : int
+        Side of cells in those of the film.
+    table_m : ndarray (256,)
+        Thickness that cells show, ascending from 0. Cells of the film have that of their ranks, so that outlines of
+        clouds are interpolated; larger ones are partly cloudy.
+    thickness_m, share : ndarray (N,)
+        Share of the sea that clouds hide: difference of the brightness temperature at 10.8 um to that of the clear sky
+        in parts of that of the deepest clouds, or, if it is not known, what clouds of one temperature absorb.
+    """
+
+    layer: CloudLayer
+    scale: int
+    table_m: Array
+    thickness_m: Array
+    share: Array
+
+    @classmethod
+    def of(cls, layer: CloudLayer, scale: int, reel: Reel, inversion: BrightnessInversion | None) -> Seen:
+        """Return what is seen of a layer."""
+        most = layer.thickness_max_m
+        thin = min(_THIN_M, 0.1 * most)
+        log = thin * np.expm1(np.linspace(0.0, math.log1p(most / thin), LEVELS))
+        share = -np.expm1(-0.5 * extinction_m1(layer) * log)  # half of the visible extinction is absorption
+        if scale == 1:
+            return cls(layer, scale, reel.thickness_m(layer), log, share)
+        if inversion is None:
+            return cls(layer, scale, log, log, share / share[-1])
+        even = np.linspace(0.0, 1.0, 4 * LEVELS)
+        thickness = inversion.thickness_m(inversion.clear_K + even * (inversion.coldest_K - inversion.clear_K))
+        first = int(np.argmax(thickness > 0.0))
+        return cls(layer, scale, log, np.append(0.0, thickness[first:]), np.append(0.0, even[first:]))
+
+    def hidden(self, thickness_m: Array) -> Array:
+        """Return the share of the sea that is hidden."""
+        return np.interp(thickness_m, self.thickness_m, self.share)
+
+    @property
+    def adding_up(self) -> NDArray[np.float32]:
+        """What adds up where cells of two skies lie over one another, at places of the table."""
+        if self.scale == 1:
+            return self.table_m.astype(np.float32)
+        return (-np.log(np.maximum(1.0 - self.hidden(self.table_m), _OPAQUE))).astype(np.float32)
+
+    def _key(self) -> tuple[object, ...]:
+        return self.scale, self.table_m.tobytes(), self.thickness_m.tobytes(), self.share.tobytes()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Seen) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
 
 
 def read_reel(path: Path) -> Reel:

@@ -17,7 +17,7 @@ from hcss_skies.pace import Pace
 from hcss_skies.parameters import SimulationParameters
 from hcss_skies.places import Places
 from hcss_skies.playing import lay_over, play, show, show_beside
-from hcss_skies.reel import NO_SHIFT, Reel, blocks, extinction_m1, parts, read_heights, read_reel, usual_at_ranks
+from hcss_skies.reel import NO_SHIFT, Reel, Seen, blocks, extinction_m1, parts, read_heights, read_reel, usual_at_ranks
 from hcss_skies.relief import DENSEST, LEAST_M, shares_of
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, CloudLayer, Problem, ProviderError, ScenarioError
 
@@ -105,8 +105,9 @@ class SimulatedClouds:
         self._cell_m, self._scale = scale * reel.film.cell_m, scale
         magnified = _ONE if reel.film.sheet or scale == 1 else _FINE if scale < _COARSE else _OF_COARSE
         self._magnified = [min(times, scale) for times in magnified]
-        self._table_m = reel.table_m(layer, scale).astype(np.float32)
         self._tops_vary = parameters.tops == "film"
+        self._seen = Seen.of(layer, scale, reel, None if self._tops_vary else inputs.inversion)
+        self._table_m, self._adding_up = self._seen.table_m.astype(np.float32), self._seen.adding_up
         self.cloud_top_range_m = _top_range_m(reel.film, layer) if self._tops_vary else None
         self.skipped: tuple[tuple[str, str], ...] = (
             () if self._tops_vary else (("cloud-top height of the film", f'{TOPS} = "layer": thickness alone varies'),)
@@ -238,7 +239,7 @@ class SimulatedClouds:
             skies = min(max(math.ceil(float(change.max())), 1), len(self._magnified))
         both: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
         for sky, times in enumerate(self._magnified[:skies]):
-            of_sky = self._reel.cells(self._inputs.layer, self._scale, self._scale // times)
+            of_sky = self._reel.cells(self._seen, self._scale // times)
             others, usual = self._heights(times) if heights else (of_sky.frames[None][:0], _NO_HEIGHTS)
             spacing = SPACING * min(of_sky.frames.shape[2:])
             cells, beside = np.empty(shape, np.float32), np.empty((heights, *shape), np.float32)
@@ -248,7 +249,7 @@ class SimulatedClouds:
                 time_s / (times * self._life_s), self._lasting, change, sky, np.float32(len(self._magnified)),
             )  # fmt: skip
             if both:
-                lay_over(*both[0], cells, beside, self._table_m)
+                lay_over(*both[0], cells, beside, self._adding_up)
             else:
                 both.append((cells, beside))
         return both[0]
@@ -269,7 +270,7 @@ class SimulatedClouds:
             total = blocks(weight, averaged)
             fields = [blocks(weight * field, averaged) / total for field in fields]
         heights = np.clip(np.rint(fields), 1.0, 255.0).astype(np.uint8)
-        cells = reel.cells(layer, self._scale, averaged)
+        cells = reel.cells(self._seen, averaged)
         at_ranks = [usual_at_ranks(field, cells.frames) for field in heights]
         places = cells.shown[NO_SHIFT].astype(np.float64) + 1e-6 * np.arange(LEVELS)
         usual = [[of, np.interp(np.arange(LEVELS), places, of)] for of in at_ranks]
