@@ -50,6 +50,7 @@ _OF_CLEAR = 1e-3
 def play(
     out: Any, beside: Any, row: int, column: int, frames: Any, others: Any, usual: Any, shown: Any, per_score: float,
     spacing: float, shift: Any, sheet: bool, key: Any, age: float, lasting: Any, change: Any, sky: int, stretch: Any,
+    under: Any, share: Any,
 ) -> None:  # fmt: skip
     """Write what cells show (rows, columns) from ``row`` and ``column`` on, and what belongs to it.
 
@@ -89,7 +90,12 @@ def play(
         Which of the skies that are laid over one another; the first one is 0.
     stretch : float32
         Most skies: where there are to be more clouds, all of them are raised alike.
+    under : ndarray of float32 (rows, columns)
+        Ranks of another sheet, which is added; none if it is empty.
+    share : float32
+        Its share of the variance.
     """
+    part_under, part_own = np.float32(math.sqrt(share)), np.float32(math.sqrt(1.0 - share))
     rows, columns = out.shape
     low_v = np.int64(math.floor((row + shift[0]) / spacing * _SKEW))
     high_v = np.int64(math.floor((row + rows + shift[0]) / spacing * _SKEW)) + 2
@@ -129,7 +135,9 @@ def play(
                 raised[j] = lost
             else:
                 empty = False
-                raised[j] = zero if times == one else np.float32(math.log(times) * per_score)
+                raised[j] = (
+                    logarithm[np.int64(times * steps)] if times < one else np.float32(math.log(times) * per_score)
+                )
         if empty:
             for j in range(columns):
                 out[i, j] = zero
@@ -193,7 +201,10 @@ def play(
         for j in range(columns):
             rank = best[j]
             if sheet:
-                rank = middle + rank / np.sqrt(squares[j]) if squares[j] > zero else zero
+                rank = rank / np.sqrt(squares[j]) if squares[j] > zero else zero
+                if under.size:
+                    rank = part_own * rank + part_under * (under[i, j] - middle)
+                rank += middle
                 own[j] = min(max(rank, zero), last)
             rank = min(max(rank, zero), last)
             at = (min(max(raised[j], np.float32(LOWEST)), np.float32(LOWEST + 23.99 * STEP)) - np.float32(LOWEST)) / (
@@ -273,7 +284,7 @@ def _add(
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")
-def lay_over(out: Any, beside: Any, cells: Any, others: Any, table: Any) -> None:
+def lay_over(out: Any, beside: Any, cells: Any, others: Any, table: Any, places: Any) -> None:
     """Lay a sky over another one: where both have cloud, values of a table add up; else the larger place stays.
 
     Parameters
@@ -283,8 +294,11 @@ def lay_over(out: Any, beside: Any, cells: Any, others: Any, table: Any) -> None
     beside, others : ndarray of float32 (F, rows, columns)
         What belongs to them.
     table : ndarray of float32 (256,)
-        Ascending.
+        Values, ascending from 0.
+    places : ndarray of float32 (N,)
+        Places of values that are evenly spaced from 0 to the last one.
     """
+    per_value = np.float32(places.size - 1) / table[-1]
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
             added, rank = cells[i, j], out[i, j]
@@ -294,7 +308,7 @@ def lay_over(out: Any, beside: Any, cells: Any, others: Any, table: Any) -> None
                     beside[n, i, j] = others[n, i, j]
             total = _at(table, min(added, rank))
             if total > 0.0:
-                out[i, j] = _rank_of(table, total + _at(table, max(added, rank)))
+                out[i, j] = _rank_of(places, per_value, total + _at(table, max(added, rank)))
 
 
 @kernel(inner=True, error_model="numpy")
@@ -304,20 +318,11 @@ def _at(table: Any, rank: Any) -> Any:
 
 
 @kernel(inner=True, error_model="numpy")
-def _rank_of(table: Any, value: Any) -> Any:
-    """Return the first rank with a value, the last one if there is none."""
-    if value >= table[255]:
-        value = table[255]
-    low, high = 0, 255
-    while low < high:
-        half = (low + high) // 2
-        if table[half] < value:
-            low = half + 1
-        else:
-            high = half
-    if low == 0:
-        return np.float32(0.0)
-    return np.float32(low) - (table[low] - value) / (table[low] - table[low - 1])
+def _rank_of(places: Any, per_value: Any, value: Any) -> Any:
+    """Return the place of a value, the last one if there is none."""
+    at = min(value * per_value, np.float32(places.size - 1.01))
+    n = np.int64(at)
+    return places[n] + (at - np.float32(n)) * (places[n + 1] - places[n])
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")

@@ -29,6 +29,9 @@ NO_SHIFT = 16
 
 _SHIFTS = LOWEST + STEP * np.arange(25)
 
+RAW = (np.arange(float(LEVELS)) + _SHIFTS[:, None]).astype(np.float32)
+"""Ranks as they are, raised by each shift."""
+
 _SMOOTH = 2.0
 """Scale in ranks over which usual heights are smoothed."""
 
@@ -121,7 +124,7 @@ class Reel:
         """
         ranks, frames, few = np.arange(float(LEVELS)), self.frames, self.frames
         if seen.scale == 1:
-            return Cells(self.frames, (ranks + _SHIFTS[:, None]).astype(np.float32))
+            return Cells(self.frames, RAW)
         through = (1.0 - seen.hidden(self.thickness_m(seen.layer))).astype(np.float32)
         if averaged > 1:
             mean, near = blocks(through[frames], averaged), blocks(frames.astype(np.float32), averaged)
@@ -191,11 +194,15 @@ class Seen:
         return np.interp(thickness_m, self.thickness_m, self.share)
 
     @property
-    def adding_up(self) -> NDArray[np.float32]:
-        """What adds up where cells of two skies lie over one another, at places of the table."""
-        if self.scale == 1:
-            return self.table_m.astype(np.float32)
-        return (-np.log(np.maximum(1.0 - self.hidden(self.table_m), _OPAQUE))).astype(np.float32)
+    def adding_up(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """What adds up where cells of two skies lie over one another, at places of the table, and the inverse."""
+        values = self.table_m
+        if self.scale > 1:
+            values = -np.log(np.maximum(1.0 - self.hidden(self.table_m), _OPAQUE))
+        even = np.linspace(0.0, values[-1], 8 * LEVELS)
+        clear = np.count_nonzero(values == 0.0) - 1
+        places = np.interp(even, values[clear:], np.arange(clear, LEVELS))
+        return values.astype(np.float32), places.astype(np.float32)
 
     def _key(self) -> tuple[object, ...]:
         return self.scale, self.table_m.tobytes(), self.thickness_m.tobytes(), self.share.tobytes()

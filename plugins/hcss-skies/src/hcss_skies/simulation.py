@@ -17,7 +17,7 @@ from hcss_skies.pace import Pace
 from hcss_skies.parameters import SimulationParameters
 from hcss_skies.places import Places
 from hcss_skies.playing import lay_over, play, show, show_beside
-from hcss_skies.reel import NO_SHIFT, Reel, Seen, blocks, extinction_m1, parts, read_heights, read_reel, usual_at_ranks
+from hcss_skies.reel import NO_SHIFT, RAW, Reel, Seen, blocks, extinction_m1, parts, read_heights, read_reel, usual_at_ranks
 from hcss_skies.relief import DENSEST, LEAST_M, shares_of
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, CloudLayer, Problem, ProviderError, ScenarioError
 
@@ -44,9 +44,10 @@ _LOWEST = 1e-3
 _LEAST_RISE = 0.01
 """Least height of the lowest top above the base of the layer, in parts of its depth."""
 
+_WIDER, _OF_WIDER = 4, 0.36
 _ONE = (1,) * 8
 _FINE = (1, 2, 1, 2, 1, 2, 1, 2)
-_OF_COARSE = 1, 4
+_OF_COARSE = 1, 4, 2, 4
 _COARSE = 8
 """How many times the clouds are magnified in skies that are laid over one another."""
 
@@ -55,7 +56,7 @@ _WINDOWS, _SIDE = 8, 32
 
 _NO_HEIGHTS = np.empty((0, 2, LEVELS), np.float32)
 
-_TILE = 128
+_TILE = 256
 
 TOPS = "clouds.parameters.tops"
 
@@ -237,6 +238,18 @@ class SimulatedClouds:
             change = self._places.change(time_s, first, shape)
         if not self.film.sheet:
             skies = min(max(math.ceil(float(change.max())), 1), len(self._magnified))
+        under = np.empty((0, 0), np.float32)
+        if self.film.sheet and self._scale > 1:
+            times = min(self._scale, _WIDER)
+            of_sky = self._reel.cells(self._seen, self._scale // times)
+            under = np.empty(shape, np.float32)
+            play(
+                under, np.empty((0, *shape), np.float32), *first, of_sky.frames, of_sky.frames[None][:0], _NO_HEIGHTS,
+                RAW, self._reel.per_score, SPACING * min(of_sky.frames.shape[2:]),
+                SPACING * min(of_sky.frames.shape[2:]) * self._shifts[1], True,
+                np.uint64(key_of(self._inputs.seed, 1)), time_s / (times * self._life_s), self._lasting, np.zeros(shape, np.float32), 0,
+                np.float32(1.0), under[:0], np.float32(0.0),
+            )  # fmt: skip
         both: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
         for sky, times in enumerate(self._magnified[:skies]):
             of_sky = self._reel.cells(self._seen, self._scale // times)
@@ -247,9 +260,10 @@ class SimulatedClouds:
                 cells, beside, *first, of_sky.frames, others, usual, of_sky.shown, self._reel.per_score, spacing,
                 spacing * self._shifts[sky], self.film.sheet, np.uint64(key_of(self._inputs.seed, sky)),
                 time_s / (times * self._life_s), self._lasting, change, sky, np.float32(len(self._magnified)),
+                under, np.float32(_OF_WIDER),
             )  # fmt: skip
             if both:
-                lay_over(*both[0], cells, beside, self._adding_up)
+                lay_over(*both[0], cells, beside, *self._adding_up)
             else:
                 both.append((cells, beside))
         return both[0]
