@@ -1,7 +1,7 @@
 """Where there are more and where fewer of a film's clouds: an example of larger pixels decides.
 
-Films have boxes of 10 km and are alike everywhere; what is larger is seen in images. A pixel of the example that is s
-times as much colder than the clear sky as its cold clouds is covered by 1 - exp(-a (s + f)): clouds at random places,
+Films have boxes of 10 km and are alike everywhere; what is larger is seen in images. A pixel of the example that is
+s times as much colder than the clear sky as its cold clouds is covered by 1 - exp(-a (s + f)): clouds at random places,
 in proportion to what is seen, and a few (f) in its clear sky, too, as clouds smaller than pixels are not seen in images.
 The number a gives the sky its mean cover.
 """
@@ -59,7 +59,9 @@ class Places:
         self._blended = blended = BlendedExample(example, example.pixel_size_m, seed)
         self._cell = cell_m / example.pixel_size_m
         self._every = max(1, math.floor(_NODES / self._cell))
-        self.cover_of_scores = cover = local_cover(example, blended.level.heights_m[:, 0], coverage, reel)
+        self.cover_of_scores = cover = local_cover(
+            example, blended.level.heights_m[:, 0].astype(np.float64), coverage, reel
+        )
         change = reel.change_of(cover)
         expected = np.ascontiguousarray(np.stack([change, np.zeros_like(change)], axis=1), dtype=np.float32)
         self._tables = ranked(expected, example.opaque.shape, self._at_start)
@@ -71,7 +73,9 @@ class Places:
         """Return what :meth:`~hcss_skies.reel.Reel.change_of` gives (rows, columns) for cells from ``first`` on."""
         every = self._every
         low = [math.floor(cell / every) for cell in first]
-        count = [math.floor((cell + size - 1) / every) + 2 - node for cell, size, node in zip(first, shape, low)]
+        count = [
+            math.floor((cell + size - 1) / every) + 2 - node for cell, size, node in zip(first, shape, low, strict=True)
+        ]
         y, x = (
             (np.arange(node, node + size, dtype=np.float64) * every + 0.5) * self._cell
             for node, size in zip(low, count, strict=True)

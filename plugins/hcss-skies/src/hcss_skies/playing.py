@@ -6,7 +6,7 @@ Scattered clouds: a cell takes the largest of the scores of the patches around i
 added; weights sum to 1. Gumbel's distribution is stable under this (max-stability; S. Coles, An Introduction to
 Statistical Modeling of Extreme Values, Springer 2001, section 3.1.3), so that cover and thickness keep their
 distribution, clouds of all patches stay as sharp as they are, and shrink towards the edge of their patch. A sum of
-scores would show pale doubles of single ones. Where there are to be fewer clouds, scores are lowered, and clouds shrink.
+scores would show pale doubles of single ones. Where there are to be fewer clouds, scores are lowered, and they shrink.
 Where there are to be more, skies with patches of their own are laid over one another: the largest of n scores is
 distributed like one that is raised by ln n, but raised clouds would grow halos of what is clear in the film.
 
@@ -21,6 +21,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_skies.hashing import hashed, uniform
 from hcss_skies.reel import LOWEST, STEP
@@ -46,11 +47,17 @@ _MIDDLE = 127.5
 _OF_CLEAR = 1e-3
 """Weight of cells without cloud beside others in fields that belong to cloud."""
 
+
+def logarithms(per_score: float) -> NDArray[np.float32]:
+    """Return the logarithms of weights up to 1, in ranks."""
+    return (np.log((np.arange(_STEPS + 1) + 0.5) / _STEPS) * per_score).astype(np.float32)
+
+
 @kernel(fastmath={"contract"}, error_model="numpy")
 def play(
     out: Any, beside: Any, row: int, column: int, frames: Any, others: Any, usual: Any, shown: Any, per_score: float,
     spacing: float, shift: Any, sheet: bool, key: Any, age: float, lasting: Any, change: Any, sky: int, stretch: Any,
-    under: Any, share: Any,
+    under: Any, share: Any, logarithm: Any,
 ) -> None:  # fmt: skip
     """Write what cells show (rows, columns) from ``row`` and ``column`` on, and what belongs to it.
 
@@ -94,6 +101,8 @@ def play(
         Ranks of another sheet, which is added; none if it is empty.
     share : float32
         Its share of the variance.
+    logarithm : ndarray of float32 (N,)
+        Of :func:`logarithms`.
     """
     part_under, part_own = np.float32(math.sqrt(share)), np.float32(math.sqrt(1.0 - share))
     rows, columns = out.shape
@@ -111,9 +120,6 @@ def play(
                 weight = float(parts[p, q, turn, 0])
                 if not sheet:
                     parts[p, q, turn, 0] = math.log(weight) * per_score if weight > _LEAST else 2.0 * _LOST
-    logarithm = np.empty(_STEPS + 1, np.float32)
-    for n in range(_STEPS + 1):
-        logarithm[n] = math.log((n + 0.5) / _STEPS) * per_score
     lost, last, middle, seen = np.float32(_LOST), np.float32(255.0), np.float32(_MIDDLE), np.float32(_LEAST)
     zero, one, fewest = np.float32(0.0), np.float32(1.0), np.float32(_FEWEST)
     four, steps, tall, wide = np.float32(4.0), np.float32(_STEPS), frames.shape[2], frames.shape[3]
@@ -166,7 +172,9 @@ def play(
             losses[0, j] = four * logarithm[np.int64(w0 * steps)] - loss
             losses[1, j] = four * logarithm[np.int64(w1 * steps)] - loss
             losses[2, j] = four * logarithm[np.int64(w2 * steps)] - loss
-            best[j], own[j], patches[j] = np.float32(-1e30), zero, 0
+            best[j] = np.float32(-1e30)
+            if beside.shape[0] > 0:
+                own[j], patches[j] = zero, 0
         start = 0
         while start < columns:  # cells between the same three points
             end, far = start + 1, triangle[start] % 2
@@ -194,6 +202,8 @@ def play(
                         stop = min(end, j + wide - m)
                         if sheet:
                             _add(best, squares, losses[corner], less, part, before, after, j, stop, m)
+                        elif beside.shape[0] == 0:
+                            _raise(best, losses[corner], less, part, before, after, j, stop, m)
                         else:
                             _take(best, own, patches, losses[corner], less, part, number, before, after, j, stop, m)
                         j = stop
@@ -210,7 +220,8 @@ def play(
             at = (min(max(raised[j], np.float32(LOWEST)), np.float32(LOWEST + 23.99 * STEP)) - np.float32(LOWEST)) / (
                 np.float32(STEP)
             )
-            s, r = np.int64(at), min(np.int64(rank), 254)
+            r: Any = np.int64(rank)
+            s, r = np.int64(at), min(r, 254)
             fs, fr = at - np.float32(s), rank - np.float32(r)
             low = shown[s, r] + fr * (shown[s, r + 1] - shown[s, r])
             high = shown[s + 1, r] + fr * (shown[s + 1, r + 1] - shown[s + 1, r])
@@ -269,6 +280,19 @@ def _take(
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _raise(
+    best: Any, losses: Any, less: Any, part: Any, before: Any, after: Any, start: int, stop: int, place: int
+) -> None:
+    """Raise the cells of a row to the score of a patch where it is the largest so far."""
+    lost, shift = np.float32(_LOST), place - start
+    for j in range(start, stop):
+        share = losses[j] + less
+        first = np.float32(before[j + shift])
+        value = share + (first + part * (np.float32(after[j + shift]) - first))
+        best[j] = value if value > best[j] and share >= lost else best[j]
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
 def _add(
     total: Any, squares: Any, shares: Any, weight: Any, part: Any, before: Any, after: Any, start: int, stop: int,
     place: int,
@@ -313,7 +337,8 @@ def lay_over(out: Any, beside: Any, cells: Any, others: Any, table: Any, places:
 
 @kernel(inner=True, error_model="numpy")
 def _at(table: Any, rank: Any) -> Any:
-    n = min(np.int64(rank), 254)
+    n: Any = np.int64(rank)
+    n = min(n, 254)
     return table[n] + (rank - np.float32(n)) * (table[n + 1] - table[n])
 
 

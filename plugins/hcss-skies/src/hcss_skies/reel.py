@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -95,7 +96,7 @@ class Reel:
         return np.asarray(ndtri(probability)) if self.film.sheet else score_of(probability, False)
 
     def change_of(self, cover: Array) -> Array:
-        """Return what gives a cover: ranks that are added to a sheet, or how many times as many clouds as the film has."""
+        """Return what gives a cover: ranks that are added to a sheet, else how many times as many clouds there are."""
         clear = float(np.count_nonzero(self.optical_thickness == 0.0)) - 0.5
         edge = self.first + clear / self.per_score
         if self.film.sheet:
@@ -204,14 +205,15 @@ class Seen:
         places = np.interp(even, values[clear:], np.arange(clear, LEVELS))
         return values.astype(np.float32), places.astype(np.float32)
 
+    @cached_property
     def _key(self) -> tuple[object, ...]:
         return self.scale, self.table_m.tobytes(), self.thickness_m.tobytes(), self.share.tobytes()
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Seen) and self._key() == other._key()
+        return isinstance(other, Seen) and self._key == other._key
 
     def __hash__(self) -> int:
-        return hash(self._key())
+        return hash(self._key)
 
 
 def read_reel(path: Path) -> Reel:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,19 @@ from hcss_skies.library import find_example, find_film
 from hcss_skies.pace import Pace
 from hcss_skies.parameters import SimulationParameters
 from hcss_skies.places import Places
-from hcss_skies.playing import lay_over, play, show, show_beside
-from hcss_skies.reel import NO_SHIFT, RAW, Reel, Seen, blocks, extinction_m1, parts, read_heights, read_reel, usual_at_ranks
+from hcss_skies.playing import lay_over, logarithms, play, show, show_beside
+from hcss_skies.reel import (
+    NO_SHIFT,
+    RAW,
+    Reel,
+    Seen,
+    blocks,
+    extinction_m1,
+    parts,
+    read_heights,
+    read_reel,
+    usual_at_ranks,
+)
 from hcss_skies.relief import DENSEST, LEAST_M, shares_of
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, CloudLayer, Problem, ProviderError, ScenarioError
 
@@ -44,15 +56,20 @@ _LOWEST = 1e-3
 _LEAST_RISE = 0.01
 """Least height of the lowest top above the base of the layer, in parts of its depth."""
 
-_WIDER, _OF_WIDER = 4, 0.36
-_ONE = (1,) * 8
-_FINE = (1, 2, 1, 2, 1, 2, 1, 2)
-_OF_COARSE = 1, 4, 2, 4
-_COARSE = 8
-"""How many times the clouds are magnified in skies that are laid over one another."""
+_OF_WIDER = 0.36
+"""Share of the variance of sheets that has four times the size, where pixels are large enough."""
 
-_WINDOWS, _SIDE = 8, 32
-"""Windows along an axis, and their side in pixels, in which the cover of large pixels is measured."""
+_SKIES, _COARSE_SKIES = (1, 2, 1, 2, 1, 2), (1, 4, 2, 4)
+"""How many times clouds are magnified, where pixels are large enough, in skies that are laid over one another."""
+
+_COARSE = 8
+"""Cells of the film along a pixel from which on there are fewer skies, and boxes are magnified to have enough cells."""
+
+_BLOCK = 64
+"""Cells along a side of the blocks in which further skies are played if they have clouds there."""
+
+_WINDOWS, _SIDE, _APART_M = 5, 48, 150e3
+"""Windows along an axis, their side in pixels, and their distance, in which the cover of large pixels is measured."""
 
 _NO_HEIGHTS = np.empty((0, 2, LEVELS), np.float32)
 
@@ -64,10 +81,15 @@ TOPS = "clouds.parameters.tops"
 class SimulatedClouds:
     """Clouds of a film, patched together without end.
 
-    Cells are averaged to the power of two that is closest to the pixel, so that all pixel sizes show one sky; between
-    their middles scores are interpolated, so that outlines are smooth. The coverage is that of the film's own cells:
-    larger pixels, parts of which are cloudy, have more. Clouds have the optical thickness of the simulation as far as
-    the layer is deep enough.
+    Cells are averaged to a power of two, so that they are not larger than 1.3 pixels. Those of the film have thickness
+    by interpolated scores, so that outlines are smooth. Larger ones hide as much of the sea as those of the film in
+    them do in the mean: of the radiance at 10.8 um in a scene. The coverage is that of the film's own cells: of larger
+    pixels, which are partly cloudy, more have cloud (:attr:`image_coverage`). Clouds have the optical thickness of the
+    simulation as far as the layer is deep enough.
+
+    Where an example decides (``where``), its cold places have more clouds, its clear ones few, and both move and change
+    as it does. Pixels that are large enough also have clouds of the film that are magnified, up to four times, for
+    structure larger than its box.
 
     Tops and bases are fractions of the layer, as in the film. With ``tops = "film"`` clouds hang from them, and are as
     thick as their optical thickness needs; what would reach below the layer is higher. Light between columns sees
@@ -104,8 +126,9 @@ class SimulatedClouds:
         self.film, self._reel = reel.film, reel
         scale = _scale_of(reel.film, inputs.grid.pixel_size_m, parameters.film)
         self._cell_m, self._scale = scale * reel.film.cell_m, scale
-        magnified = _ONE if reel.film.sheet or scale == 1 else _FINE if scale < _COARSE else _OF_COARSE
-        self._magnified = [min(times, scale) for times in magnified]
+        least = max(1, scale // _COARSE)
+        skies = (4, 1) if reel.film.sheet else _SKIES if scale < _COARSE else _COARSE_SKIES
+        self._magnified = [max(min(times, scale), least) for times in skies]
         self._tops_vary = parameters.tops == "film"
         self._seen = Seen.of(layer, scale, reel, None if self._tops_vary else inputs.inversion)
         self._table_m, self._adding_up = self._seen.table_m.astype(np.float32), self._seen.adding_up
@@ -118,8 +141,9 @@ class SimulatedClouds:
         begins = last - min(FADE_S / reel.film.interval_s * of_interval, 0.5 * last)
         self._lasting = np.array([last, begins])
         self._life_s = begins * reel.film.interval_s / of_interval
-        self._shifts = np.random.default_rng([inputs.seed, 0xF11]).random((len(magnified), 2))
+        self._shifts = np.random.default_rng([inputs.seed, 0xF11]).random((len(skies), 2))
         self._of_heights: dict[int, tuple[Bytes, NDArray[np.float32]]] = {}
+        self._logarithms = logarithms(reel.per_score)
         self._pace = Pace.of(inputs.motion)
         notes = _notes(reel, parameters, layer)
         self._places: Places | None = None
@@ -164,6 +188,25 @@ class SimulatedClouds:
             top = np.maximum(self._altitude(played[1]), np.float32(layer.base_m) + thickness)
             self._last = key, thickness, np.clip(top, low, high)
         return self._last[1:]
+
+    @cached_property
+    def image_coverage(self) -> float:
+        """Share of pixels with cloud, the optional member of generators; not there for pixels of the film's size.
+
+        Larger ones are partly cloudy, so that more of them have cloud than the layer's coverage, which is that of the
+        film's cells.
+
+        Raises
+        ------
+        AttributeError
+            For pixels that are not larger, and without cloud.
+        """
+        if self._scale == 1 or self._inputs.layer.coverage == 0.0:
+            raise AttributeError("image_coverage")
+        apart = max(_SIDE, round(_APART_M / self._inputs.grid.pixel_size_m))
+        windows = [slice(n * apart, n * apart + _SIDE) for n in range(-(_WINDOWS // 2), _WINDOWS // 2 + 1)]
+        cloudy = [np.mean(self.thickness_m(0.0, rows, columns) > 0.0) for rows in windows for columns in windows]
+        return float(np.mean(cloudy))
 
     @property
     def height_shares(self) -> Callable[..., NDArray[np.float32]]:
@@ -233,40 +276,44 @@ class SimulatedClouds:
         self, time_s: float, first: tuple[int, int], shape: tuple[int, int], heights: int
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return ranks (rows, columns) of cells, and that many of tops and bases (F, rows, columns)."""
-        change, skies = np.full(shape, self._change), 1
+        change = np.full(shape, self._change)
         if self._places is not None:
             change = self._places.change(time_s, first, shape)
-        if not self.film.sheet:
-            skies = min(max(math.ceil(float(change.max())), 1), len(self._magnified))
-        under = np.empty((0, 0), np.float32)
-        if self.film.sheet and self._scale > 1:
-            times = min(self._scale, _WIDER)
-            of_sky = self._reel.cells(self._seen, self._scale // times)
-            under = np.empty(shape, np.float32)
-            play(
-                under, np.empty((0, *shape), np.float32), *first, of_sky.frames, of_sky.frames[None][:0], _NO_HEIGHTS,
-                RAW, self._reel.per_score, SPACING * min(of_sky.frames.shape[2:]),
-                SPACING * min(of_sky.frames.shape[2:]) * self._shifts[1], True,
-                np.uint64(key_of(self._inputs.seed, 1)), time_s / (times * self._life_s), self._lasting, np.zeros(shape, np.float32), 0,
-                np.float32(1.0), under[:0], np.float32(0.0),
-            )  # fmt: skip
-        both: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
-        for sky, times in enumerate(self._magnified[:skies]):
-            of_sky = self._reel.cells(self._seen, self._scale // times)
-            others, usual = self._heights(times) if heights else (of_sky.frames[None][:0], _NO_HEIGHTS)
-            spacing = SPACING * min(of_sky.frames.shape[2:])
-            cells, beside = np.empty(shape, np.float32), np.empty((heights, *shape), np.float32)
-            play(
-                cells, beside, *first, of_sky.frames, others, usual, of_sky.shown, self._reel.per_score, spacing,
-                spacing * self._shifts[sky], self.film.sheet, np.uint64(key_of(self._inputs.seed, sky)),
-                time_s / (times * self._life_s), self._lasting, change, sky, np.float32(len(self._magnified)),
-                under, np.float32(_OF_WIDER),
-            )  # fmt: skip
-            if both:
-                lay_over(*both[0], cells, beside, *self._adding_up)
-            else:
-                both.append((cells, beside))
-        return both[0]
+        cells, beside = np.empty(shape, np.float32), np.empty((heights, *shape), np.float32)
+        if self.film.sheet:
+            under = np.empty((0, 0), np.float32)
+            if self._magnified[0] > self._magnified[1]:
+                under = np.empty_like(cells)
+                self._play(under, beside[:0], time_s, first, np.zeros_like(change), 0, under[:0])
+            self._play(cells, beside, time_s, first, change, 1, under)
+            return cells, beside
+        self._play(cells, beside, time_s, first, change, 0, cells[:0])
+        for i in range(0, shape[0], _BLOCK):
+            for j in range(0, shape[1], _BLOCK):
+                of = change[i : i + _BLOCK, j : j + _BLOCK]
+                skies = min(math.ceil(float(of.max())), len(self._magnified))
+                for sky in range(1, skies):
+                    block, more = np.empty(of.shape, np.float32), np.empty((heights, *of.shape), np.float32)
+                    self._play(block, more, time_s, (first[0] + i, first[1] + j), of, sky, block[:0])
+                    part = np.s_[i : i + _BLOCK, j : j + _BLOCK]
+                    lay_over(cells[part], beside[:, *part], block, more, *self._adding_up)
+        return cells, beside
+
+    def _play(
+        self, out: NDArray[np.float32], beside: NDArray[np.float32], time_s: float, first: tuple[int, int],
+        change: NDArray[np.float32], sky: int, under: NDArray[np.float32],
+    ) -> None:  # fmt: skip
+        """Write one of the skies: what cells show, and other fields; of the first one of sheets the ranks alone."""
+        times = self._magnified[sky]
+        cells = self._reel.cells(self._seen, self._scale // times)
+        others, usual = self._heights(times) if len(beside) else (cells.frames[None][:0], _NO_HEIGHTS)
+        spacing, sheet = SPACING * min(cells.frames.shape[2:]), self.film.sheet
+        play(
+            out, beside, *first, cells.frames, others, usual, RAW if sheet and sky == 0 else cells.shown,
+            self._reel.per_score, spacing, spacing * self._shifts[sky], sheet,
+            np.uint64(key_of(self._inputs.seed, sky)), time_s / (times * self._life_s), self._lasting, change,
+            0 if sheet else sky, np.float32(len(self._magnified)), under, np.float32(_OF_WIDER), self._logarithms,
+        )  # fmt: skip
 
     def _heights(self, times: int) -> tuple[Bytes, NDArray[np.float32]]:
         """Tops and bases (2, pieces, frames, rows, columns) in 255ths of the layer, everywhere, and the usual ones.
