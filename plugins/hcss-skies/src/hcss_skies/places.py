@@ -1,9 +1,9 @@
 """Where there are more and where fewer of a film's clouds: an example of larger pixels decides.
 
 Films have boxes of 10 km and are alike everywhere; what is larger is seen in images. A pixel of the example that is
-s times as much colder than the clear sky as its cold clouds is covered by 1 - exp(-a (s + f)): clouds at random places,
-in proportion to what is seen, and a few (f) in its clear sky, too, as clouds smaller than pixels are not seen in images.
-The number a gives the sky its mean cover.
+s times as much colder than the clear sky as its cold clouds is covered by 1 - exp(-a (s + f)): clouds at random
+places, in proportion to what is seen, and a few (f) in its clear sky, too, as clouds smaller than pixels are not seen
+in images. The number a gives the sky its mean cover.
 """
 
 from __future__ import annotations
