@@ -205,7 +205,7 @@ def test_more_clouds_than_in_the_film_have_no_halos():
 
 
 def test_an_example_that_does_not_exist_is_refused():
-    with pytest.raises(CatalogError, match="no example 'trade-cumulos-3'.*trade-cumulus-3"):
+    with pytest.raises(CatalogError, match=r"no example 'trade-cumulos-3'.*trade-cumulus-3"):
         clouds(where="trade-cumulos-3")
 
 

@@ -38,7 +38,7 @@ _LOST = -160.0
 _STEPS = 4096
 """Steps of a table of logarithms: of .1 rank where a patch has a fifth of the weight."""
 
-_FEWEST = 1e-3
+_FEWEST = 1e-4
 """Share of its usual clouds from which on a cell has any."""
 
 _MIDDLE = 127.5
@@ -216,7 +216,7 @@ def play(
                     rank = part_own * rank + part_under * (under[i, j] - middle)
                 rank += middle
                 own[j] = min(max(rank, zero), last)
-            rank = min(max(rank, zero), last)
+            rank = min(max(rank, zero), last) if sheet or raised[j] > lost else zero  # whatever its neighbours have
             at = (min(max(raised[j], np.float32(LOWEST)), np.float32(LOWEST + 23.99 * STEP)) - np.float32(LOWEST)) / (
                 np.float32(STEP)
             )
