@@ -29,9 +29,10 @@ def scene(of_type, pixel_m=20.0, size=48, **clouds):
     ("of_type", "pixel_m", "generator", "coverage"),
     [
         ("cumulus", 20.0, "hcss-skies/simulation", 0.15),
-        ("cumulus", 300.0, "fractal", 0.5),
+        ("cumulus", 300.0, "hcss-skies/simulation", 0.15),
         ("cumulus", 3000.0, "hcss-skies/example", 0.44),
         ("stratocumulus", 50.0, "hcss-skies/simulation", 0.8),
+        ("stratocumulus", 1000.0, "hcss-skies/simulation", 0.8),
         ("stratocumulus", 3000.0, "hcss-skies/example", 0.83),
         ("stratus", 20.0, "hcss-skies/simulation", 0.99),
         ("cirrus", 20.0, "hcss-skies/fall-streaks", 0.5),

@@ -42,7 +42,7 @@ _THIN_M = 10.0
 _OPAQUE = 1e-3
 """Least share of the sea that is seen through clouds."""
 
-_KEPT = 8
+_KEPT = 12
 """Averages that are kept, of pixel sizes and layers."""
 
 
@@ -114,7 +114,7 @@ class Reel:
         key = averaged, seen
         if key not in self._cells:
             if len(self._cells) >= _KEPT:
-                self._cells.clear()
+                self._cells.pop(next(iter(self._cells)))
             self._cells[key] = self._averaged(seen, averaged)
         return self._cells[key]
 
