@@ -63,7 +63,7 @@ _SKIES, _COARSE_SKIES = (1, 2, 1, 2, 1, 2), (1, 4, 2, 4)
 """How many times clouds are magnified, where pixels are large enough, in skies that are laid over one another."""
 
 _COARSE = 8
-"""Cells of the film along a pixel from which on there are fewer skies, and boxes are magnified to have enough cells."""
+"""Cells of the film along a pixel from which on there are fewer skies."""
 
 _BLOCK = 64
 """Cells along a side of the blocks in which further skies are played if they have clouds there."""
@@ -126,9 +126,8 @@ class SimulatedClouds:
         self.film, self._reel = reel.film, reel
         scale = _scale_of(reel.film, inputs.grid.pixel_size_m, parameters.film)
         self._cell_m, self._scale = scale * reel.film.cell_m, scale
-        least = max(1, scale // _COARSE)
         skies = (4, 1) if reel.film.sheet else _SKIES if scale < _COARSE else _COARSE_SKIES
-        self._magnified = [max(min(times, scale), least) for times in skies]
+        self._magnified = [min(times, scale) for times in skies]
         self._tops_vary = parameters.tops == "film"
         self._seen = Seen.of(layer, scale, reel, None if self._tops_vary else inputs.inversion)
         self._table_m, self._adding_up = self._seen.table_m.astype(np.float32), self._seen.adding_up
