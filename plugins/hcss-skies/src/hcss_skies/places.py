@@ -9,15 +9,17 @@ in images. The number a gives the sky its mean cover.
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 from scipy.optimize import brentq
 
 from hcss_skies.blended import BlendedExample
 from hcss_skies.distribution import ranked
-from hcss_skies.example import MAX_SCORE, Example
+from hcss_skies.example import MAX_SCORE, Example, make_example, read_example
 from hcss_skies.reel import Reel
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array
@@ -30,6 +32,10 @@ _UNSEEN = 0.03
 
 _FULLEST = 0.98
 """Local cover of scattered clouds that is never exceeded, unless the mean one is larger."""
+
+_SMOOTH = 0.8
+"""Scale in pixels over which examples are smoothed for sheets: lanes of one pixel would become strings of beads, and
+their edges would be those of pixels, not of the film's clouds."""
 
 _NODES = 0.25
 """Distance of the places at which the example is looked up, in its pixels; between them it is interpolated."""
@@ -44,7 +50,7 @@ class Places:
     Parameters
     ----------
     example : Example
-        What decides.
+        What decides; for sheets of :func:`read_smooth`.
     reel : Reel
         The film.
     coverage : float
@@ -85,6 +91,17 @@ class Places:
         out = np.empty(shape, np.float32)
         _between(out, nodes[..., 0], first[0] - low[0] * every, first[1] - low[1] * every, every)
         return out
+
+
+def read_smooth(path: Path) -> Example:
+    """Return the example of a file for sheets: smooth."""
+    example = read_example(path)
+    height = np.maximum(example.opaque_m, example.clear_m)[example.opaque]
+    smooth = gaussian_filter(height, _SMOOTH, mode="reflect")
+    return make_example(
+        smooth, None, pixel_size_m=example.pixel_size_m, clear_m=example.clear_m, kind=example.kind,
+        source=example.source, licence=example.licence,
+    )  # fmt: skip
 
 
 def local_cover(example: Example, heights_m: Array, coverage: float, reel: Reel) -> Array:

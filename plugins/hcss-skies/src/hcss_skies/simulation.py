@@ -16,7 +16,7 @@ from hcss_skies.film import LEVELS, Bytes, Film
 from hcss_skies.library import find_example, find_film
 from hcss_skies.pace import Pace
 from hcss_skies.parameters import SimulationParameters
-from hcss_skies.places import Places
+from hcss_skies.places import Places, read_smooth
 from hcss_skies.playing import lay_over, logarithms, play, show, show_beside
 from hcss_skies.reel import (
     NO_SHIFT,
@@ -148,7 +148,8 @@ class SimulatedClouds:
         self._places: Places | None = None
         self._change = np.float32(reel.change_of(np.array(layer.coverage)))
         if parameters.where is not None and layer.coverage > 0.0:
-            example = read_example(find_example(parameters.where, inputs.catalog))
+            path = find_example(parameters.where, inputs.catalog)
+            example = inputs.catalog.parsed(path, read_smooth if reel.film.sheet else read_example)
             self._places = Places(example, reel, layer.coverage, self._cell_m, inputs.seed)
         self.declares = CloudDeclaration(
             depends_on=self._pace.depends_on, evolves=self._pace.evolves, notes=tuple(notes)
