@@ -76,7 +76,7 @@ def play(
     usual : ndarray of float32 (F, 2, 256)
         Their usual values at ranks, and at what cells show: one that shows less than it has, has values in proportion.
     shown : ndarray of float32 (shifts, 256)
-        Of :class:`~hcss_skies.reel.Cells`.
+        Of :class:`~hcss_skies.reel.Cells`; none if cells show their ranks.
     per_score : float
         Ranks in a score.
     spacing : float
@@ -217,6 +217,9 @@ def play(
                 rank += middle
                 own[j] = min(max(rank, zero), last)
             rank = min(max(rank, zero), last) if sheet or raised[j] > lost else zero  # whatever its neighbours have
+            if shown.shape[0] == 0:
+                out[i, j] = min(max(rank + raised[j], zero), last)
+                continue
             at = (min(max(raised[j], np.float32(LOWEST)), np.float32(LOWEST + 23.99 * STEP)) - np.float32(LOWEST)) / (
                 np.float32(STEP)
             )

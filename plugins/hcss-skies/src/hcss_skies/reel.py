@@ -30,9 +30,6 @@ NO_SHIFT = 16
 
 _SHIFTS = LOWEST + STEP * np.arange(25)
 
-RAW = (np.arange(float(LEVELS)) + _SHIFTS[:, None]).astype(np.float32)
-"""Ranks as they are, raised by each shift."""
-
 _SMOOTH = 2.0
 """Scale in ranks over which usual heights are smoothed."""
 
@@ -125,7 +122,7 @@ class Reel:
         """
         ranks, frames, few = np.arange(float(LEVELS)), self.frames, self.frames
         if seen.scale == 1:
-            return Cells(self.frames, RAW)
+            return Cells(self.frames, (ranks + _SHIFTS[:, None]).astype(np.float32))
         through = (1.0 - seen.hidden(self.thickness_m(seen.layer))).astype(np.float32)
         if averaged > 1:
             mean, near = blocks(through[frames], averaged), blocks(frames.astype(np.float32), averaged)

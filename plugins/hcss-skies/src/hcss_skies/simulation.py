@@ -18,18 +18,7 @@ from hcss_skies.pace import Pace
 from hcss_skies.parameters import SimulationParameters
 from hcss_skies.places import Places, read_smooth
 from hcss_skies.playing import lay_over, logarithms, play, show, show_beside
-from hcss_skies.reel import (
-    NO_SHIFT,
-    RAW,
-    Reel,
-    Seen,
-    blocks,
-    extinction_m1,
-    parts,
-    read_heights,
-    read_reel,
-    usual_at_ranks,
-)
+from hcss_skies.reel import NO_SHIFT, Reel, Seen, blocks, extinction_m1, parts, read_heights, read_reel, usual_at_ranks
 from hcss_skies.relief import DENSEST, LEAST_M, shares_of
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, CloudLayer, Problem, ProviderError, ScenarioError
 
@@ -70,6 +59,8 @@ _BLOCK = 64
 
 _WINDOWS, _SIDE, _APART_M = 5, 48, 150e3
 """Windows along an axis, their side in pixels, and their distance, in which the cover of large pixels is measured."""
+
+_AS_RANKED = np.empty((0, LEVELS), np.float32)
 
 _NO_HEIGHTS = np.empty((0, 2, LEVELS), np.float32)
 
@@ -309,7 +300,8 @@ class SimulatedClouds:
         others, usual = self._heights(times) if len(beside) else (cells.frames[None][:0], _NO_HEIGHTS)
         spacing, sheet = SPACING * min(cells.frames.shape[2:]), self.film.sheet
         play(
-            out, beside, *first, cells.frames, others, usual, RAW if sheet and sky == 0 else cells.shown,
+            out, beside, *first, cells.frames, others, usual,
+            _AS_RANKED if self._scale == 1 or (sheet and sky == 0) else cells.shown,
             self._reel.per_score, spacing, spacing * self._shifts[sky], sheet,
             np.uint64(key_of(self._inputs.seed, sky)), time_s / (times * self._life_s), self._lasting, change,
             0 if sheet else sky, np.float32(len(self._magnified)), under, np.float32(_OF_WIDER), self._logarithms,
