@@ -39,8 +39,15 @@ def with_skies(
     for number, layer in enumerate(scenario.clouds.layers):
         cloud_type = None if _OF_FRACTAL & layer.model_fields_set else load_cloud_type(layer.type, catalog)
         sky = None if cloud_type is None else cloud_type.sky_of(point_m)
-        if sky is None:
+        if cloud_type is None or sky is None:
             layers.append(layer)
+            of_pixel = None if cloud_type is None else cloud_type.sky_of(scenario.image.pixel_size)
+            if of_pixel is not None:
+                notes.append(
+                    f"clouds of the type '{layer.type}' are fractal at the {point_m:g} m between the points of "
+                    f"image.samples_per_pixel; with fewer points they are those of {of_pixel.package}/"
+                    f"{of_pixel.generator}, from {of_pixel.pixel_size_min:g} m on"
+                )
             continue
         name = f"{sky.package}/{sky.generator}"
         if not any(entry.distribution == sky.package for entry in registry.entries(Kind.CLOUDS)):

@@ -52,6 +52,9 @@ def test_points_smaller_than_those_for_which_a_sky_is_meant_keep_fractal_clouds(
     assert _scene(tmp_path, of_points, "image.pixel_size = 20").clouds.layers[0].generator == "hcss-twin/imagery"
     finer = _scene(tmp_path, of_points, "image = {pixel_size = 20, samples_per_pixel = 2}")
     assert finer.clouds.layers[0].generator == "fractal"
+    (note,) = [note for note in finer.notes if "points" in note]
+    assert "fractal at the 10 m between the points" in note
+    assert "hcss-twin/imagery, from 20 m on" in note
 
 
 def test_coverage_that_a_sky_cannot_have_keeps_fractal_clouds_and_a_note_says_why(tmp_path: Path) -> None:

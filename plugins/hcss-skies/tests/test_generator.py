@@ -98,8 +98,8 @@ def test_the_lattice_is_invisible_in_means_over_seeds(make, monkeypatch):
 
     The places are 1.4 pixels of the example apart, over 84: lattice points are 80 apart.
     """
-    for each in (read_example, make_level):  # all skies have the same example
-        monkeypatch.setattr(f"hcss_skies.generator.{each.__name__}", kept(each))
+    for where, each in (("generator", read_example), ("blended", make_level)):  # all skies have the same example
+        monkeypatch.setattr(f"hcss_skies.{where}.{each.__name__}", kept(each))
     values = np.stack([whole(make(4200.0, 60, seed=seed), 60) for seed in range(1000)])
     error = values.std() / np.sqrt(len(values))
     assert np.abs(values.mean(axis=0) - values.mean()).max() < 4.5 * error

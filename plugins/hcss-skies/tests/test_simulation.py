@@ -7,13 +7,16 @@ import numpy as np
 import pytest
 from hcss_author import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 from hcss_skies.film import read_film
+from hcss_skies.generator import ExampleClouds
 from hcss_skies.library import shipped_films
 from hcss_skies.motion import densify
-from hcss_skies.parameters import SimulationParameters
-from hcss_skies.simulation import SimulatedClouds, extinction_m1
+from hcss_skies.parameters import ExampleParameters, SimulationParameters
+from hcss_skies.reel import extinction_m1
+from hcss_skies.simulation import SimulatedClouds
+from scipy.stats import spearmanr
 
 from hcss_twin import Scenario, simulate
-from hcss_twin.providers import Catalog, Grid, Motion, ProviderError, ScenarioError
+from hcss_twin.providers import Catalog, CatalogError, Grid, Motion, ProviderError, ScenarioError
 
 FROZEN = Motion(0.0, (0.0, 0.0), np.inf, 1.0)
 EVOLVING = Motion(0.0, (0.0, 0.0), 1800.0, 1.0)
@@ -50,8 +53,20 @@ class TestOwnTops(TestCumulus):
         return SimulatedClouds(inputs, SimulationParameters(tops="film"))
 
 
+class TestWhereAnExampleHasClouds(TestCumulus):
+    """Frames of 190 km, so that they have all kinds of places of the example."""
+
+    coverage_tolerance = 0.25
+
+    def make_inputs(self, coverage=0.5, seed=1):
+        return replace(sample_cloud_inputs(coverage, seed), grid=Grid(96, 108, 2000.0), catalog=CATALOG)
+
+    def make_provider(self, inputs):
+        return SimulatedClouds(inputs, SimulationParameters(where="trade-cumulus-3"))
+
+
 def clouds(
-    film="trade-cumulus", *, pixel_m=50.0, size=192, coverage=None, seed=1, motion=FROZEN, depth_m=4000.0, tops="layer"
+    film="trade-cumulus", *, pixel_m=50.0, size=192, coverage=None, seed=1, motion=FROZEN, depth_m=4000.0, **parameters
 ):
     """A generator in a layer that is deep enough for the film's thickest clouds."""
     inputs = sample_cloud_inputs(seed=seed)
@@ -66,7 +81,7 @@ def clouds(
         coverage_mode="field",
     )
     inputs = replace(inputs, layer=layer, grid=Grid(size, size, pixel_m), motion=motion, catalog=CATALOG)
-    return SimulatedClouds(inputs, SimulationParameters(film=film, tops=tops))
+    return SimulatedClouds(inputs, SimulationParameters(film=film, **parameters))
 
 
 def whole(of, size=192, time_s=0.0):
@@ -109,12 +124,89 @@ def test_windows_and_tiles_have_the_same_bits():
     assert np.array_equal(outside[20:, 20:], frame[:40, :40])
 
 
-def test_larger_pixels_show_the_means_of_smaller_ones():
+@pytest.mark.parametrize("where", [None, "trade-cumulus-3"])
+def test_larger_pixels_hide_as_much_of_the_sea_as_smaller_ones_do_in_the_mean(where):
     """Where one patch alone is seen; between patches clouds shrink by what their pixels have."""
-    fine, coarse = whole(clouds(size=384), 384), whole(clouds(pixel_m=100.0))
+    fine, coarse = (
+        1.0 - np.exp(-0.5 * PER_M * whole(clouds(size=192 * n, pixel_m=100.0 / n, where=where), 192 * n))
+        for n in (2, 1)
+    )
     means = fine.reshape(192, 2, 192, 2).mean(axis=(1, 3))
-    assert np.corrcoef(means.ravel(), coarse.ravel())[0, 1] > 0.88
     assert coarse.mean() == pytest.approx(means.mean(), rel=0.05)
+    if where is None:
+        assert np.corrcoef(means.ravel(), coarse.ravel())[0, 1] > 0.88
+
+
+@pytest.mark.parametrize(("coverage", "pixel_m"), [(0.15, 140.0), (0.4, 500.0), (0.15, 2000.0)])
+def test_share_of_large_pixels_with_cloud_is_stated(coverage, pixel_m):
+    of = clouds(coverage=coverage, pixel_m=pixel_m)
+    assert of.image_coverage == pytest.approx(np.mean(whole(of) > 0.0), abs=0.02)
+    assert of.image_coverage > coverage
+    assert not hasattr(clouds(coverage=coverage), "image_coverage")
+
+
+@pytest.mark.parametrize(
+    ("film", "where", "coverage"),
+    [
+        ("trade-cumulus", "trade-cumulus-3", 0.15),
+        ("trade-cumulus", "trade-cumulus-1", 0.4),
+        ("stratocumulus", "closed-cells-1", 0.8),
+        ("stratocumulus", "closed-cells-3", 0.5),
+    ],
+)
+def test_example_decides_where_and_the_layer_how_much(film, where, coverage):
+    """Local cover, in parts of a sky far apart, has the mean of the layer and the ranks of the example's clouds."""
+    local, of_example = [], []
+    inputs = replace(sample_cloud_inputs(seed=3), motion=FROZEN, catalog=CATALOG)
+    for_example = replace(inputs, grid=Grid(1, 1, 3000.0))
+    example = ExampleClouds(for_example, ExampleParameters(example=where, distribution="image"))
+    of = clouds(film, coverage=coverage, seed=3, size=1, where=where)
+    side = 256 * 60  # cells of 50 m in the middle of the sky, as large as the example
+    rows = np.arange(-side // 2, side // 2, 960)
+    for row in rows:
+        for column in rows:
+            window = (slice(row, row + 60), slice(column, column + 60))
+            local.append(np.mean(of.thickness_around_m(0.0, *window) > 0.0))
+            at = (row + 30) // 60, (column + 30) // 60
+            of_example.append(example.thickness_around_m(0.0, slice(at[0], at[0] + 1), slice(at[1], at[1] + 1)).item())
+    assert np.mean(local) == pytest.approx(coverage, abs=0.1)
+    assert spearmanr(local, of_example).statistic > 0.6
+
+
+def test_where_clouds_are_moves_and_changes_as_the_example():
+    """A frame later by the time in which the wind crosses a pixel is that one, shifted, if nothing changes."""
+    of = clouds(pixel_m=500.0, where="streets-1", motion=Motion(0.0, (10.0, 0.0), np.inf, 1.0))
+    assert np.allclose(whole(of, time_s=500.0)[:, 10:], whole(of)[:, :-10], atol=1e-2)
+    of = clouds(pixel_m=500.0, where="streets-1", motion=EVOLVING)
+    assert np.mean(whole(of, time_s=3600.0) != whole(of)) > 0.05
+
+
+@pytest.mark.parametrize(("film", "where"), [("trade-cumulus", "trade-cumulus-3"), ("stratocumulus", "closed-cells-1")])
+@pytest.mark.parametrize("pixel_m", [140.0, 2000.0])
+def test_windows_of_skies_with_an_example_have_the_same_bits(film, where, pixel_m):
+    of = clouds(
+        film, pixel_m=pixel_m, size=300, where=where, coverage=0.5, motion=Motion(0.0, (7.3, -2.1), 1800.0, 1.0)
+    )
+    frame = whole(of, 300, 321.0)
+    assert np.array_equal(frame[245:270, 3:90], of.thickness_m(321.0, slice(245, 270), slice(3, 90)))
+    outside = of.thickness_around_m(321.0, slice(-20, 40), slice(-20, 40))
+    assert np.array_equal(outside[20:, 20:], frame[:40, :40])
+
+
+def test_more_clouds_than_in_the_film_have_no_halos():
+    """Edges stay as steep as in the film: skies are laid over one another, not raised."""
+    steepness = []
+    for coverage in (0.15, 0.5):
+        thickness = np.minimum(whole(clouds(coverage=coverage, size=384), 384) * PER_M, 10.0)
+        step = np.abs(np.diff(thickness, axis=1))
+        edge = (np.minimum(thickness[:, 1:], thickness[:, :-1]) == 0.0) & (step > 0.0)
+        steepness.append(float(np.median(step[edge])))
+    assert steepness[1] > 0.8 * steepness[0]
+
+
+def test_an_example_that_does_not_exist_is_refused():
+    with pytest.raises(CatalogError, match=r"no example 'trade-cumulos-3'.*trade-cumulus-3"):
+        clouds(where="trade-cumulos-3")
 
 
 def test_clouds_change_as_fast_as_in_the_film():
@@ -178,9 +270,9 @@ def test_no_place_has_other_clouds_than_others():
     assert blocks.std() < 0.16 * blocks.mean()
 
 
-@pytest.mark.parametrize("pixel_m", [12.0, 1200.0])
+@pytest.mark.parametrize("pixel_m", [12.0, 2300.0])
 def test_pixels_beyond_what_the_film_has_are_refused(pixel_m):
-    with pytest.raises(ProviderError, match=r"simulation: pixels of 1\d+ m; allowed: 12.5 to 1120 m"):
+    with pytest.raises(ProviderError, match=r"simulation: pixels of \d+ m; allowed: 12.5 to 2240 m"):
         clouds(pixel_m=pixel_m)
 
 

@@ -9,29 +9,19 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_skies.blending import blend, put_in_layer
+from hcss_skies.blended import BlendedExample, key_of
+from hcss_skies.blending import put_in_layer
 from hcss_skies.detail import average, deviation_of, lifetime_s, moments_of
 from hcss_skies.distribution import ranked
 from hcss_skies.example import MAX_SCORE, Detail, read_example
 from hcss_skies.fibres import textures
-from hcss_skies.flow import OCTAVES, flow_nodes, long_waves
 from hcss_skies.library import find_example
 from hcss_skies.pace import Pace
 from hcss_skies.parameters import ExampleParameters
-from hcss_skies.pyramid import make_level
 from hcss_skies.refining import MARGIN, STAGE, refine
 from hcss_skies.relief import depth_of, shares_of, sharpened
 from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_up_pairs
 from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs, ProviderError
-
-PATCH_S = 12_000.0
-"""Time in which a patch becomes another one."""
-
-PATCH_SPEED_M_S = 1.35
-"""Scale of the speeds of patches: by them alone, structures would live for 2 min per km of wavelength."""
-
-NODES = 0.8
-"""Distance of the nodes of waves longer than patches in those of the lattice."""
 
 DETAIL = Detail(0.31, 2.3)
 """Detail of examples that state none, from SEVIRI and Landsat images."""
@@ -102,10 +92,10 @@ class ExampleClouds:
         self._halvings = max(0, math.ceil(-math.log2(self._pixel) - 1e-9))
         if self._halvings == 1:  # pixels of half a cell are means of smaller ones, so that all sensors see one sky
             self._halvings = STAGE
-        self._level = level = make_level(example, inputs.grid.pixel_size_m)
+        self._blended_example = BlendedExample(example, inputs.grid.pixel_size_m, inputs.seed)
+        level = self._blended_example.level
         self._visible_m = self._visible_thickness()
         self._textures = textures() if self._halvings else None
-        self._place_lattice()
         self._clear_m = example.clear_m
         if parameters.clear_sky == "example":
             self._clear_m = min(self._clear_m, float(np.quantile(example.opaque_m[example.opaque], _WARMEST)))
@@ -180,16 +170,6 @@ class ExampleClouds:
             return _VISIBLE * most
         kelvin = inversion.clear_K - _HIDDEN * (inversion.clear_K - inversion.coldest_K)
         return max(float(inversion.thickness_m(np.array(kelvin))), 1e-3 * most)
-
-    def _place_lattice(self) -> None:
-        """Each seed has its lattice elsewhere, so that no place is special."""
-        level = self._level
-        rows = 0.5 * math.sqrt(3.0), 1.0  # distances of rows and of points in them
-        shift = level.spacing * np.random.default_rng([self._inputs.seed, 0x5EA]).random(2) * rows
-        drift = PATCH_SPEED_M_S * PATCH_S / self.example.pixel_size_m
-        self._geometry = np.array(
-            [level.spacing, *level.first, *level.span, level.scale, *shift, drift, level.of_excess]
-        )
 
     def _place_distribution(self) -> None:
         """Give the middle of the sky the distribution of the example at time 0, unless it is left to chance."""
@@ -397,7 +377,7 @@ class ExampleClouds:
             law = np.array([deviation_of(self._detail.exponent, halving) for halving in halvings])
             cell_m = [self.example.pixel_size_m / 2.0 ** (halving + 1) for halving in halvings]
             moments = moments_of(
-                [self._key(halving) for halving in halvings],
+                [key_of(self._inputs.seed, halving) for halving in halvings],
                 [time_s * self._pace.rate / lifetime_s(size_m) for size_m in cell_m],
             )
             refine(
@@ -419,9 +399,6 @@ class ExampleClouds:
             regions.insert(0, (low, high))
         return regions
 
-    def _key(self, number: int) -> int:
-        return (self._inputs.seed * 0x9E3779B97F4A7C15 + (number + 1) * 0xD1B54A32D192ED03) % 2**64
-
     def _blended(self, time_s: float, y: Array, x: Array, which: int = 1) -> NDArray[np.float32]:
         """Return thickness, and x or tops, (rows, columns, 2) at positions in pixels of the example.
 
@@ -436,13 +413,7 @@ class ExampleClouds:
 
     def _blend(self, time_s: float, out: NDArray[np.float32], y: Array, x: Array, tables: NDArray[np.float32]) -> None:
         """Write the values of tables (N, 2) that belong to the blended scores, (rows, columns, 1 or 2)."""
-        time, seed, level = time_s * self._pace.rate, self._inputs.seed, self._level
-        nodes, bounds = flow_nodes(OCTAVES, y, x, self.example.pixel_size_m, self._pixel, seed, time)
-        waves, wave_bounds = long_waves(y, x, NODES * level.spacing, level.long, seed, time)
-        blend(
-            out, y, x, level.scores, tables, self._geometry, nodes, np.vstack([bounds, wave_bounds]), waves,
-            np.uint64(self._key(-2)), time / PATCH_S,
-        )  # fmt: skip
+        self._blended_example.blend(time_s * self._pace.rate, out, y, x, tables, self._pixel)
 
     def _drift(self, speed_m_s: float, time_s: float) -> float:
         """Return a displacement in pixels, without rounding errors where it is a multiple of 1/1024."""

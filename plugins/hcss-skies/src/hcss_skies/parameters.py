@@ -59,6 +59,11 @@ class SimulationParameters(BaseModel):
         description="Name of a shipped film or of one in skies/ beside the scenario (without .nc), or a file of `hcss "
         "skies pack`.",
     )
+    where: str | None = Field(
+        None,
+        description="Name of an example (as for the generator `example`), or a file, whose bright and dark places have "
+        "more and fewer of the film's clouds; default: clouds everywhere alike.",
+    )
     tops: Literal["layer", "film"] = Field(
         "layer",
         description="Cloud tops: those of the layer, from which columns of thickness alone stand or hang, or those of "

@@ -5,24 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
+from hcss_skies.blended import key_of
 from hcss_skies.blending import put_in_layer
-from hcss_skies.film import LEVELS, Bytes, Film, read_film, score_of
-from hcss_skies.library import find_film
-from hcss_skies.motion import densify, filled
+from hcss_skies.example import read_example
+from hcss_skies.film import LEVELS, Bytes, Film
+from hcss_skies.library import find_example, find_film
 from hcss_skies.pace import Pace
 from hcss_skies.parameters import SimulationParameters
-from hcss_skies.playing import play, show, show_beside
+from hcss_skies.places import Places, read_smooth
+from hcss_skies.playing import lay_over, logarithms, play, show, show_beside
+from hcss_skies.reel import NO_SHIFT, Reel, Seen, blocks, extinction_m1, parts, read_heights, read_reel, usual_at_ranks
 from hcss_skies.relief import DENSEST, LEAST_M, shares_of
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, CloudLayer, Problem, ProviderError, ScenarioError
-
-FRAME_S = 20.0
-"""Time between frames, in which clouds move less than a cell."""
 
 FADE_S = 300.0
 """Time in which a patch becomes another one at the end of its piece."""
@@ -33,10 +31,13 @@ SPACING = 0.4
 MAGNIFIED = 4.0
 """Most pixels along a cell: smaller ones would need detail that the simulation has not."""
 
-_LARGEST = 1.4
-"""Largest pixel in cells of the coarsest averages, which are eight along the box."""
+_FROM = 0.78
+"""Smallest pixel in cells: larger cells would blur it."""
 
-_COARSEST = 8
+_LARGEST = 1.4
+"""Largest pixel in cells of the coarsest averages, which are six along the box."""
+
+_COARSEST = 6
 
 _LOWEST = 1e-3
 """Share of the film's tops that count as the lowest one: tables need the range of tops to be short."""
@@ -44,12 +45,26 @@ _LOWEST = 1e-3
 _LEAST_RISE = 0.01
 """Least height of the lowest top above the base of the layer, in parts of its depth."""
 
-_SMOOTH = 2.0
-"""Scale in ranks over which usual heights are smoothed."""
+_OF_WIDER = 0.36
+"""Share of the variance of sheets that has four times the size, where pixels are large enough."""
 
-_NO_HEIGHTS = np.empty((0, LEVELS), np.float32)
+_SKIES, _COARSE_SKIES = (1, 2, 1, 2, 1, 2), (1, 4, 2, 4)
+"""How many times clouds are magnified, where pixels are large enough, in skies that are laid over one another."""
 
-_TILE = 512
+_COARSE = 8
+"""Cells of the film along a pixel from which on there are fewer skies."""
+
+_BLOCK = 64
+"""Cells along a side of the blocks in which further skies are played if they have clouds there."""
+
+_WINDOWS, _SIDE, _APART_M = 5, 48, 150e3
+"""Windows along an axis, their side in pixels, and their distance, in which the cover of large pixels is measured."""
+
+_AS_RANKED = np.empty((0, LEVELS), np.float32)
+
+_NO_HEIGHTS = np.empty((0, 2, LEVELS), np.float32)
+
+_TILE = 256
 
 TOPS = "clouds.parameters.tops"
 
@@ -57,10 +72,15 @@ TOPS = "clouds.parameters.tops"
 class SimulatedClouds:
     """Clouds of a film, patched together without end.
 
-    Cells are averaged to the power of two that is closest to the pixel, so that all pixel sizes show one sky; between
-    their middles scores are interpolated, so that outlines are smooth. The coverage is that of the film's own cells:
-    larger pixels, parts of which are cloudy, have more. Clouds have the optical thickness of the simulation as far as
-    the layer is deep enough.
+    Cells are averaged to a power of two, so that they are not larger than 1.3 pixels. Those of the film have thickness
+    by interpolated scores, so that outlines are smooth. Larger ones hide as much of the sea as those of the film in
+    them do in the mean: of the radiance at 10.8 um in a scene. The coverage is that of the film's own cells: of larger
+    pixels, which are partly cloudy, more have cloud (:attr:`image_coverage`). Clouds have the optical thickness of the
+    simulation as far as the layer is deep enough.
+
+    Where an example decides (``where``), its cold places have more clouds, its clear ones few, and both move and change
+    as it does. Pixels that are large enough also have clouds of the film that are magnified, up to four times, for
+    structure larger than its box.
 
     Tops and bases are fractions of the layer, as in the film. With ``tops = "film"`` clouds hang from them, and are as
     thick as their optical thickness needs; what would reach below the layer is higher. Light between columns sees
@@ -93,35 +113,37 @@ class SimulatedClouds:
         self._inputs = inputs
         # The plan makes dozens of skies of a film, with other seeds and layers, to hold them to its laws.
         self._path = find_film(parameters.film, inputs.catalog)
-        film, frames = inputs.catalog.parsed(self._path, _film_and_frames)
-        self.film, self._frames, self._frames_of_film = film, frames, frames
-        scale = _scale_of(film, inputs.grid.pixel_size_m, parameters.film)
-        self._cell_m = scale * film.cell_m
-        parts = _parts(film)
-        of_film = thickness = _in_metres(film, layer)
-        if scale > 1:
-            self._frames, thickness = averaged(film, self._frames, thickness, scale)
-
-        self._scale, self._of_film_m = scale, of_film
+        reel = inputs.catalog.parsed(self._path, read_reel)
+        self.film, self._reel = reel.film, reel
+        scale = _scale_of(reel.film, inputs.grid.pixel_size_m, parameters.film)
+        self._cell_m, self._scale = scale * reel.film.cell_m, scale
+        skies = (4, 1) if reel.film.sheet else _SKIES if scale < _COARSE else _COARSE_SKIES
+        self._magnified = [min(times, scale) for times in skies]
         self._tops_vary = parameters.tops == "film"
-        self.cloud_top_range_m = _top_range_m(film, layer) if self._tops_vary else None
+        self._seen = Seen.of(layer, scale, reel, None if self._tops_vary else inputs.inversion)
+        self._table_m, self._adding_up = self._seen.table_m.astype(np.float32), self._seen.adding_up
+        self.cloud_top_range_m = _top_range_m(reel.film, layer) if self._tops_vary else None
         self.skipped: tuple[tuple[str, str], ...] = (
             () if self._tops_vary else (("cloud-top height of the film", f'{TOPS} = "layer": thickness alone varies'),)
         )
         self._last: tuple[tuple[float, ...], NDArray[np.float32], NDArray[np.float32]] | None = None
-        self.thickness_of_ranks_m = thickness.astype(np.float32)
-        self._scores = film.scores[[0, -1]].astype(np.float64)
-        last = self._frames.shape[1] - 1.001
-        begins = last - min(FADE_S / film.interval_s * parts, 0.5 * last)
+        last, of_interval = reel.frames.shape[1] - 1.001, parts(reel.film)
+        begins = last - min(FADE_S / reel.film.interval_s * of_interval, 0.5 * last)
         self._lasting = np.array([last, begins])
-        self._life_s = begins * film.interval_s / parts
-        self._spacing = SPACING * min(self._frames.shape[2:])
-        self._shift = self._spacing * np.random.default_rng([inputs.seed, 0xF11]).random(2)
+        self._life_s = begins * reel.film.interval_s / of_interval
+        self._shifts = np.random.default_rng([inputs.seed, 0xF11]).random((len(skies), 2))
+        self._of_heights: dict[int, tuple[Bytes, NDArray[np.float32]]] = {}
+        self._logarithms = logarithms(reel.per_score)
         self._pace = Pace.of(inputs.motion)
+        notes = _notes(reel, parameters, layer)
+        self._places: Places | None = None
+        self._change = np.float32(reel.change_of(np.array(layer.coverage)))
+        if parameters.where is not None and layer.coverage > 0.0:
+            path = find_example(parameters.where, inputs.catalog)
+            example = inputs.catalog.parsed(path, read_smooth if reel.film.sheet else read_example)
+            self._places = Places(example, reel, layer.coverage, self._cell_m, inputs.seed)
         self.declares = CloudDeclaration(
-            depends_on=self._pace.depends_on,
-            evolves=self._pace.evolves,
-            notes=tuple(_notes(film, parameters.film, layer)),
+            depends_on=self._pace.depends_on, evolves=self._pace.evolves, notes=tuple(notes)
         )
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
@@ -157,6 +179,25 @@ class SimulatedClouds:
             top = np.maximum(self._altitude(played[1]), np.float32(layer.base_m) + thickness)
             self._last = key, thickness, np.clip(top, low, high)
         return self._last[1:]
+
+    @cached_property
+    def image_coverage(self) -> float:
+        """Share of pixels with cloud, the optional member of generators; not there for pixels of the film's size.
+
+        Larger ones are partly cloudy, so that more of them have cloud than the layer's coverage, which is that of the
+        film's cells.
+
+        Raises
+        ------
+        AttributeError
+            For pixels that are not larger, and without cloud.
+        """
+        if self._scale == 1 or self._inputs.layer.coverage == 0.0:
+            raise AttributeError("image_coverage")
+        apart = max(_SIDE, round(_APART_M / self._inputs.grid.pixel_size_m))
+        windows = [slice(n * apart, n * apart + _SIDE) for n in range(-(_WINDOWS // 2), _WINDOWS // 2 + 1)]
+        cloudy = [np.mean(self.thickness_m(0.0, rows, columns) > 0.0) for rows in windows for columns in windows]
+        return float(np.mean(cloudy))
 
     @property
     def height_shares(self) -> Callable[..., NDArray[np.float32]]:
@@ -215,67 +256,79 @@ class SimulatedClouds:
         positions = self._pace.positions_m(self._inputs.grid, (row, column), out[0].shape, time_s)
         y, x = (position / self._cell_m - 0.5 for position in positions)
         first = math.floor(y[0]), math.floor(x[0])
-        cells = np.empty((math.floor(y[-1]) + 2 - first[0], math.floor(x[-1]) + 2 - first[1]), np.float32)
-        beside = np.empty((len(out) - 1, *cells.shape), np.float32)
-        others, usual = self._heights if len(beside) else (self._frames[None][:0], _NO_HEIGHTS)
-        key = np.uint64((self._inputs.seed * 0x9E3779B97F4A7C15 + 0xD1B54A32D192ED03) % 2**64)
-        play(
-            cells, beside, *first, self._frames, others, usual, self._scores, self._spacing, self._shift,
-            self.film.sheet, key, time_s * self._pace.rate / self._life_s, self._lasting,
-        )  # fmt: skip
-        show(out[0], cells, y, x, *first, self.thickness_of_ranks_m)
-        clear = float(np.count_nonzero(self.thickness_of_ranks_m == 0.0) - 1)
+        shape = math.floor(y[-1]) + 2 - first[0], math.floor(x[-1]) + 2 - first[1]
+        cells, beside = self._cells(time_s * self._pace.rate, first, shape, len(out) - 1)
+        show(out[0], cells, y, x, *first, self._table_m)
+        clear = float(np.count_nonzero(self._table_m == 0.0) - 1)
         for shown, field in zip(out[1:], beside, strict=True):
             show_beside(shown, field, cells, clear, y, x, *first)
 
-    @cached_property
-    def _heights(self) -> tuple[Bytes, NDArray[np.float32]]:
-        """Tops and bases (2, pieces, frames, rows, columns) in 255ths of the layer, everywhere, and the usual ones."""
-        film, frames, scale = self.film, self._frames_of_film, self._scale
-        thicker = np.clip(np.arange(LEVELS) + _ranks_added(film, self._inputs.layer), 0.0, LEVELS - 1.0)
-        fields = []
-        for field, usual in self._inputs.catalog.parsed(self._path, _heights_of_film):
-            moved = (np.interp(thicker, np.arange(LEVELS), usual) / usual).astype(np.float32)
-            fields.append(field * moved[frames])
-        if scale > 1:  # means over the cloud of larger cells
-            weight = (self._of_film_m > 0.0).astype(np.float32)[frames] + np.float32(1e-3)
-            total = _blocks(weight, scale)
-            fields = [_blocks(weight * field, scale) / total for field in fields]
+    def _cells(
+        self, time_s: float, first: tuple[int, int], shape: tuple[int, int], heights: int
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return ranks (rows, columns) of cells, and that many of tops and bases (F, rows, columns)."""
+        change = np.full(shape, self._change)
+        if self._places is not None:
+            change = self._places.change(time_s, first, shape)
+        cells, beside = np.empty(shape, np.float32), np.empty((heights, *shape), np.float32)
+        if self.film.sheet:
+            under = np.empty((0, 0), np.float32)
+            if self._magnified[0] > self._magnified[1]:
+                under = np.empty_like(cells)
+                self._play(under, beside[:0], time_s, first, np.zeros_like(change), 0, under[:0])
+            self._play(cells, beside, time_s, first, change, 1, under)
+            return cells, beside
+        self._play(cells, beside, time_s, first, change, 0, cells[:0])
+        for i in range(0, shape[0], _BLOCK):
+            for j in range(0, shape[1], _BLOCK):
+                of = change[i : i + _BLOCK, j : j + _BLOCK]
+                skies = min(math.ceil(float(of.max())), len(self._magnified))
+                for sky in range(1, skies):
+                    block, more = np.empty(of.shape, np.float32), np.empty((heights, *of.shape), np.float32)
+                    self._play(block, more, time_s, (first[0] + i, first[1] + j), of, sky, block[:0])
+                    part = np.s_[i : i + _BLOCK, j : j + _BLOCK]
+                    lay_over(cells[part], beside[:, *part], block, more, *self._adding_up)
+        return cells, beside
+
+    def _play(
+        self, out: NDArray[np.float32], beside: NDArray[np.float32], time_s: float, first: tuple[int, int],
+        change: NDArray[np.float32], sky: int, under: NDArray[np.float32],
+    ) -> None:  # fmt: skip
+        """Write one of the skies: what cells show, and other fields; of the first one of sheets the ranks alone."""
+        times = self._magnified[sky]
+        cells = self._reel.cells(self._seen, self._scale // times)
+        others, usual = self._heights(times) if len(beside) else (cells.frames[None][:0], _NO_HEIGHTS)
+        spacing, sheet = SPACING * min(cells.frames.shape[2:]), self.film.sheet
+        play(
+            out, beside, *first, cells.frames, others, usual,
+            _AS_RANKED if self._scale == 1 or (sheet and sky == 0) else cells.shown,
+            self._reel.per_score, spacing, spacing * self._shifts[sky], sheet,
+            np.uint64(key_of(self._inputs.seed, sky)), time_s / (times * self._life_s), self._lasting, change,
+            0 if sheet else sky, np.float32(len(self._magnified)), under, np.float32(_OF_WIDER), self._logarithms,
+        )  # fmt: skip
+
+    def _heights(self, times: int) -> tuple[Bytes, NDArray[np.float32]]:
+        """Tops and bases (2, pieces, frames, rows, columns) in 255ths of the layer, everywhere, and the usual ones.
+
+        Those of clouds that are magnified so many times.
+        """
+        if times in self._of_heights:
+            return self._of_heights[times]
+        reel, averaged, layer = self._reel, self._scale // times, self._inputs.layer
+        fields: list[NDArray[np.float32]] = [
+            field.astype(np.float32) for field, _ in self._inputs.catalog.parsed(self._path, read_heights)
+        ]
+        if averaged > 1:  # means over the cloud of larger cells
+            weight = (reel.thickness_m(layer) > 0.0).astype(np.float32)[reel.frames] + np.float32(1e-3)
+            total = blocks(weight, averaged)
+            fields = [blocks(weight * field, averaged) / total for field in fields]
         heights = np.clip(np.rint(fields), 1.0, 255.0).astype(np.uint8)
-        return heights, np.stack([_usual(field, self._frames) for field in heights]).astype(np.float32)
-
-
-def _film_and_frames(path: Path) -> tuple[Film, Bytes]:
-    """Return a film, and its ranks (pieces, frames, rows, columns) in frames between snapshots."""
-    film = read_film(path)
-    return film, densify(film.ranks, film.motion, film.block, _parts(film))
-
-
-def _heights_of_film(path: Path) -> list[tuple[Bytes, Array]]:
-    """Return tops and bases (pieces, frames, rows, columns) everywhere, and their usual values (256,) at ranks."""
-    film, frames = _film_and_frames(path)
-    fields = [densify(filled(of), film.motion, film.block, _parts(film)) for of in (film.top, film.base)]
-    return [(field, _usual(field, frames)) for field in fields]
-
-
-def _parts(film: Film) -> int:
-    return max(1, round(film.interval_s / FRAME_S))
-
-
-def _usual(field: Bytes, ranks: Bytes) -> Array:
-    """Return the mean height (256,) at ranks."""
-    count = np.bincount(ranks.ravel(), minlength=LEVELS) + 1e-9
-    total = np.bincount(ranks.ravel(), field.ravel(), minlength=LEVELS) + 1e-9 * float(np.mean(field))
-    mean: Array = gaussian_filter1d(total, _SMOOTH) / gaussian_filter1d(count, _SMOOTH)
-    return mean
-
-
-def _blocks(field: NDArray[np.float32], scale: int) -> NDArray[np.float32]:
-    """Return means (pieces, frames, rows, columns) over squares of ``scale`` cells."""
-    pieces, count, rows, columns = field.shape
-    blocks = field.reshape(pieces, count, rows // scale, scale, columns // scale, scale)
-    mean: NDArray[np.float32] = blocks.mean(axis=(3, 5), dtype=np.float32)
-    return mean
+        cells = reel.cells(self._seen, averaged)
+        at_ranks = [usual_at_ranks(field, cells.frames) for field in heights]
+        places = cells.shown[NO_SHIFT].astype(np.float64) + 1e-6 * np.arange(LEVELS)
+        usual = [[of, np.interp(np.arange(LEVELS), places, of)] for of in at_ranks]
+        self._of_heights[times] = heights, np.array(usual, np.float32)
+        return self._of_heights[times]
 
 
 def _top_range_m(film: Film, layer: CloudLayer) -> tuple[float, float]:
@@ -283,35 +336,6 @@ def _top_range_m(film: Film, layer: CloudLayer) -> tuple[float, float]:
     lowest = float(np.quantile(film.top[film.top > 0], _LOWEST)) / 255.0
     least = max(layer.thickness_min_m, _LEAST_RISE * layer.thickness_max_m)
     return layer.base_m + max(lowest * layer.thickness_max_m, 1.01 * least), layer.top_m
-
-
-def averaged(film: Film, frames: Bytes, thickness_m: Array, scale: int) -> tuple[Bytes, Array]:
-    """Return ranks (pieces, frames, rows, columns) and thickness (256,) of cells ``scale`` times as large.
-
-    Parameters
-    ----------
-    frames : ndarray of uint8 (pieces, frames, rows, columns)
-        Ranks.
-    thickness_m : ndarray (256,)
-        Thickness at ranks.
-    """
-    mean, near = _blocks(thickness_m.astype(np.float32)[frames], scale), _blocks(frames.astype(np.float32), scale)
-    order = np.lexsort((near.ravel(), mean.ravel()))  # clear cells by how close cloud is
-    probability = (np.arange(order.size) + 0.5) / order.size
-    first, last = film.scores[0], film.scores[-1]
-    found = (score_of(probability, film.sheet) - first) * ((LEVELS - 1) / (last - first))
-    ranks = np.empty(order.size, np.uint8)
-    ranks[order] = np.clip(np.rint(found), 0, LEVELS - 1).astype(np.uint8)
-    return ranks.reshape(mean.shape), np.interp(np.arange(LEVELS), found, mean.ravel()[order])
-
-
-def extinction_m1(layer: CloudLayer) -> float:
-    """Return the extinction of a layer in the visible, 1/m: twice the area of its particles, which are large."""
-    particles = layer.microphysics
-    radius = np.geomspace(*particles.radius_range_um, 2000)
-    number = radius**particles.alpha * np.exp(-particles.b * radius**particles.nu)
-    area_um2 = math.pi * np.trapezoid(number * radius**2, radius) / np.trapezoid(number, radius)
-    return float(2.0 * particles.number_density_m3 * area_um2 * 1e-12)
 
 
 def _scale_of(film: Film, pixel_m: float, name: str) -> int:
@@ -326,30 +350,12 @@ def _scale_of(film: Film, pixel_m: float, name: str) -> int:
             f"simulation: pixels of {pixel_m:g} m; allowed: {film.cell_m / MAGNIFIED:g} to "
             f"{_LARGEST * coarsest * film.cell_m:g} m with the film '{name}'"
         )
-    return 1 << min(max(0, round(math.log2(pixel))), int(math.log2(coarsest)))
+    return 1 << min(max(0, math.floor(math.log2(pixel / _FROM))), int(math.log2(coarsest)))
 
 
-def _in_metres(film: Film, layer: CloudLayer) -> Array:
-    """Return the thickness (256,) of ranks: the film's, moved along the scores to the cover of the layer."""
-    if layer.coverage <= 0.0:
-        return np.zeros(LEVELS)
-    ranks = np.arange(LEVELS)
-    optical = np.interp(ranks + _ranks_added(film, layer), ranks, film.optical_thickness)
-    thinnest = float(film.optical_thickness[film.optical_thickness > 0.0][0])
-    # Between a clear and a cloudy rank it is clear; cloud is as thick as the layer allows.
-    metres: Array = np.clip(optical / extinction_m1(layer), layer.thickness_min_m, layer.thickness_max_m)
-    return metres if layer.coverage >= 1.0 else np.where(optical < thinnest, 0.0, metres)
-
-
-def _ranks_added(film: Film, layer: CloudLayer) -> float:
-    """Return how many ranks the clouds of a film are raised, so that the layer has its cover."""
-    clear = np.array([1.0 - film.coverage, 1.0 - layer.coverage])
-    scores = score_of(np.clip(clear, 1e-6, 1.0 - 1e-6), film.sheet)
-    return float((scores[0] - scores[1]) * (LEVELS - 1) / (film.scores[-1] - film.scores[0]))
-
-
-def _notes(film: Film, name: str, layer: CloudLayer) -> list[str]:
-    notes = [f"Film {name}: {film.kind}, {film.source} ({film.licence})"]
+def _notes(reel: Reel, parameters: SimulationParameters, layer: CloudLayer) -> list[str]:
+    film = reel.film
+    notes = [f"Film {parameters.film}: {film.kind}, {film.source} ({film.licence})"]
     most = layer.thickness_max_m * extinction_m1(layer)
     thicker = film.share_above(1.02 * most)
     if thicker > 1e-3:
