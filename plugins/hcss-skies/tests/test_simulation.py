@@ -171,6 +171,40 @@ def test_frozen_clouds_drift_with_the_wind_alone():
     assert np.allclose(whole(of, time_s=50.0)[:, 10:], whole(of)[:, :-10], atol=1e-3)
 
 
+def drifting(x, y, **options):
+    """A frozen sky with a wind, whose middle pixel is at the origin."""
+    return clouds(motion=Motion(0.0, (x, y), np.inf, 1.0), size=191, pixel_m=20.0, **options)
+
+
+@pytest.mark.parametrize("tops", ["layer", "film"])
+def test_clouds_are_turned_so_that_the_wind_of_the_film_blows_along_that_of_the_scene(tops):
+    """The film trade-cumulus moved toward -x."""
+    along = whole(drifting(-8.0, 0.0, tops=tops), 191)
+    np.testing.assert_array_equal(along, whole(clouds(size=191, pixel_m=20.0), 191))
+    northward, eastward = drifting(0.0, 8.0, tops=tops), drifting(8.0, 0.0, tops=tops)
+    np.testing.assert_allclose(whole(northward, 191), along[:, ::-1].T, atol=1e-3)
+    np.testing.assert_allclose(whole(eastward, 191), along[::-1, ::-1], atol=1e-3)
+    if tops == "film":
+        (_, top), (_, of_along) = (pair(of, 191) for of in (northward, drifting(-8.0, 0.0, tops=tops)))
+        np.testing.assert_allclose(top, of_along[:, ::-1].T, atol=1e-3)
+
+
+def test_a_sky_turned_by_any_angle_shows_the_same_clouds():
+    """By 53 deg, of which 3 to the left and 4 up are 5 along."""
+    plain, turned = (whole(drifting(*wind), 191) for wind in ((-8.0, 0.0), (-4.8, -6.4)))
+    n = np.arange(-18, 19)
+    assert np.count_nonzero(plain[95, 95 + 5 * n]) > 5
+    np.testing.assert_allclose(turned[95 + 4 * n, 95 + 3 * n], plain[95, 95 + 5 * n], atol=1e-3)
+    np.testing.assert_allclose(turned[95 + 3 * n, 95 - 4 * n], plain[95 + 5 * n, 95], atol=1e-3)
+
+
+def test_turned_skies_keep_cover_and_have_no_place_with_other_clouds():
+    skies = [whole(clouds(size=192, seed=seed, motion=Motion(0.0, (5.0, 3.0), np.inf, 1.0))) for seed in range(60)]
+    mean = np.mean([of > 0.0 for of in skies], axis=0)
+    assert mean.mean() == pytest.approx(read_film(shipped_films()["trade-cumulus"]).coverage, abs=0.015)
+    assert mean.reshape(6, 32, 6, 32).mean(axis=(1, 3)).std() < 0.16 * mean.mean()
+
+
 def test_no_place_has_other_clouds_than_others():
     """Neither patches nor their borders are seen in the mean of many skies."""
     mean = np.mean([whole(clouds(size=192, seed=seed)) > 0.0 for seed in range(60)], axis=0)

@@ -169,7 +169,7 @@ def _take(
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")
-def show(out: Any, ranks: Any, y: Any, x: Any, row: int, column: int, table: Any) -> None:
+def show(out: Any, ranks: Any, y: Any, y_turned: Any, x: Any, x_turned: Any, row: int, column: int, table: Any) -> None:
     """Write values of a table (256,) at ranks between the middles of cells, bilinear.
 
     Parameters
@@ -178,24 +178,21 @@ def show(out: Any, ranks: Any, y: Any, x: Any, row: int, column: int, table: Any
         The result.
     ranks : ndarray of float32 (rows, columns)
         Of cells from ``row`` and ``column`` on.
-    y, x : ndarray of float64 (Y,), (X,)
-        Positions: whole numbers are the middles of cells.
+    y, y_turned, x, x_turned : ndarray of float64
+        Where the pixels are: see :class:`hcss_skies.pace.Places`.
     row, column : int
         First cell.
     table : ndarray of float32 (256,)
         Values at ranks.
     """
-    at, past = np.empty(x.size, np.int64), np.empty(x.size, np.float32)
-    for j in range(x.size):
-        whole = math.floor(x[j])
-        at[j], past[j] = np.int64(whole) - column, x[j] - whole
     for i in range(y.size):
-        whole = math.floor(y[i])
-        k, fy = np.int64(whole) - row, np.float32(y[i] - whole)
         for j in range(x.size):
-            m = at[j]
-            low = ranks[k, m] + past[j] * (ranks[k, m + 1] - ranks[k, m])
-            high = ranks[k + 1, m] + past[j] * (ranks[k + 1, m + 1] - ranks[k + 1, m])
+            at_y, at_x = y[i] - x_turned[j], x[j] + y_turned[i]
+            low_y, low_x = math.floor(at_y), math.floor(at_x)
+            fy, fx = np.float32(at_y - low_y), np.float32(at_x - low_x)
+            k, m = np.int64(low_y) - row, np.int64(low_x) - column
+            low = ranks[k, m] + fx * (ranks[k, m + 1] - ranks[k, m])
+            high = ranks[k + 1, m] + fx * (ranks[k + 1, m + 1] - ranks[k + 1, m])
             rank = low + fy * (high - low)
             n: Any = np.int64(rank)
             n = min(n, 254)
@@ -203,7 +200,9 @@ def show(out: Any, ranks: Any, y: Any, x: Any, row: int, column: int, table: Any
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")
-def show_beside(out: Any, cells: Any, ranks: Any, cloudy: float, y: Any, x: Any, row: int, column: int) -> None:
+def show_beside(
+    out: Any, cells: Any, ranks: Any, cloudy: float, y: Any, y_turned: Any, x: Any, x_turned: Any, row: int, column: int
+) -> None:
     """Write another field of cells between their middles: bilinear among cells with cloud, as far as there are any.
 
     Parameters
@@ -214,18 +213,18 @@ def show_beside(out: Any, cells: Any, ranks: Any, cloudy: float, y: Any, x: Any,
         Of cells from ``row`` and ``column`` on.
     cloudy : float
         Rank above which a cell has cloud.
-    y, x : ndarray of float64 (Y,), (X,)
-        Positions: whole numbers are the middles of cells.
+    y, y_turned, x, x_turned : ndarray of float64
+        Where the pixels are: see :class:`hcss_skies.pace.Places`.
     row, column : int
         First cell.
     """
     clear, one = np.float32(_OF_CLEAR), np.float32(1.0)
     for i in range(y.size):
-        whole = math.floor(y[i])
-        k, fy = np.int64(whole) - row, np.float32(y[i] - whole)
         for j in range(x.size):
-            whole = math.floor(x[j])
-            m, fx = np.int64(whole) - column, np.float32(x[j] - whole)
+            at_y, at_x = y[i] - x_turned[j], x[j] + y_turned[i]
+            low_y, low_x = math.floor(at_y), math.floor(at_x)
+            k, fy = np.int64(low_y) - row, np.float32(at_y - low_y)
+            m, fx = np.int64(low_x) - column, np.float32(at_x - low_x)
             total = value = np.float32(0.0)
             for down in range(2):
                 share = fy if down else one - fy

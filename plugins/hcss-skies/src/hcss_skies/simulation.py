@@ -15,7 +15,7 @@ from hcss_skies.blending import put_in_layer
 from hcss_skies.film import LEVELS, Bytes, Film, read_film, score_of
 from hcss_skies.library import find_film
 from hcss_skies.motion import densify, filled
-from hcss_skies.pace import Pace
+from hcss_skies.pace import Pace, Places, turned
 from hcss_skies.parameters import SimulationParameters
 from hcss_skies.playing import play, show, show_beside
 from hcss_skies.relief import DENSEST, LEAST_M, shares_of
@@ -62,9 +62,10 @@ class SimulatedClouds:
     larger pixels, parts of which are cloudy, have more. Clouds have the optical thickness of the simulation as far as
     the layer is deep enough.
 
-    Tops and bases are fractions of the layer, as in the film. With ``tops = "film"`` clouds hang from them, and are as
-    thick as their optical thickness needs; what would reach below the layer is higher. Light between columns sees
-    bodies from the base to the top (:attr:`height_shares`).
+    The sky is turned so that the wind of the film blows along that of the scene. Tops and bases are fractions of the
+    layer, as in the film. With ``tops = "film"`` clouds hang from them, and are as thick as their optical thickness
+    needs; what would reach below the layer is higher. Light between columns sees bodies from the base to the top
+    (:attr:`height_shares`).
 
     Parameters
     ----------
@@ -118,6 +119,7 @@ class SimulatedClouds:
         self._spacing = SPACING * min(self._frames.shape[2:])
         self._shift = self._spacing * np.random.default_rng([inputs.seed, 0xF11]).random(2)
         self._pace = Pace.of(inputs.motion)
+        self._turn = turned(film.frame_m_s, inputs.motion.cloud_velocity_m_s)
         self.declares = CloudDeclaration(
             depends_on=self._pace.depends_on,
             evolves=self._pace.evolves,
@@ -213,20 +215,21 @@ class SimulatedClouds:
     def _write(self, out: list[NDArray[np.float32]], time_s: float, row: int, column: int) -> None:
         """Write a part of a frame that begins at ``row`` and ``column``."""
         positions = self._pace.positions_m(self._inputs.grid, (row, column), out[0].shape, time_s)
-        y, x = (position / self._cell_m - 0.5 for position in positions)
-        first = math.floor(y[0]), math.floor(x[0])
-        cells = np.empty((math.floor(y[-1]) + 2 - first[0], math.floor(x[-1]) + 2 - first[1]), np.float32)
-        beside = np.empty((len(out) - 1, *cells.shape), np.float32)
+        places = Places.of(positions[0], positions[1], self._turn, self._cell_m)
+        first_row, first_column, *shape = places.window
+        first, at = (first_row, first_column), (places.y, places.y_turned, places.x, places.x_turned)
+        cells = np.empty(shape, np.float32)
+        beside = np.empty((len(out) - 1, *shape), np.float32)
         others, usual = self._heights if len(beside) else (self._frames[None][:0], _NO_HEIGHTS)
         key = np.uint64((self._inputs.seed * 0x9E3779B97F4A7C15 + 0xD1B54A32D192ED03) % 2**64)
         play(
             cells, beside, *first, self._frames, others, usual, self._scores, self._spacing, self._shift,
             self.film.sheet, key, time_s * self._pace.rate / self._life_s, self._lasting,
         )  # fmt: skip
-        show(out[0], cells, y, x, *first, self.thickness_of_ranks_m)
+        show(out[0], cells, *at, *first, self.thickness_of_ranks_m)
         clear = float(np.count_nonzero(self.thickness_of_ranks_m == 0.0) - 1)
         for shown, field in zip(out[1:], beside, strict=True):
-            show_beside(shown, field, cells, clear, y, x, *first)
+            show_beside(shown, field, cells, clear, *at, *first)
 
     @cached_property
     def _heights(self) -> tuple[Bytes, NDArray[np.float32]]:
