@@ -271,6 +271,15 @@ def test_clouds_stay_in_their_layer(depth_m):
     assert top.max() <= high
 
 
+@pytest.mark.parametrize("name", ["trade-cumulus", "stratocumulus"])
+def test_slant_paths_cross_clouds_from_the_base_to_the_top_of_the_film(name):
+    film, of = read_film(shipped_films()[name]), clouds(name, tops="film", depth_m=20_000.0)
+    depth = of.cloud_depth_m(0.0, slice(0, 192), slice(0, 192))[whole(of) > 0.0] / 20_000.0
+    expected = (film.top.astype(float) - film.base)[film.top > 0] / 255.0
+    for share in (0.25, 0.5, 0.75):
+        assert np.quantile(depth, share) == pytest.approx(np.quantile(expected, share), abs=0.08)
+
+
 def test_tops_are_alike_in_windows_and_outside_the_image():
     of = clouds(pixel_m=20.0, size=600, motion=Motion(0.0, (7.3, -2.1), 1800.0, 1.0), tops="film")
     frame = of.cloud_top_m(321.0, slice(-20, 600), slice(0, 600))

@@ -136,7 +136,7 @@ def test_the_command_packs_the_volume_that_a_scene_names(run, tmp_path):
     cell_m = read_volume(tmp_path / "skies" / "mine.nc").cell_m
     inputs = replace(inputs, grid=Grid(8, 8, cell_m))
     assert whole(VolumeClouds(inputs, VolumeParameters(volume="mine")), 8).max() > 0.0
-    with pytest.raises(CatalogError, match="no volume 'other'.*mine"):
+    with pytest.raises(CatalogError, match=r"no volume 'other'.*mine"):
         VolumeClouds(inputs, VolumeParameters(volume="other"))
 
 

@@ -64,8 +64,8 @@ class SimulatedClouds:
 
     The sky is turned so that the wind of the film blows along that of the scene. Tops and bases are fractions of the
     layer, as in the film. With ``tops = "film"`` clouds hang from them, and are as thick as their optical thickness
-    needs; what would reach below the layer is higher. Light between columns sees bodies from the base to the top
-    (:attr:`height_shares`).
+    needs; what would reach below the layer is higher. Slant paths cross bodies from the base to the top, and light
+    between columns sees them (:attr:`height_shares`).
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class SimulatedClouds:
         self.skipped: tuple[tuple[str, str], ...] = (
             () if self._tops_vary else (("cloud-top height of the film", f'{TOPS} = "layer": thickness alone varies'),)
         )
-        self._last: tuple[tuple[float, ...], NDArray[np.float32], NDArray[np.float32]] | None = None
+        self._last: tuple[tuple[float, ...], list[NDArray[np.float32]]] | None = None
         self.thickness_of_ranks_m = thickness.astype(np.float32)
         self._scores = film.scores[[0, -1]].astype(np.float64)
         last = self._frames.shape[1] - 1.001
@@ -135,7 +135,7 @@ class SimulatedClouds:
             If the time is not finite.
         """
         if self._tops_vary:
-            return self._pair(time_s, rows, columns)[0].copy()
+            return self._bodies(time_s, rows, columns)[0].copy()
         return self._thickness(self._played(time_s, rows, columns, 0))
 
     def thickness_around_m(
@@ -146,19 +146,25 @@ class SimulatedClouds:
 
     def cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the altitude of the cloud top (y, x) of any window, with the parameter ``tops = "film"``."""
-        return self._pair(time_s, rows, columns)[1].copy()
+        return self._bodies(time_s, rows, columns)[1].copy()
 
-    def _pair(self, time_s: float, rows: slice, columns: slice) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return thickness and tops (y, x) of a window; the last ones are kept, as the engine asks for both."""
+    def cloud_depth_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the height (y, x) from the base to the top of any window, with the parameter ``tops = "film"``."""
+        return self._bodies(time_s, rows, columns)[2].copy()
+
+    def _bodies(self, time_s: float, rows: slice, columns: slice) -> list[NDArray[np.float32]]:
+        """Return thickness, tops and heights (y, x) of a window; the last ones are kept, as the engine asks for all."""
         key = time_s, rows.start, rows.stop, columns.start, columns.stop
         if self._last is None or self._last[0] != key:
-            played = self._played(time_s, rows, columns, 1)
+            played = self._played(time_s, rows, columns, 2)
             thickness, layer = self._thickness(played), self._inputs.layer
             assert self.cloud_top_range_m is not None
             low, high = (np.float32(end) for end in self.cloud_top_range_m)
             top = np.maximum(self._altitude(played[1]), np.float32(layer.base_m) + thickness)
-            self._last = key, thickness, np.clip(top, low, high)
-        return self._last[1:]
+            top = np.clip(top, low, high)
+            depth = np.clip(top - self._altitude(played[2]), np.float32(LEAST_M), np.float32(layer.thickness_max_m))
+            self._last = key, [thickness, top, depth]
+        return self._last[1]
 
     @property
     def height_shares(self) -> Callable[..., NDArray[np.float32]]:
