@@ -259,14 +259,16 @@ def test_tops_have_the_distribution_of_the_film_as_fractions_of_the_layer(name, 
 
 
 @pytest.mark.parametrize("depth_m", [300.0, 1360.0])
-def test_clouds_stay_in_their_layer(depth_m):
-    """Columns that need more height than the film gives them are higher."""
+def test_tops_and_bodies_of_clouds_stay_in_their_layer(depth_m):
+    """Columns that are thicker than their body is high hang out of it, down to the sea."""
     of = clouds(tops="film", depth_m=depth_m)
     thickness, top = pair(of)
     cloud = thickness > 0.0
     low, high = of.cloud_top_range_m
     assert 500.0 < low < high == 500.0 + depth_m
-    assert np.all(top[cloud] - thickness[cloud] >= 500.0 - 1e-3)
+    assert np.all(thickness <= top)
+    depth = of.cloud_depth_m(0.0, slice(0, 192), slice(0, 192))
+    assert np.all((top - depth)[cloud & (top > thickness)] >= 500.0 - 1e-3)
     assert low <= top.min()
     assert top.max() <= high
 

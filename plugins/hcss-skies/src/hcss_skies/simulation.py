@@ -64,7 +64,7 @@ class SimulatedClouds:
 
     The sky is turned so that the wind of the film blows along that of the scene. Tops and bases are fractions of the
     layer, as in the film. With ``tops = "film"`` clouds hang from them, and are as thick as their optical thickness
-    needs; what would reach below the layer is higher. Slant paths cross bodies from the base to the top, and light
+    needs, also below the layer, but not below the sea. Slant paths cross bodies from the base to the top, and light
     between columns sees them (:attr:`height_shares`).
 
     Parameters
@@ -160,9 +160,9 @@ class SimulatedClouds:
             thickness, layer = self._thickness(played), self._inputs.layer
             assert self.cloud_top_range_m is not None
             low, high = (np.float32(end) for end in self.cloud_top_range_m)
-            top = np.maximum(self._altitude(played[1]), np.float32(layer.base_m) + thickness)
-            top = np.clip(top, low, high)
+            top = np.clip(self._altitude(played[1]), low, high)
             depth = np.clip(top - self._altitude(played[2]), np.float32(LEAST_M), np.float32(layer.thickness_max_m))
+            top = np.maximum(top, thickness)
             self._last = key, [thickness, top, depth]
         return self._last[1]
 
