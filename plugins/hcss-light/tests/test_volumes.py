@@ -8,7 +8,7 @@ pytest.importorskip("hcss_skies")
 
 LAYERS = {
     "trade-cumulus": {"type": "cumulus", "base": 520.0, "top": 1600.0},
-    "stratocumulus": {"type": "stratocumulus", "base": 500.0, "top": 900.0},
+    "stratocumulus": {"type": "stratocumulus", "base": 525.0, "top": 867.0},
 }
 
 
