@@ -32,7 +32,6 @@ def test_sides_of_simulated_clouds_by_night_agree_with_monte_carlo(name, zenith)
     """At 10.8 um; cumulus as columns are several times as far off."""
     (band,) = compare(volume(name, zenith, NIGHT, [[10.5, 11.0]]), 24, 400, 0, 1)["bands"]
     errors, columns = band["errors"]["cube"], band["errors"]["columns"]
-    print(name, zenith, errors, columns, band["noise"])
     assert abs(errors["bias"]) < 0.003
     assert errors["rms"] < 0.01
     if name == "trade-cumulus":
@@ -46,7 +45,6 @@ def test_sides_of_simulated_clouds_by_day_agree_with_monte_carlo(name, zenith):
     """At 3.75 um, where sunlit and shaded sides matter."""
     (band,) = compare(volume(name, zenith, DAY, [[3.6, 3.9]]), 24, 3000, 0, 1)["bands"]
     errors, columns = band["errors"]["cube"], band["errors"]["columns"]
-    print(name, zenith, errors, columns, band["noise"])
     assert abs(errors["bias"]) < 0.05 + 2.0 * band["noise"]
     assert errors["rms"] < 0.15
     if name == "trade-cumulus":
