@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.providers import Array, Grid, Motion
 
@@ -120,3 +121,21 @@ class Places:
         columns = np.add.outer(self.y_turned[[0, -1]], self.x[[0, -1]])
         row, column = math.floor(rows.min()), math.floor(columns.min())
         return row, column, math.floor(rows.max()) + 2 - row, math.floor(columns.max()) + 2 - column
+
+    def needed(self, row: int, column: int, rows: int, columns: int) -> NDArray[np.int64]:
+        """Return the first and the last column but one (2, rows) that the pixels need of each row of the window.
+
+        They are between those of the outline of the pixels, which is followed in steps of less than a cell.
+        """
+        way = np.linspace(0.0, 1.0, 2 * (rows + columns))
+        y, y_turned, x, x_turned = (
+            of[0] + way * (of[-1] - of[0]) for of in (self.y, self.y_turned, self.x, self.x_turned)
+        )
+        sides = [(y - x_turned[end], x[end] + y_turned) for end in (0, -1)]
+        sides += [(y[end] - x_turned, x + y_turned[end]) for end in (0, -1)]
+        at_y, at_x = (np.floor(np.concatenate(axis)).astype(np.int64) for axis in zip(*sides, strict=True))
+        found = np.repeat(np.array([[columns], [0]]), rows, axis=1)
+        for near in (0, 1):
+            np.minimum.at(found[0], at_y - row + near, np.maximum(at_x - column - 1, 0))
+            np.maximum.at(found[1], at_y - row + near, np.minimum(at_x - column + 3, columns))
+        return found

@@ -37,8 +37,8 @@ _OF_CLEAR = 1e-3
 
 @kernel(fastmath={"contract"}, error_model="numpy")
 def play(
-    out: Any, beside: Any, row: int, column: int, frames: Any, others: Any, usual: Any, scores: Any, spacing: float,
-    shift: Any, sheet: bool, key: Any, age: float, lasting: Any,
+    out: Any, beside: Any, needed: Any, row: int, column: int, frames: Any, others: Any, usual: Any, scores: Any,
+    spacing: float, shift: Any, sheet: bool, key: Any, age: float, lasting: Any,
 ) -> None:  # fmt: skip
     """Write ranks (rows, columns) of cells from ``row`` and ``column`` on, and what belongs to them.
 
@@ -48,6 +48,8 @@ def play(
         Ranks, 0 to 255, with fractions.
     beside : ndarray of float32 (F, rows, columns)
         Other fields of the patch that a cell shows; F may be 0.
+    needed : ndarray of int64 (2, rows)
+        First column of each row that is written, and the one after the last.
     row, column : int
         First cell, in the unbounded sky.
     frames : ndarray of uint8 (pieces, frames, rows, columns)
@@ -98,7 +100,8 @@ def play(
         y = (row + i + shift[0]) / spacing * _SKEW
         v = np.int64(math.floor(y))
         fv = y - v
-        for j in range(columns):
+        low, high = needed[0, i], needed[1, i]
+        for j in range(low, high):
             x = (column + j + shift[1]) * inverse - 0.5 * y
             u = np.int64(math.floor(x))
             fu = x - u
@@ -112,10 +115,10 @@ def play(
             losses[1, j] = four * logarithm[np.int64(w1 * steps)] - loss
             losses[2, j] = four * logarithm[np.int64(w2 * steps)] - loss
             best[j], own[j], shown[j] = np.float32(-1e30), np.float32(0.0), 0
-        start = 0
-        while start < columns:  # cells between the same three points
+        start = low
+        while start < high:  # cells between the same three points
             end, far = start + 1, triangle[start] % 2
-            while end < columns and triangle[end] == triangle[start]:
+            while end < high and triangle[end] == triangle[start]:
                 end += 1
             for corner in range(3):
                 line = v - low_v + (far if corner == 0 else corner - 1)
@@ -134,11 +137,11 @@ def play(
                         _take(best, own, shown, losses[corner], less, part, number, before, after, j, stop, m, sheet)
                         j = stop
             start = end
-        for j in range(columns):
+        for j in range(low, high):
             rank = min(max(best[j], np.float32(0.0)), last)
             out[i, j] = last - rank if sheet else rank
         if beside.shape[0] > 0:
-            for j in range(columns):
+            for j in range(low, high):
                 point = shown[j] // 2
                 line, place, turn = point // which.shape[1], point % which.shape[1], shown[j] % 2
                 patch, part = which[line, place, turn], parts[line, place, turn, 1]
@@ -185,12 +188,16 @@ def show(out: Any, ranks: Any, y: Any, y_turned: Any, x: Any, x_turned: Any, row
     table : ndarray of float32 (256,)
         Values at ranks.
     """
+    place, past = np.empty((2, x.size), np.int64), np.empty((2, x.size), np.float32)
     for i in range(y.size):
+        # a loop of its own, which is vectorised
         for j in range(x.size):
             at_y, at_x = y[i] - x_turned[j], x[j] + y_turned[i]
             low_y, low_x = math.floor(at_y), math.floor(at_x)
-            fy, fx = np.float32(at_y - low_y), np.float32(at_x - low_x)
-            k, m = np.int64(low_y) - row, np.int64(low_x) - column
+            past[0, j], past[1, j] = at_y - low_y, at_x - low_x
+            place[0, j], place[1, j] = np.int64(low_y) - row, np.int64(low_x) - column
+        for j in range(x.size):
+            (k, m), (fy, fx) = (place[0, j], place[1, j]), (past[0, j], past[1, j])
             low = ranks[k, m] + fx * (ranks[k, m + 1] - ranks[k, m])
             high = ranks[k + 1, m] + fx * (ranks[k + 1, m + 1] - ranks[k + 1, m])
             rank = low + fy * (high - low)

@@ -229,8 +229,8 @@ class SimulatedClouds:
         others, usual = self._heights if len(beside) else (self._frames[None][:0], _NO_HEIGHTS)
         key = np.uint64((self._inputs.seed * 0x9E3779B97F4A7C15 + 0xD1B54A32D192ED03) % 2**64)
         play(
-            cells, beside, *first, self._frames, others, usual, self._scores, self._spacing, self._shift,
-            self.film.sheet, key, time_s * self._pace.rate / self._life_s, self._lasting,
+            cells, beside, places.needed(*first, *cells.shape), *first, self._frames, others, usual, self._scores,
+            self._spacing, self._shift, self.film.sheet, key, time_s * self._pace.rate / self._life_s, self._lasting,
         )  # fmt: skip
         show(out[0], cells, *at, *first, self.thickness_of_ranks_m)
         clear = float(np.count_nonzero(self.thickness_of_ranks_m == 0.0) - 1)
