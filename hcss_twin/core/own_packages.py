@@ -27,7 +27,7 @@ COMMANDS: Mapping[str, str] = {
 """Package of each command of ``hcss``."""
 
 PROVIDERS: Mapping[str, str] = {
-    **dict.fromkeys(("example", "fall-streaks", "simulation", "surrogate"), "hcss-skies"),
+    **dict.fromkeys(("example", "fall-streaks", "simulation", "surrogate", "volume"), "hcss-skies"),
     **dict.fromkeys(("bad-pixels", "detector-drift", "integration", "non-linearity", "stray-light"), "hcss-payload"),
     "fractal-relief": "hcss-light",
     "lowtran7": "hcss-lowtran7",

@@ -87,7 +87,9 @@ class FrameClouds:
         below = scene.around(rows, columns)
         if below is None:
             return met
-        clouds, corner = (self._of_scene(number, below), self._tops_of_scene(number, below)), scene.corner_of(below)
+        thickness, corner = self._of_scene(number, below), scene.corner_of(below)
+        depth = self._depth_of_scene(number, below) if hasattr(generator, "cloud_depth_m") else thickness
+        clouds = thickness, self._tops_of_scene(number, below), depth
         for level, place in zip(levels, places, strict=True):
             seen = np.isfinite(place[0])
             y, x = (
@@ -115,6 +117,12 @@ class FrameClouds:
         rows, columns = (points_of(pixels, self._plan.scene.samples) for pixels in window)
         tops: Thickness = generator.cloud_top_m(self._time_s, rows, columns)
         return tops
+
+    def _depth_of_scene(self, number: int, window: Window) -> Thickness:
+        """Return the height of the clouds of a layer whose tops vary at the points of a window of the scene's plane."""
+        rows, columns = (points_of(pixels, self._plan.scene.samples) for pixels in window)
+        depth: Thickness = self._clouds[number][0].cloud_depth_m(self._time_s, rows, columns)
+        return depth
 
     def _of_scene(self, number: int, window: Window) -> Thickness:
         """Return the thickness of a layer at the points of a window of the scene's plane."""

@@ -82,6 +82,7 @@ class DisplacedClouds:
             "thickness_around_m": self._thickness_around_m,
             "thickness_in_frame_m": self._thickness_around_m,
             "cloud_top_m": self._cloud_top_m,
+            "cloud_depth_m": self._cloud_depth_m,
         }
         return own.get(name, attribute)
 
@@ -120,6 +121,11 @@ class DisplacedClouds:
         assert isinstance(self._view_shift, tuple)
         return self.displaced_top_m(time_s, rows, columns, self._view_shift)
 
+    def _cloud_depth_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the height (y, x) of the clouds of a window, for rays that cross them."""
+        assert isinstance(self._view_shift, tuple)
+        return self.displaced_ends_m(time_s, rows, columns, self._view_shift)[1]
+
     def _met_in(self, time_s: float, top: int, bottom: int, left: int, right: int) -> Met:
         """Return the clouds that lines of sight of a window cross."""
         rows, columns = slice(top, bottom), slice(left, right)
@@ -133,7 +139,7 @@ class DisplacedClouds:
         far = np.max([shifts.max(axis=(1, 2)) for _, shifts in of_levels], axis=0)
         first = int(near[0]), int(near[1])
         wide = slice(top, bottom + int(far[0]) - first[0]), slice(left, right + int(far[1]) - first[1])
-        clouds = self.displaced_m(time_s, *wide, first), self.displaced_top_m(time_s, *wide, first)
+        clouds = self.displaced_m(time_s, *wide, first), *self.displaced_ends_m(time_s, *wide, first)
         y, x = np.arange(bottom - top)[:, None], np.arange(right - left)[None, :]
         for level, shifts in of_levels:
             met.look(*clouds, (y + shifts[0] - first[0], x + shifts[1] - first[1]), level)
@@ -169,6 +175,15 @@ class DisplacedClouds:
             sky: NDArray[np.float32] = around(time_s, *window, self._summary(time_s))
             return sky
         return self._generator.thickness_m(time_s, *window)
+
+    def displaced_ends_m(
+        self, time_s: float, rows: slice, columns: slice, shift: tuple[int, int]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the altitude of tops that vary, and the height over which their clouds are spread."""
+        top = self.displaced_top_m(time_s, rows, columns, shift)
+        if not hasattr(self._generator, "cloud_depth_m"):
+            return top, self.displaced_m(time_s, rows, columns, shift)
+        return top, self._generator.cloud_depth_m(time_s, *self._moved(rows, columns, shift))
 
     def displaced_top_m(
         self, time_s: float, rows: slice, columns: slice, shift: tuple[int, int]

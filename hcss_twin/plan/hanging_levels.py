@@ -4,7 +4,7 @@ A straight line passes the heights of such a layer from its highest top down to 
 slices of equal height, in each of which the line moves by at most half a point along either axis. Its point sees a
 column that is as thick as the sum of what the line crosses of the columns in all slices, at the mean height of that: a
 column that is crossed from top to base is seen as it is, the side of a tower is as warm as it is low, and edges are
-thin.
+thin. Clouds of generators with ``cloud_depth_m`` are spread over another height than their thickness.
 """
 
 from __future__ import annotations
@@ -71,35 +71,44 @@ class Met:
     def __init__(
         self, shape: tuple[int, ...], thickness_range_m: tuple[float, float], top_range_m: tuple[float, float]
     ) -> None:
-        self._crossed, self._moment = (np.zeros(shape) for _ in range(2))
+        self._crossed, self._height, self._moment = (np.zeros(shape) for _ in range(3))
         self._range_m, self._top_range_m = thickness_range_m, top_range_m
 
     def look(
-        self, thickness_m: Cloud, top_m: Cloud, at: tuple[NDArray[np.int64], NDArray[np.int64]], of: Level
+        self,
+        thickness_m: Cloud,
+        top_m: Cloud,
+        depth_m: Cloud,
+        at: tuple[NDArray[np.int64], NDArray[np.int64]],
+        of: Level,
     ) -> None:
         """Look at a slice of clouds (Y, X) of a part of the plane, at its points (y, x) of these rows and columns."""
         row, column = (np.broadcast_to(part, self._crossed.shape) for part in at)
-        _look(self._crossed, self._moment, thickness_m, top_m, row, column, of.low_m, of.high_m)
+        seen = self._crossed, self._height, self._moment
+        _look(*seen, thickness_m, top_m, depth_m, row, column, of.low_m, of.high_m)
 
     @property
     def thickness_m(self) -> Cloud:
-        """Height of what each point crosses (y, x), limited as the thickness of clouds; 0 where it is clear."""
+        """Thickness of what each point crosses (y, x), limited as that of clouds; 0 where it is clear."""
         least, most = self._range_m
         seen = np.where(self._crossed < 0.5 * least, 0.0, np.clip(self._crossed, least, most))
-        return seen.astype(np.float32)
+        # dense clouds are thicker than high, and no column of theirs reaches below the sea
+        return np.minimum(seen.astype(np.float32), self.top_m)
 
     @property
     def top_m(self) -> Cloud:
-        """Top (y, x) of the column of that thickness whose middle is the mean height of what the point crosses."""
-        middle = np.divide(self._moment, self._crossed, out=np.zeros_like(self._moment), where=self._crossed > 0.0)
+        """Top (y, x) of the column as high as what the point crosses, whose middle is the mean height of that."""
+        middle = np.divide(self._moment, self._height, out=np.zeros_like(self._moment), where=self._height > 0.0)
         low, high = (np.float32(end) for end in self._top_range_m)
-        top: Cloud = np.clip(middle.astype(np.float32) + np.float32(0.5) * self.thickness_m, low, high)
+        least, most = self._range_m
+        height = np.where(self._crossed < 0.5 * least, 0.0, np.clip(self._height, least, most)).astype(np.float32)
+        top: Cloud = np.clip(middle.astype(np.float32) + np.float32(0.5) * height, low, high)
         return top
 
 
 @kernel()
-def _look(crossed, moment, thickness, top, row, column, low, high):  # type: ignore[no-untyped-def]
-    """Add what lines of sight cross in a slice to its height and moment; those of negative rows cross nothing."""
+def _look(crossed, height, moment, thickness, top, depth, row, column, low, high):  # type: ignore[no-untyped-def]
+    """Add what lines of sight cross in a slice to its thickness, height and moment; those of negative rows: nothing."""
     for y in range(crossed.shape[0]):
         for x in range(crossed.shape[1]):
             i, j = row[y, x], column[y, x]
@@ -108,14 +117,16 @@ def _look(crossed, moment, thickness, top, row, column, low, high):  # type: ign
             cloud = np.float64(thickness[i, j])
             if cloud > 0.0:
                 highest = np.float64(top[i, j])
-                upper, lower = min(highest, high), max(highest - cloud, low)
+                deep = np.float64(depth[i, j])
+                upper, lower = min(highest, high), max(highest - deep, low)
                 if upper > lower:
-                    crossed[y, x] += upper - lower
+                    crossed[y, x] += (upper - lower) * (cloud / deep)
+                    height[y, x] += upper - lower
                     moment[y, x] += 0.5 * (upper + lower) * (upper - lower)
 
 
 @kernel()
-def add_hanging(heights, thickness, top, shifts, lows, slice_m):  # type: ignore[no-untyped-def]
+def add_hanging(heights, thickness, top, depth, shifts, lows, slice_m):  # type: ignore[no-untyped-def]
     """Add to ``heights`` (y, x) what paths cross of hanging clouds (Y, X), displaced (S, 2) in slices from ``lows``."""
     for s in range(shifts.shape[0]):
         down, right, low = shifts[s, 0], shifts[s, 1], lows[s]
@@ -124,8 +135,9 @@ def add_hanging(heights, thickness, top, shifts, lows, slice_m):  # type: ignore
                 cloud = np.float64(thickness[y + down, x + right])
                 if cloud > 0.0:
                     highest = np.float64(top[y + down, x + right])
-                    inside = min(highest, low + slice_m) - max(highest - cloud, low)
-                    heights[y, x] += np.float32(max(inside, 0.0))
+                    deep = np.float64(depth[y + down, x + right])
+                    inside = min(highest, low + slice_m) - max(highest - deep, low)
+                    heights[y, x] += np.float32(max(inside, 0.0) * (cloud / deep))
 
 
 def farthest_points(low: tuple[Array, Array], high: tuple[Array, Array]) -> float:

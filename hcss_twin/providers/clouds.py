@@ -310,6 +310,15 @@ class CloudGeneratorOptions(Protocol):
         """
         ...
 
+    def cloud_depth_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the height (y, x) over which the cloud of a point is spread, from ``cloud_top_m`` down.
+
+        Slant paths cross clouds of this height, which have their thickness in all; without it height and thickness are
+        the same. Above 0, and no more than ``thickness_max_m`` of the layer. Only with ``cloud_top_m``, for the same
+        windows.
+        """
+        ...
+
     def frame_summary(self, time_s: float) -> Any:
         """Return what windows of the frame at ``time_s`` need of the whole frame.
 

@@ -166,6 +166,7 @@ OPTIONAL_MEMBERS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
         "None or a pair of altitudes, the lowest first",
     ),
     "cloud_top_m": (callable, "a method"),
+    "cloud_depth_m": (callable, "a method"),
     "goes_on_with": (lambda value: isinstance(value, str), "text: key and value of the scenario"),
     "anisotropic": (lambda value: value in (True, False), "True or False"),
     "significant_wave_height_m": (lambda value: _is_number(value, math.inf), "a number of metres, 0 or more"),

@@ -75,12 +75,19 @@ class Sheet(Towers):
         return np.minimum(thickness, np.float32(5.0)), np.full_like(top, 2000.0)
 
 
+class Spread(Towers):
+    """The same thickness over heights 1.4 times as large."""
+
+    def cloud_depth_m(self, time_s, rows, columns):
+        return np.maximum(np.float32(1.4) * self._at(rows, columns)[0], np.float32(1.0))
+
+
 class Plugin:
     @hookimpl
     def hcss_register_cloud_generators(self):
         return [
             ProviderSpec(each.__name__.lower(), f"{__name__}:{each.__name__}", None, 3, "a test")
-            for each in (Towers, Sheet)
+            for each in (Towers, Sheet, Spread)
         ]
 
 
@@ -98,17 +105,17 @@ def seen(zenith, azimuth, **changes):
     return simulate(Scenario.from_dict(SCENE, {**CHEAP, **view, **more, "output.certificate": 16}))
 
 
-HEIGHTS_M = np.arange(RANGE[1], RANGE[0] - 1100.0, -1.0)
+HEIGHTS_M = np.arange(RANGE[1], RANGE[0] - 1500.0, -1.0)
 
 
-def met(zenith, azimuth):
+def met(zenith, azimuth, spread=1.0):
     """Cloud at each height of the lines from all points of the sea: whether, thickness, and top, (heights, y, x)."""
     tangent, bearing = np.tan(np.radians(zenith)), np.radians(azimuth)
     y, x = np.mgrid[:SIZE, :SIZE]
     north, east = (HEIGHTS_M[:, None, None] * tangent * turn(bearing) / PIXEL_M for turn in (np.cos, np.sin))
     thickness, top = towers(np.rint(y + north), np.rint(x + east))
     height = HEIGHTS_M[:, None, None]
-    return (thickness > 0.0) & (height <= top) & (height >= top - thickness), thickness, top
+    return (thickness > 0.0) & (height <= top) & (height >= top - spread * thickness), thickness, top
 
 
 @pytest.mark.parametrize("view", [(55.0, 70.0), (30.0, 200.0), (0.0, 0.0)])
@@ -156,3 +163,22 @@ def test_a_sensor_at_a_known_altitude_sees_the_same_where_its_lines_of_sight_are
         assert np.mean(np.isclose(one, other, atol=1.0)) > 0.95
     near = seen(30.0, 200.0, platform__altitude=2e5)
     assert near.attrs["hcss_certificate"].startswith("PASSED")
+
+
+def test_clouds_of_another_height_than_their_thickness_have_it_in_all_of_that_height():
+    """They are seen at the top of what is crossed, which is as thick as its share of the height."""
+    made = seen(55.0, 70.0, clouds__generator="spread")
+    inside, _, _ = met(55.0, 70.0, 1.4)
+    height = np.sum(inside, axis=0)
+    cloudy = height / 1.4 > 2.5  # half the thinnest cloud
+    middle = np.sum(inside * HEIGHTS_M[:, None, None], axis=0) / np.maximum(height, 1.0)
+    top = np.clip(middle + 0.5 * height, *RANGE)
+    found = made["cloud_thickness"].values[0], np.nan_to_num(made["cloud_top_altitude"].values[0])
+    assert np.mean((found[0] > 0.0) == cloudy) > 0.97
+    both = cloudy & (found[0] > 0.0)
+    for of, true in zip(found, (np.minimum(height / 1.4, 1500.0), top), strict=True):
+        assert np.sqrt(np.mean((of - true)[both] ** 2)) < 50.0  # slices of 35 m cut 1.4 times as much
+    shaded = np.any(met(float(made.solar_zenith_angle[0]), float(made.solar_azimuth_angle[0]), 1.4)[0], axis=0)
+    clear = made["cloud_mask"].values[0] == 0
+    assert np.mean((made["shadow_mask"].values[0] == shaded)[clear]) > 0.95
+    assert made.attrs["hcss_certificate"].startswith("PASSED")

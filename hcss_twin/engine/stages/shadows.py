@@ -79,8 +79,8 @@ class SunPaths:
         thickness = generator.displaced_m(time_s, *wide, start)  # type: ignore[attr-defined]
         heights = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
         if self.tops_vary:
-            tops = generator.displaced_top_m(time_s, *wide, start)  # type: ignore[attr-defined]
-            add_hanging(heights, thickness, tops, self.shifts - first, self.from_flat_m, self.slice_m)
+            ends = generator.displaced_ends_m(time_s, *wide, start)  # type: ignore[attr-defined]
+            add_hanging(heights, thickness, *ends, self.shifts - first, self.from_flat_m, self.slice_m)
             return heights
         _add_slices(heights, np.ascontiguousarray(thickness), self.shifts - first, self.from_flat_m, self.slice_m)
         return heights

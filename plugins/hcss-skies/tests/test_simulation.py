@@ -263,6 +263,40 @@ def test_frozen_clouds_drift_with_the_wind_alone():
     assert np.allclose(whole(of, time_s=50.0)[:, 10:], whole(of)[:, :-10], atol=1e-3)
 
 
+def drifting(x, y, **options):
+    """A frozen sky with a wind, whose middle pixel is at the origin."""
+    return clouds(motion=Motion(0.0, (x, y), np.inf, 1.0), size=191, pixel_m=20.0, **options)
+
+
+@pytest.mark.parametrize("tops", ["layer", "film"])
+def test_clouds_are_turned_so_that_the_wind_of_the_film_blows_along_that_of_the_scene(tops):
+    """The film trade-cumulus moved toward -x."""
+    along = whole(drifting(-8.0, 0.0, tops=tops), 191)
+    np.testing.assert_array_equal(along, whole(clouds(size=191, pixel_m=20.0), 191))
+    northward, eastward = drifting(0.0, 8.0, tops=tops), drifting(8.0, 0.0, tops=tops)
+    np.testing.assert_allclose(whole(northward, 191), along[:, ::-1].T, atol=1e-3)
+    np.testing.assert_allclose(whole(eastward, 191), along[::-1, ::-1], atol=1e-3)
+    if tops == "film":
+        (_, top), (_, of_along) = (pair(of, 191) for of in (northward, drifting(-8.0, 0.0, tops=tops)))
+        np.testing.assert_allclose(top, of_along[:, ::-1].T, atol=1e-3)
+
+
+def test_a_sky_turned_by_any_angle_shows_the_same_clouds():
+    """By 53 deg, of which 3 to the left and 4 up are 5 along."""
+    plain, turned = (whole(drifting(*wind), 191) for wind in ((-8.0, 0.0), (-4.8, -6.4)))
+    n = np.arange(-18, 19)
+    assert np.count_nonzero(plain[95, 95 + 5 * n]) > 5
+    np.testing.assert_allclose(turned[95 + 4 * n, 95 + 3 * n], plain[95, 95 + 5 * n], atol=1e-3)
+    np.testing.assert_allclose(turned[95 + 3 * n, 95 - 4 * n], plain[95 + 5 * n, 95], atol=1e-3)
+
+
+def test_turned_skies_keep_cover_and_have_no_place_with_other_clouds():
+    skies = [whole(clouds(size=192, seed=seed, motion=Motion(0.0, (5.0, 3.0), np.inf, 1.0))) for seed in range(60)]
+    mean = np.mean([of > 0.0 for of in skies], axis=0)
+    assert mean.mean() == pytest.approx(read_film(shipped_films()["trade-cumulus"]).coverage, abs=0.015)
+    assert mean.reshape(6, 32, 6, 32).mean(axis=(1, 3)).std() < 0.16 * mean.mean()
+
+
 def test_no_place_has_other_clouds_than_others():
     """Neither patches nor their borders are seen in the mean of many skies."""
     mean = np.mean([whole(clouds(size=192, seed=seed)) > 0.0 for seed in range(60)], axis=0)
@@ -317,16 +351,27 @@ def test_tops_have_the_distribution_of_the_film_as_fractions_of_the_layer(name, 
 
 
 @pytest.mark.parametrize("depth_m", [300.0, 1360.0])
-def test_clouds_stay_in_their_layer(depth_m):
-    """Columns that need more height than the film gives them are higher."""
+def test_tops_and_bodies_of_clouds_stay_in_their_layer(depth_m):
+    """Columns that are thicker than their body is high hang out of it, down to the sea."""
     of = clouds(tops="film", depth_m=depth_m)
     thickness, top = pair(of)
     cloud = thickness > 0.0
     low, high = of.cloud_top_range_m
     assert 500.0 < low < high == 500.0 + depth_m
-    assert np.all(top[cloud] - thickness[cloud] >= 500.0 - 1e-3)
+    assert np.all(thickness <= top)
+    depth = of.cloud_depth_m(0.0, slice(0, 192), slice(0, 192))
+    assert np.all((top - depth)[cloud & (top > thickness)] >= 500.0 - 1e-3)
     assert low <= top.min()
     assert top.max() <= high
+
+
+@pytest.mark.parametrize("name", ["trade-cumulus", "stratocumulus"])
+def test_slant_paths_cross_clouds_from_the_base_to_the_top_of_the_film(name):
+    film, of = read_film(shipped_films()[name]), clouds(name, tops="film", depth_m=20_000.0)
+    depth = of.cloud_depth_m(0.0, slice(0, 192), slice(0, 192))[whole(of) > 0.0] / 20_000.0
+    expected = (film.top.astype(float) - film.base)[film.top > 0] / 255.0
+    for share in (0.25, 0.5, 0.75):
+        assert np.quantile(depth, share) == pytest.approx(np.quantile(expected, share), abs=0.08)
 
 
 def test_tops_are_alike_in_windows_and_outside_the_image():

@@ -59,10 +59,19 @@ class GuardedClouds(Guard):
 
     def _checked_cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         low, high = np.asarray(self._read("cloud_top_range_m"), np.float32).tolist()
-        value, shape = self._call("cloud_top_m", time_s, rows, columns), self._inside(rows, columns)
+        value = self._call("cloud_top_m", time_s, rows, columns)
+        return self._array("cloud_top_m()", value, self._beyond(rows, columns), (low, high), np.float32)
+
+    def _checked_cloud_depth_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        value, most = self._call("cloud_depth_m", time_s, rows, columns), self._layer.thickness_max_m
+        limits = float(np.finfo(np.float32).tiny), most * (1.0 + THICKNESS_TOLERANCE)
+        return self._array("cloud_depth_m()", value, self._beyond(rows, columns), limits, np.float32)
+
+    def _beyond(self, rows: slice, columns: slice) -> tuple[int, int]:
+        """Return the shape of a window, which may leave the image if the generator's sky does."""
         if hasattr(self._provider, "thickness_around_m"):
-            shape = rows.stop - rows.start, columns.stop - columns.start
-        return self._array("cloud_top_m()", value, shape, (low, high), np.float32)
+            return rows.stop - rows.start, columns.stop - columns.start
+        return self._inside(rows, columns)
 
     def _inside(self, rows: slice, columns: slice) -> tuple[int, int]:
         return len(range(*rows.indices(self._grid.rows))), len(range(*columns.indices(self._grid.columns)))

@@ -120,6 +120,16 @@ class CloudGeneratorContract(ProviderContract):
         part = provider.cloud_top_m(4.0, slice(5, 31), slice(17, 18))  # type: ignore[attr-defined]
         np.testing.assert_array_equal(part, top[5:31, 17:18])
 
+    def test_clouds_are_spread_over_heights_of_their_layer(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
+        """Heights from the top down are above 0, within the layer, and alike in any window."""
+        if getattr(provider, "cloud_top_range_m", None) is None or not hasattr(provider, "cloud_depth_m"):
+            pytest.skip("clouds are as high as they are thick")
+        depth = provider.cloud_depth_m(4.0, slice(0, inputs.grid.rows), slice(0, inputs.grid.columns))
+        assert depth.dtype == np.float32
+        assert 0.0 < depth.min() <= depth.max() <= np.float32(inputs.layer.thickness_max_m)
+        part = provider.cloud_depth_m(4.0, slice(5, 31), slice(17, 18))
+        np.testing.assert_array_equal(part, depth[5:31, 17:18])
+
     def test_shares_of_heights_hold_the_whole_column(self, provider: CloudGenerator, inputs: CloudInputs) -> None:
         """They sum to 1 where there is cloud, and do not depend on the window."""
         if not hasattr(provider, "height_shares"):

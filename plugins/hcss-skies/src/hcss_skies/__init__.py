@@ -5,7 +5,7 @@ from hcss_twin.providers import ProviderSpec, hookimpl
 
 @hookimpl
 def hcss_register_cloud_generators() -> list[ProviderSpec]:
-    """Register the generators `example`, `simulation`, `surrogate` and `fall-streaks`."""
+    """Register the generators `example`, `simulation`, `volume`, `surrogate` and `fall-streaks`."""
     return [
         ProviderSpec(
             "example",
@@ -20,6 +20,13 @@ def hcss_register_cloud_generators() -> list[ProviderSpec]:
             "hcss_skies.parameters:SimulationParameters",
             3,
             "clouds of films from large-eddy simulation, patched together without end, at their own pace",
+        ),
+        ProviderSpec(
+            "volume",
+            "hcss_skies.volume_clouds:VolumeClouds",
+            "hcss_skies.parameters:VolumeParameters",
+            3,
+            "clouds of one instant of a large-eddy simulation in cells, for light that sees their sides",
         ),
         ProviderSpec(
             "surrogate",

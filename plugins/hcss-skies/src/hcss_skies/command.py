@@ -15,15 +15,16 @@ if TYPE_CHECKING:
 
 @click.group()
 def skies() -> None:
-    """List skies, make an example from an image, simulate clouds, or pack a simulation as a film."""
+    """List skies, make an example from an image, simulate clouds, or pack a simulation as a film or a volume."""
 
 
 @skies.command(name="list")
 def list_examples() -> None:
-    """List the shipped examples and films: name, kind, pixel size, cloud cover, range of heights, and minutes."""
+    """List the shipped examples, films and volumes: name, kind, pixel size, cloud cover, heights, and size."""
     from hcss_skies.example import read_example
     from hcss_skies.film import described
-    from hcss_skies.library import shipped, shipped_films
+    from hcss_skies.library import shipped, shipped_films, shipped_volumes
+    from hcss_skies.volume import read_volume
 
     for name, path in shipped().items():
         of = read_example(path)
@@ -31,6 +32,8 @@ def list_examples() -> None:
         click.echo(f"{name:22} {of.kind:15} {of.pixel_size_m:g} m, cover {of.coverage:.2f}, heights {heights}")
     for name, path in shipped_films().items():
         click.echo(f"{name:22} {described(path)}")
+    for name, path in shipped_volumes().items():
+        click.echo(f"{name:22} {read_volume(path).described()}")
 
 
 @skies.command(name="import")
@@ -201,7 +204,7 @@ def simulate(
 
 @skies.command(name="pack")
 @click.argument("run", type=Existing(dir_okay=False))
-@click.option("-o", "--output", required=True, type=Output(dir_okay=False), help="Film (.nc).")
+@click.option("-o", "--output", required=True, type=Output(dir_okay=False), help="Film or volume (.nc).")
 @click.option(
     "--start",
     "starts",
@@ -212,20 +215,44 @@ def simulate(
     "as late as there are pictures.",
 )
 @click.option("--snapshots", type=click.IntRange(2, 1000), default=30, show_default=True, help="Pictures of a piece.")
+@click.option(
+    "--volume",
+    is_flag=True,
+    help="Pack a volume that `hcss skies simulate --volumes` kept, instead of a film: the last, or that at --start.",
+)
 @click.option("--kind", help="Kind of clouds; default: the title of the run.")
 @click.option("--licence", default="own computation", show_default=True, help="Terms of use.")
 @click.option("--force", is_flag=True, help="Replace an existing file.")
+@click.pass_context
 def pack_run(
-    run: Path, output: Path, starts: tuple[float, ...], snapshots: int, kind: str | None, licence: str, force: bool
+    context: click.Context,
+    run: Path,
+    output: Path,
+    starts: tuple[float, ...],
+    snapshots: int,
+    volume: bool,
+    kind: str | None,
+    licence: str,
+    force: bool,
 ) -> None:
-    """Pack pictures of RUN, a file of hcss skies simulate, as a film of clouds that move.
+    """Pack pictures of RUN, a file of hcss skies simulate, as a film of clouds that move, or a volume of their cells.
 
-    The film belongs into the folder skies/ beside a scenario, which then names it without .nc.
+    The file belongs into the folder skies/ beside a scenario, which then names it without .nc.
     """
     from hcss_skies.film import described, write_film
     from hcss_skies.packing import pack
+    from hcss_skies.volume import volume_of_run, write_volume
 
+    if volume and len(starts) > 1:
+        raise click.UsageError(f"--start: {len(starts)} given; allowed with --volume: one")
+    if volume and context.get_parameter_source("snapshots") is not click.core.ParameterSource.DEFAULT:
+        raise click.UsageError("--snapshots: given; allowed with --volume: without")
     Output.require_writable([output], force, form="NetCDF")
+    if volume:
+        packed = volume_of_run(run, *starts, kind=kind, licence=licence)
+        write_volume(output, packed)
+        click.echo(f"{output}: {packed.described()}")
+        return
     film = pack(run, starts, snapshots=snapshots, kind=kind, licence=licence)
     write_film(output, film)
     pieces, _, rows, columns = film.ranks.shape

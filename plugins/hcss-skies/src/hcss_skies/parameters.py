@@ -69,3 +69,15 @@ class SimulationParameters(BaseModel):
         description="Cloud tops: those of the layer, from which columns of thickness alone stand or hang, or those of "
         "the film. Light between columns, which needs the first, sees tops and bases of the film.",
     )
+
+
+class VolumeParameters(BaseModel):
+    """Parameters of the generator `volume`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    volume: str = Field(
+        "trade-cumulus",
+        description="Name of a shipped volume or of one in skies/ beside the scenario (without .nc), or a file of "
+        "`hcss skies pack --volume`.",
+    )

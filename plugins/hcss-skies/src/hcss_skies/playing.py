@@ -55,9 +55,9 @@ def logarithms(per_score: float) -> NDArray[np.float32]:
 
 @kernel(fastmath={"contract"}, error_model="numpy")
 def play(
-    out: Any, beside: Any, row: int, column: int, frames: Any, others: Any, usual: Any, shown: Any, per_score: float,
-    spacing: float, shift: Any, sheet: bool, key: Any, age: float, lasting: Any, change: Any, sky: int, stretch: Any,
-    under: Any, share: Any, logarithm: Any,
+    out: Any, beside: Any, needed: Any, row: int, column: int, frames: Any, others: Any, usual: Any, shown: Any,
+    per_score: float, spacing: float, shift: Any, sheet: bool, key: Any, age: float, lasting: Any, change: Any,
+    sky: int, stretch: Any, under: Any, share: Any, logarithm: Any,
 ) -> None:  # fmt: skip
     """Write what cells show (rows, columns) from ``row`` and ``column`` on, and what belongs to it.
 
@@ -67,6 +67,8 @@ def play(
         Places in the table of thickness, 0 to 255, with fractions.
     beside : ndarray of float32 (F, rows, columns)
         Other fields of the patch that a cell shows; F may be 0.
+    needed : ndarray of int64 (2, rows)
+        First column of each row that is written, and the one after the last.
     row, column : int
         First cell, in the unbounded sky.
     frames : ndarray of uint8 (pieces, frames, rows, columns)
@@ -129,8 +131,8 @@ def play(
     squares, raised = np.empty(columns, np.float32), np.empty(columns, np.float32)
     weights, totals = np.empty(columns, np.float32), np.empty((beside.shape[0], columns), np.float32)
     for i in range(rows):
-        empty = True
-        for j in range(columns):
+        empty, begin, beyond = True, needed[0, i], needed[1, i]
+        for j in range(begin, beyond):
             if sheet:
                 raised[j], empty = change[i, j], False
                 continue
@@ -153,7 +155,7 @@ def play(
         y = (row + i + shift[0]) / spacing * _SKEW
         v = np.int64(math.floor(y))
         fv = y - v
-        for j in range(columns):
+        for j in range(begin, beyond):
             x = (column + j + shift[1]) * inverse - 0.5 * y
             u = np.int64(math.floor(x))
             fu = x - u
@@ -175,10 +177,10 @@ def play(
             best[j] = np.float32(-1e30)
             if beside.shape[0] > 0:
                 own[j], patches[j] = zero, 0
-        start = 0
-        while start < columns:  # cells between the same three points
+        start = begin
+        while start < beyond:  # cells between the same three points
             end, far = start + 1, triangle[start] % 2
-            while end < columns and triangle[end] == triangle[start]:
+            while end < beyond and triangle[end] == triangle[start]:
                 end += 1
             least = lost
             for j in range(start, end):
@@ -208,7 +210,7 @@ def play(
                             _take(best, own, patches, losses[corner], less, part, number, before, after, j, stop, m)
                         j = stop
             start = end
-        for j in range(columns):
+        for j in range(begin, beyond):
             rank = best[j]
             if sheet:
                 rank = rank / np.sqrt(squares[j]) if squares[j] > zero else zero
@@ -232,7 +234,7 @@ def play(
         if beside.shape[0] == 0:
             continue
         if not sheet:
-            for j in range(columns):
+            for j in range(begin, beyond):
                 point = patches[j] // 2
                 line, place, turn = point // which.shape[1], point % which.shape[1], patches[j] % 2
                 patch, part = which[line, place, turn], parts[line, place, turn, 1]
@@ -243,7 +245,7 @@ def play(
                     value = first + part * (second - first)
                     beside[n, i, j] = value * usual[n, 1, np.int64(out[i, j])] / usual[n, 0, np.int64(own[j])]
             continue
-        for j in range(columns):
+        for j in range(begin, beyond):
             far = triangle[j] % 2
             for corner in range(3):
                 line = v - low_v + (far if corner == 0 else corner - 1)
@@ -354,7 +356,7 @@ def _rank_of(places: Any, per_value: Any, value: Any) -> Any:
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")
-def show(out: Any, ranks: Any, y: Any, x: Any, row: int, column: int, table: Any) -> None:
+def show(out: Any, ranks: Any, y: Any, y_turned: Any, x: Any, x_turned: Any, row: int, column: int, table: Any) -> None:
     """Write values of a table (256,) at ranks between the middles of cells, bilinear.
 
     Parameters
@@ -363,24 +365,25 @@ def show(out: Any, ranks: Any, y: Any, x: Any, row: int, column: int, table: Any
         The result.
     ranks : ndarray of float32 (rows, columns)
         Of cells from ``row`` and ``column`` on.
-    y, x : ndarray of float64 (Y,), (X,)
-        Positions: whole numbers are the middles of cells.
+    y, y_turned, x, x_turned : ndarray of float64
+        Where the pixels are: see :class:`hcss_skies.pace.TurnedPixels`.
     row, column : int
         First cell.
     table : ndarray of float32 (256,)
         Values at ranks.
     """
-    at, past = np.empty(x.size, np.int64), np.empty(x.size, np.float32)
-    for j in range(x.size):
-        whole = math.floor(x[j])
-        at[j], past[j] = np.int64(whole) - column, x[j] - whole
+    place, past = np.empty((2, x.size), np.int64), np.empty((2, x.size), np.float32)
     for i in range(y.size):
-        whole = math.floor(y[i])
-        k, fy = np.int64(whole) - row, np.float32(y[i] - whole)
+        # a loop of its own, which is vectorised
         for j in range(x.size):
-            m = at[j]
-            low = ranks[k, m] + past[j] * (ranks[k, m + 1] - ranks[k, m])
-            high = ranks[k + 1, m] + past[j] * (ranks[k + 1, m + 1] - ranks[k + 1, m])
+            at_y, at_x = y[i] - x_turned[j], x[j] + y_turned[i]
+            low_y, low_x = math.floor(at_y), math.floor(at_x)
+            past[0, j], past[1, j] = at_y - low_y, at_x - low_x
+            place[0, j], place[1, j] = np.int64(low_y) - row, np.int64(low_x) - column
+        for j in range(x.size):
+            (k, m), (fy, fx) = (place[0, j], place[1, j]), (past[0, j], past[1, j])
+            low = ranks[k, m] + fx * (ranks[k, m + 1] - ranks[k, m])
+            high = ranks[k + 1, m] + fx * (ranks[k + 1, m + 1] - ranks[k + 1, m])
             rank = low + fy * (high - low)
             n: Any = np.int64(rank)
             n = min(n, 254)
@@ -388,7 +391,9 @@ def show(out: Any, ranks: Any, y: Any, x: Any, row: int, column: int, table: Any
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")
-def show_beside(out: Any, cells: Any, ranks: Any, cloudy: float, y: Any, x: Any, row: int, column: int) -> None:
+def show_beside(
+    out: Any, cells: Any, ranks: Any, cloudy: float, y: Any, y_turned: Any, x: Any, x_turned: Any, row: int, column: int
+) -> None:
     """Write another field of cells between their middles: bilinear among cells with cloud, as far as there are any.
 
     Parameters
@@ -399,18 +404,18 @@ def show_beside(out: Any, cells: Any, ranks: Any, cloudy: float, y: Any, x: Any,
         Of cells from ``row`` and ``column`` on.
     cloudy : float
         Rank above which a cell has cloud.
-    y, x : ndarray of float64 (Y,), (X,)
-        Positions: whole numbers are the middles of cells.
+    y, y_turned, x, x_turned : ndarray of float64
+        Where the pixels are: see :class:`hcss_skies.pace.TurnedPixels`.
     row, column : int
         First cell.
     """
     clear, one = np.float32(_OF_CLEAR), np.float32(1.0)
     for i in range(y.size):
-        whole = math.floor(y[i])
-        k, fy = np.int64(whole) - row, np.float32(y[i] - whole)
         for j in range(x.size):
-            whole = math.floor(x[j])
-            m, fx = np.int64(whole) - column, np.float32(x[j] - whole)
+            at_y, at_x = y[i] - x_turned[j], x[j] + y_turned[i]
+            low_y, low_x = math.floor(at_y), math.floor(at_x)
+            k, fy = np.int64(low_y) - row, np.float32(at_y - low_y)
+            m, fx = np.int64(low_x) - column, np.float32(at_x - low_x)
             total = value = np.float32(0.0)
             for down in range(2):
                 share = fy if down else one - fy

@@ -14,7 +14,7 @@ from hcss_skies.blending import put_in_layer
 from hcss_skies.example import read_example
 from hcss_skies.film import LEVELS, Bytes, Film
 from hcss_skies.library import find_example, find_film
-from hcss_skies.pace import Pace
+from hcss_skies.pace import Pace, TurnedPixels, turned
 from hcss_skies.parameters import SimulationParameters
 from hcss_skies.places import Places, read_smooth
 from hcss_skies.playing import lay_over, logarithms, play, show, show_beside
@@ -82,9 +82,10 @@ class SimulatedClouds:
     as it does. Pixels that are large enough also have clouds of the film that are magnified, up to four times, for
     structure larger than its box.
 
-    Tops and bases are fractions of the layer, as in the film. With ``tops = "film"`` clouds hang from them, and are as
-    thick as their optical thickness needs; what would reach below the layer is higher. Light between columns sees
-    bodies from the base to the top (:attr:`height_shares`).
+    The sky is turned so that the wind of the film blows along that of the scene. Tops and bases are fractions of the
+    layer, as in the film. With ``tops = "film"`` clouds hang from them, and are as thick as their optical thickness
+    needs, also below the layer, but not below the sea. Slant paths cross bodies from the base to the top, and light
+    between columns sees them (:attr:`height_shares`).
 
     Parameters
     ----------
@@ -126,7 +127,7 @@ class SimulatedClouds:
         self.skipped: tuple[tuple[str, str], ...] = (
             () if self._tops_vary else (("cloud-top height of the film", f'{TOPS} = "layer": thickness alone varies'),)
         )
-        self._last: tuple[tuple[float, ...], NDArray[np.float32], NDArray[np.float32]] | None = None
+        self._last: tuple[tuple[float, ...], list[NDArray[np.float32]]] | None = None
         last, of_interval = reel.frames.shape[1] - 1.001, parts(reel.film)
         begins = last - min(FADE_S / reel.film.interval_s * of_interval, 0.5 * last)
         self._lasting = np.array([last, begins])
@@ -135,6 +136,7 @@ class SimulatedClouds:
         self._of_heights: dict[int, tuple[Bytes, NDArray[np.float32]]] = {}
         self._logarithms = logarithms(reel.per_score)
         self._pace = Pace.of(inputs.motion)
+        self._turn = turned(reel.film.frame_m_s, inputs.motion.cloud_velocity_m_s)
         notes = _notes(reel, parameters, layer)
         self._places: Places | None = None
         self._change = np.float32(reel.change_of(np.array(layer.coverage)))
@@ -155,7 +157,7 @@ class SimulatedClouds:
             If the time is not finite.
         """
         if self._tops_vary:
-            return self._pair(time_s, rows, columns)[0].copy()
+            return self._bodies(time_s, rows, columns)[0].copy()
         return self._thickness(self._played(time_s, rows, columns, 0))
 
     def thickness_around_m(
@@ -166,19 +168,25 @@ class SimulatedClouds:
 
     def cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the altitude of the cloud top (y, x) of any window, with the parameter ``tops = "film"``."""
-        return self._pair(time_s, rows, columns)[1].copy()
+        return self._bodies(time_s, rows, columns)[1].copy()
 
-    def _pair(self, time_s: float, rows: slice, columns: slice) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return thickness and tops (y, x) of a window; the last ones are kept, as the engine asks for both."""
+    def cloud_depth_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Return the height (y, x) from the base to the top of any window, with the parameter ``tops = "film"``."""
+        return self._bodies(time_s, rows, columns)[2].copy()
+
+    def _bodies(self, time_s: float, rows: slice, columns: slice) -> list[NDArray[np.float32]]:
+        """Return thickness, tops and heights (y, x) of a window; the last ones are kept, as the engine asks for all."""
         key = time_s, rows.start, rows.stop, columns.start, columns.stop
         if self._last is None or self._last[0] != key:
-            played = self._played(time_s, rows, columns, 1)
+            played = self._played(time_s, rows, columns, 2)
             thickness, layer = self._thickness(played), self._inputs.layer
             assert self.cloud_top_range_m is not None
             low, high = (np.float32(end) for end in self.cloud_top_range_m)
-            top = np.maximum(self._altitude(played[1]), np.float32(layer.base_m) + thickness)
-            self._last = key, thickness, np.clip(top, low, high)
-        return self._last[1:]
+            top = np.clip(self._altitude(played[1]), low, high)
+            depth = np.clip(top - self._altitude(played[2]), np.float32(LEAST_M), np.float32(layer.thickness_max_m))
+            top = np.maximum(top, thickness)
+            self._last = key, [thickness, top, depth]
+        return self._last[1]
 
     @cached_property
     def image_coverage(self) -> float:
@@ -254,44 +262,51 @@ class SimulatedClouds:
     def _write(self, out: list[NDArray[np.float32]], time_s: float, row: int, column: int) -> None:
         """Write a part of a frame that begins at ``row`` and ``column``."""
         positions = self._pace.positions_m(self._inputs.grid, (row, column), out[0].shape, time_s)
-        y, x = (position / self._cell_m - 0.5 for position in positions)
-        first = math.floor(y[0]), math.floor(x[0])
-        shape = math.floor(y[-1]) + 2 - first[0], math.floor(x[-1]) + 2 - first[1]
-        cells, beside = self._cells(time_s * self._pace.rate, first, shape, len(out) - 1)
-        show(out[0], cells, y, x, *first, self._table_m)
+        pixels = TurnedPixels.of(positions[0], positions[1], self._turn, self._cell_m)
+        first_row, first_column, *shape = pixels.window
+        first, at = (first_row, first_column), (pixels.y, pixels.y_turned, pixels.x, pixels.x_turned)
+        needed = pixels.needed(*first, *shape)
+        cells, beside = self._cells(time_s * self._pace.rate, first, (shape[0], shape[1]), needed, len(out) - 1)
+        show(out[0], cells, *at, *first, self._table_m)
         clear = float(np.count_nonzero(self._table_m == 0.0) - 1)
         for shown, field in zip(out[1:], beside, strict=True):
-            show_beside(shown, field, cells, clear, y, x, *first)
+            show_beside(shown, field, cells, clear, *at, *first)
 
     def _cells(
-        self, time_s: float, first: tuple[int, int], shape: tuple[int, int], heights: int
+        self, time_s: float, first: tuple[int, int], shape: tuple[int, int], needed: NDArray[np.int64], heights: int
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return ranks (rows, columns) of cells, and that many of tops and bases (F, rows, columns)."""
+        """Return ranks (rows, columns) of cells, and that many of tops and bases (F, rows, columns).
+
+        Of each row only the ``needed`` columns (2, rows) are computed: :meth:`TurnedPixels.needed`.
+        """
         change = np.full(shape, self._change)
         if self._places is not None:
             change = self._places.change(time_s, first, shape)
-        cells, beside = np.empty(shape, np.float32), np.empty((heights, *shape), np.float32)
+        # zeros where no pixel needs a cell: skies are laid over one another everywhere
+        cells, beside = np.zeros(shape, np.float32), np.empty((heights, *shape), np.float32)
         if self.film.sheet:
             under = np.empty((0, 0), np.float32)
             if self._magnified[0] > self._magnified[1]:
-                under = np.empty_like(cells)
-                self._play(under, beside[:0], time_s, first, np.zeros_like(change), 0, under[:0])
-            self._play(cells, beside, time_s, first, change, 1, under)
+                under = np.zeros_like(cells)
+                self._play(under, beside[:0], needed, time_s, first, np.zeros_like(change), 0, under[:0])
+            self._play(cells, beside, needed, time_s, first, change, 1, under)
             return cells, beside
-        self._play(cells, beside, time_s, first, change, 0, cells[:0])
+        self._play(cells, beside, needed, time_s, first, change, 0, cells[:0])
         for i in range(0, shape[0], _BLOCK):
             for j in range(0, shape[1], _BLOCK):
                 of = change[i : i + _BLOCK, j : j + _BLOCK]
                 skies = min(math.ceil(float(of.max())), len(self._magnified))
                 for sky in range(1, skies):
-                    block, more = np.empty(of.shape, np.float32), np.empty((heights, *of.shape), np.float32)
-                    self._play(block, more, time_s, (first[0] + i, first[1] + j), of, sky, block[:0])
+                    block, more = np.zeros(of.shape, np.float32), np.empty((heights, *of.shape), np.float32)
+                    in_block = np.clip(needed[:, i : i + _BLOCK] - j, 0, of.shape[1])
+                    self._play(block, more, in_block, time_s, (first[0] + i, first[1] + j), of, sky, block[:0])
                     part = np.s_[i : i + _BLOCK, j : j + _BLOCK]
                     lay_over(cells[part], beside[:, *part], block, more, *self._adding_up)
         return cells, beside
 
     def _play(
-        self, out: NDArray[np.float32], beside: NDArray[np.float32], time_s: float, first: tuple[int, int],
+        self, out: NDArray[np.float32], beside: NDArray[np.float32], needed: NDArray[np.int64], time_s: float,
+        first: tuple[int, int],
         change: NDArray[np.float32], sky: int, under: NDArray[np.float32],
     ) -> None:  # fmt: skip
         """Write one of the skies: what cells show, and other fields; of the first one of sheets the ranks alone."""
@@ -300,7 +315,7 @@ class SimulatedClouds:
         others, usual = self._heights(times) if len(beside) else (cells.frames[None][:0], _NO_HEIGHTS)
         spacing, sheet = SPACING * min(cells.frames.shape[2:]), self.film.sheet
         play(
-            out, beside, *first, cells.frames, others, usual,
+            out, beside, needed, *first, cells.frames, others, usual,
             _AS_RANKED if self._scale == 1 or (sheet and sky == 0) else cells.shown,
             self._reel.per_score, spacing, spacing * self._shifts[sky], sheet,
             np.uint64(key_of(self._inputs.seed, sky)), time_s / (times * self._life_s), self._lasting, change,

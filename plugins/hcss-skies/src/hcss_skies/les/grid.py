@@ -64,17 +64,17 @@ class Mesh:
         return (*self.columns, self.levels)
 
 
-def stretched_faces(top_m: float, spacing_m: list[tuple[float, float]]) -> Array:
+def stretched_faces(top_m: float, spacing_m: float | list[tuple[float, float]]) -> Array:
     """Return heights (nz + 1,) of faces whose distances follow a piecewise linear function of height.
 
     Parameters
     ----------
     top_m : float
         Height of the lid, which the last face meets: all distances change by the same small factor.
-    spacing_m : list of (float, float)
-        Heights and the distance of faces there; constant beyond the first and the last.
+    spacing_m : float or list of (float, float)
+        Distance of faces; or heights and the distance there, constant beyond the first and the last.
     """
-    heights, spacings = np.array(spacing_m, float).T
+    heights, spacings = np.array(spacing_m if isinstance(spacing_m, list) else [(0.0, spacing_m)], float).T
     if np.all(spacings == spacings[0]):
         return np.linspace(0.0, top_m, max(1, round(top_m / spacings[0])) + 1)
     # the number of cells is the integral of 1 / spacing; faces are at its whole values

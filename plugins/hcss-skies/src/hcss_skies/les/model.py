@@ -100,8 +100,7 @@ class Model:
 
     def __init__(self, case: Case) -> None:
         self.case = case
-        spacing = case.grid.spacing_m
-        faces = stretched_faces(case.grid.top_m, spacing if isinstance(spacing, list) else [(0.0, spacing)])
+        faces = stretched_faces(case.grid.top_m, case.grid.spacing_m)
         self.mesh = mesh = Mesh(case.grid.columns, case.grid.side_m, faces, case.grid.floor_m)
         air, z = case.air, mesh.centres_m
         theta = at_heights(air.theta_l_K, z)

@@ -1,4 +1,4 @@
-"""Shipped examples and films, and where else they are searched."""
+"""Shipped examples, films and volumes, and where else they are searched."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hcss_twin.providers import Catalog, CatalogError, choose_from
 SUFFIX = ".nc"
 
 FOLDER = "skies"
-"""Folder beside a scenario whose examples and films have names."""
+"""Folder beside a scenario whose examples, films and volumes have names."""
 
 
 def shipped() -> dict[str, Path]:
@@ -20,6 +20,11 @@ def shipped() -> dict[str, Path]:
 def shipped_films() -> dict[str, Path]:
     """Return the files of the shipped films by name."""
     return _within(Path(__file__).parent / "films")
+
+
+def shipped_volumes() -> dict[str, Path]:
+    """Return the files of the shipped volumes by name."""
+    return _within(Path(__file__).parent / "volumes")
 
 
 def find_example(name: str, catalog: Catalog) -> Path:
@@ -42,6 +47,17 @@ def find_film(name: str, catalog: Catalog) -> Path:
         If there is none.
     """
     return _find("film", name, shipped_films(), catalog)
+
+
+def find_volume(name: str, catalog: Catalog) -> Path:
+    """Return the file of a volume: shipped, in the folder ``skies`` beside the scenario, or a path.
+
+    Raises
+    ------
+    CatalogError
+        If there is none.
+    """
+    return _find("volume", name, shipped_volumes(), catalog)
 
 
 def _within(folder: Path) -> dict[str, Path]:
