@@ -25,6 +25,7 @@ def require_kept(rows):
         assert row.agrees, row
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", EACH_TIME)
 def test_cheap_scenarios_keep_a_thousandth(number, folder):
     rows, _ = checks.check(number, [1e-3], folder, most_pixels=100, finer_grid=True)
@@ -32,6 +33,7 @@ def test_cheap_scenarios_keep_a_thousandth(number, folder):
     require_kept(rows)
 
 
+@pytest.mark.long
 def test_an_error_in_the_tables_is_seen(folder, monkeypatch):
     """What recomputes the pixels is not what made them."""
     from dataclasses import replace

@@ -55,6 +55,7 @@ def test_a_sample_is_right(case, tmp_path):
     assert outcome(case, tmp_path / "plugin") == "right"
 
 
+@pytest.mark.long
 def test_tables_of_a_changed_helper_are_others(tmp_path):
     for path, text in PLUGIN.items():
         (tmp_path / path).parent.mkdir(exist_ok=True)

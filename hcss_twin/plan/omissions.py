@@ -36,26 +36,30 @@ from hcss_twin.plan.sunlight import SunFrames, Sunlight, low_sun, toward_glint
 from hcss_twin.providers import ColumnSetting, Sun
 from hcss_twin.scenario.scenario import Scenario
 
+_SINGLE_PIXELS, _CHECKED = "radiance of single pixels", "; the run's certificate tries them"
 
-def unrequested(
-    requested: tuple[VariableSpec, ...], possible: tuple[VariableSpec, ...], certificate: bool
-) -> Iterator[Omission]:
+
+def without_certificate(omissions: tuple[Omission, ...]) -> tuple[Omission, ...]:
+    """Return the omissions of a scene none of whose pixels is checked; without radiance there is nothing to check."""
+    if all(each.what != _SINGLE_PIXELS for each in omissions):
+        return omissions
+    none = Omission("the certificate", "output.certificate is 0: no pixel is checked", 0.0)
+    return (none, *(replace(each, why=each.why.removesuffix(_CHECKED)) for each in omissions))
+
+
+def unrequested(requested: tuple[VariableSpec, ...], possible: tuple[VariableSpec, ...]) -> Iterator[Omission]:
     """Yield available output that was not requested.
 
     Parameters
     ----------
     requested, possible : tuple of VariableSpec
         Variables of the cube, and all that the scene can have.
-    certificate : bool
-        Whether pixels will be checked.
     """
     names = {spec.name for spec in requested}
     left = [spec for spec in possible if spec.name not in names]
     radiance = any(spec.needs_radiance for spec in requested)
     if not radiance:
         yield Omission("all radiance", "no requested variable needs it", 0.0)
-    elif not certificate:
-        yield Omission("the certificate", "output.certificate is 0: no pixel is checked", 0.0)
     terms = [spec.name for spec in left if spec.name.startswith(TERM_PREFIX)] if radiance else []
     if terms:
         yield Omission(
@@ -167,7 +171,7 @@ def list_omissions(
     accuracy: float,
     views: bool = False,
 ) -> Iterator[Omission]:
-    """Yield the omissions of a scene, except for waves, which :func:`choose_waves` reports.
+    """Yield the omissions of a scene whose pixels are checked, except for waves, which :func:`choose_waves` reports.
 
     Parameters
     ----------
@@ -187,19 +191,15 @@ def list_omissions(
     lit = sunlight.matters(sun.zenith_deg)
     gone = set() if lit else {TERM_PREFIX + name for name in assembly.model.solar_terms}
     possible = tuple(spec for spec in possible if spec.name not in gone)
-    yield from unrequested(variables, possible, scenario.output.certificate > 0)
+    yield from unrequested(variables, possible)
     yield from _sunlight(sun, radiance, sunlight)
     yield from _clouds(assembly)
     if not radiance:
         # Masks change by whole pixels, and there is no radiance to bound.
         yield from slant_skipped(assembly, sun, None, None, radiance)
         return
-    yield Omission(
-        "radiance of single pixels",
-        "tables of few wavenumbers, cloud thicknesses and instants stand for it"
-        + ("; the run's certificate tries them" if scenario.output.certificate else ""),
-        accuracy,
-    )
+    stand_in = f"tables of few wavenumbers, cloud thicknesses and instants stand for it{_CHECKED}"
+    yield Omission(_SINGLE_PIXELS, stand_in, accuracy)
     frames = sun.extremes(assembly.view)
     if not sunlight.is_computed:
         frames = [(frames[0][0], None)]

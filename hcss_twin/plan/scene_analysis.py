@@ -27,7 +27,7 @@ from hcss_twin.plan.numerics import (
     finest,
     refine_toward,
 )
-from hcss_twin.plan.omissions import list_omissions, negligible_shadows
+from hcss_twin.plan.omissions import list_omissions, negligible_shadows, without_certificate
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.packing import RadianceRange, radiance_range, widest
 from hcss_twin.plan.path_radiance import unused_path_radiance
@@ -131,7 +131,10 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
         GridRefinement,
         RadianceRange,
     )
-    return recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, catalog, sun), classes)
+    analysis = recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, catalog, sun), classes)
+    if scenario.output.certificate:
+        return analysis
+    return replace(analysis, omissions=without_certificate(analysis.omissions))
 
 
 def inputs_of_analysis(scenario: Scenario, assembly: Assembly, catalog: Catalog) -> dict[str, Any]:
@@ -142,11 +145,22 @@ def inputs_of_analysis(scenario: Scenario, assembly: Assembly, catalog: Catalog)
     text = json.loads(scenario.to_json())
     for layer in text["clouds"]["layers"]:
         layer["coverage"] = "some" if 0.0 < layer["coverage"] < 1.0 else layer["coverage"]
-        del layer["edge_taper"]
+        for name in ("edge_taper", "coverage_mode", "wind_speed", "wind_from"):
+            del layer[name]
+    # They depend on all views of the image, and on which terms there are, not on how light between columns is computed.
+    del text["image"]["window"], text["output"]["certificate"]
+    for section, names in (
+        ("motion", ("wind_speed", "wind_from", "evolution_time")),
+        ("radiance", ("light", "light_accuracy", "light_profile")),
+    ):
+        for name in names:
+            del text[section][name]
+    between = scenario.radiance.is_between_columns
     parts: dict[str, Any] = {
         "scenario": {name: value for name, value in text.items() if name not in ("title", "seed", "sensor")},
         "filled_in": [item.as_dict() for item in assembly.filled_in],
         "files": dict(catalog.used),
+        "between_columns": [between, between and scenario.radiance.light != "columns"],
         "code": assembly.code,
         "layers": [(layer.base_m, layer.top_m) for layer in assembly.layers],
     }

@@ -30,10 +30,13 @@ CAMPAIGN = (
     "match",
     "shipped-cirrus",
     "shipped-cumulus",
+    "shipped-degraded-cirrus",
     "shipped-simulated",
     "shipped-stratus",
 )
-"""Cases whose parts others record: layers of shipped scenes, and the fields and measures that searches compare."""
+"""Cases whose parts others record: layers of shipped scenes (`shipped-cirrus-over-cumulus`; cirrus by day,
+`wide-field-physical` and `moving-sun-physical`), blur and noise of a sensor (`sense-of-a-cube`, `run-with-a-sensor`),
+and the fields and measures that searches compare."""
 
 NEEDS = {
     "imagery-clouds": "iris_sample_data",

@@ -124,6 +124,7 @@ def test_it_is_soundly_registered(installed, kind):
     assert_registered(kind, CHOICES[kind][1], distribution="hcss-stranger")
 
 
+@pytest.mark.long
 def test_frames_of_a_stranger_are_not_written_beside_the_computing_because_it_may_read_netcdf(installed):
     def beside(**overrides):
         return overlaps(make_plan(Scenario.load("stratus", {**CHEAP, **overrides})))
@@ -225,6 +226,7 @@ def assert_runs_and_differs(choices, usual):
     assert used == {name for _, name in choices}
 
 
+@pytest.mark.long
 def test_a_scene_runs_with_all_of_them(installed, usual):
     assert_runs_and_differs(list(OF_THE_CLEAN_CUBE.values()), usual)
 

@@ -66,7 +66,19 @@ def test_another_scenario_is_found_out_anew(asked, changes):
 
 
 @pytest.mark.parametrize(
-    "changes", [{"seed": 5}, {"clouds__coverage": 0.3}, {"clouds__edge_taper": 0.4}, {"title": "another"}]
+    "changes",
+    [
+        {"seed": 5},
+        {"clouds__coverage": 0.3},
+        {"clouds__edge_taper": 0.4},
+        {"title": "another"},
+        {"output__certificate": 0},
+        {"output__certificate": 4},
+        {"image__window": {"rows": [1, 5], "columns": [2, 6]}},
+        {"clouds__coverage_mode": "frame"},
+        {"clouds__wind_speed": 3.0, "clouds__wind_from": 20.0},
+        {"motion__wind_speed": 3.0, "motion__wind_from": 20.0, "motion__evolution_time": 60.0},
+    ],
 )
 def test_what_findings_do_not_depend_on_finds_the_same(asked, changes, monkeypatch):
     plan()

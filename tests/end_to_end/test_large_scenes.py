@@ -204,6 +204,7 @@ def fixed_date(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
 
 
+@pytest.mark.long
 def test_workers_write_the_bytes_of_one(tmp_path, fixed_date):
     plan = planned(**{"output.certificate": 48, "clouds.coverage_mode": "frame", "output.compression": 1})
     with small_tiles(900):

@@ -173,6 +173,7 @@ def test_layers_whose_clouds_are_as_good_as_equally_thick_run():
 ALTOCUMULUS = {"type": "altocumulus", "coverage": 0.5}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "more",
     [

@@ -89,6 +89,7 @@ def test_a_scene_imports_no_code_of_what_it_does_not_have(modules_of_a_plain_sce
     assert [name for name in own if re.search(part, name)] == []
 
 
+@pytest.mark.long
 def test_compiling_is_told_once_when_it_is_done_and_not_when_kernels_are_kept(tmp_path):
     kept = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
     code = """

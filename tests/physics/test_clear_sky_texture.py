@@ -234,6 +234,7 @@ def test_the_stated_error_covers_the_kink_of_haze_at_70_percent_humidity() -> No
         assert away <= float(cube.attrs["hcss_table_error_estimated"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("time", "band"),
     [("2020-09-06T00:45:00+00:00", [10.3, 11.3]), ("2020-09-06T12:00:00+00:00", [3.8, 3.9])],
@@ -267,6 +268,7 @@ def test_sea_temperature_vanishes_beneath_opaque_cloud() -> None:
     assert np.all(np.abs(change[:, thick]) < 1e-4)
 
 
+@pytest.mark.long
 def test_certificate_includes_the_texture() -> None:
     cube = simulate(
         scene(
@@ -280,6 +282,7 @@ def test_certificate_includes_the_texture() -> None:
     assert cube.attrs["hcss_certificate"].startswith("PASSED")
 
 
+@pytest.mark.long
 def test_over_a_map_the_sea_has_the_texture_of_a_sea_alone_and_land_that_of_its_air(tmp_path: Path) -> None:
     latitude, longitude = np.linspace(34.0, 36.0, 101), np.linspace(149.0, 151.0, 100)
     for ground, west in (("half", 0.0), ("land", 1.0)):

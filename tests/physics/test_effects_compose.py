@@ -83,6 +83,7 @@ def mean_over_waves(plan, name):
     return plan.spectral_grid.weights_cm1 @ spectrum / np.sum(weights) ** 2
 
 
+@pytest.mark.long
 def test_a_wave_in_shadow_loses_the_share_of_its_own_glint_that_the_cloud_keeps():
     """The glint of tilted facets, from the formulas of sea and air, behind a cloud of Bouguer at each wavenumber."""
     plan, made = waves_below(False)[0]
@@ -236,6 +237,7 @@ def test_clouds_are_displaced_the_same_whether_or_not_radiance_needs_several_vie
     assert 0.1 < made[0].mean() < 0.9
 
 
+@pytest.mark.long
 def test_windows_see_the_parts_of_the_whole(monkeypatch):
     changes = {**LOW_ORBIT, "slant.parallax": "on", "slant.shadows": "on", "image.samples_per_pixel": 2}
     plan, tables = compiled(plan_of(HIGH, **changes))

@@ -32,6 +32,7 @@ def electrons_per_radiance(provider):
     return np.array([each["electrons_per_radiance"] for each in bands])[:, None, None]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "parameters",
     [

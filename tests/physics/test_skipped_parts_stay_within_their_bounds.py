@@ -137,6 +137,7 @@ def test_sunlight_is_not_faint_where_it_is_asked_for_or_makes_shadows():
     assert plan_of(**faint | {"bands": [[9.0, 12.0], "mwir"]}).sunlight.is_computed
 
 
+@pytest.mark.long
 def test_sunlight_scattered_by_air_under_a_very_low_sun(monkeypatch):
     """With the limit moved from 88 to 70 degrees, where the model can do without the rule."""
     evening = {"bands": ["swir-2.7-3.0"], "accuracy": 1e-2, "time": "2024-04-20T17:15:00+10:00"}

@@ -116,6 +116,7 @@ def test_as_many_streams_give_the_same_radiances() -> None:
         np.testing.assert_allclose(btdf[0, 0].reshape(-1, 7), exact.btdf[12:], atol=1e-4 * exact.btdf.max())
 
 
+@pytest.mark.long
 def test_random_layers_agree_with_discrete_ordinates() -> None:
     check(5)
 

@@ -159,8 +159,9 @@ def test_a_builtin_provider_passes():
     assert checked("radiometer").passed
 
 
-# test_registry_builtins.py holds all of them to the same laws; the command reaches those of a kind in one way.
-@pytest.mark.long
+# A campaign: test_registry_builtins.py holds all of them to the same laws, and the command reaches laws of all kinds in
+# one way, that of the test above.
+@pytest.mark.campaign
 @pytest.mark.parametrize("name", ["fractal", "cox-munk", "mie", "band-model", "as-printed"])
 def test_a_dear_builtin_provider_passes(name):
     result = checked(name, limit_s=300.0)

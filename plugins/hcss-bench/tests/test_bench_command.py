@@ -87,6 +87,7 @@ def test_a_picture_is_drawn_and_nothing_else_is_left(answer):
     assert sorted(path.name for path in folder.iterdir()) == ["found.json", "front.png"]
 
 
+@pytest.mark.long
 def test_json_in_place_of_the_table_and_nothing_kept_by_the_user_is_used_or_changed(tmp_path, monkeypatch):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
     one = [*SMALL[:-2], "--pixels", "2", "--set", "bands=[[10.5, 10.6]]"]  # of the two accuracies
@@ -136,6 +137,7 @@ def test_every_accuracy_of_the_default_list_is_told_beside_the_scenarios_own(mon
     assert asked_for(Scenario.load("stratus"), ["1 %", "50 mK"]) == (1e-2, "0.05 K")
 
 
+@pytest.mark.long
 def test_kelvin_are_kept_the_scenarios_own_is_marked_and_progress_goes_to_stderr(tmp_path):
     scene = ("--set", 'accuracy="0.5 K"', "--set", 'bands=[{name="lwir", limits=[10.5, 11.0]}]')
     asked = ("--pixels", "2", "--accuracy", "1e-3", "--accuracy", "500 mK")

@@ -195,6 +195,7 @@ def test_shapes_and_pixel_sizes_that_differ_are_told_and_nothing_is_resampled(sa
     assert any("is not known" in note for note in evaluate(small, small).notes)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("size", "is_marked"), [("1 km", False), ("2 km", True)])
 def test_the_rmse_is_marked_on_screen_and_page_where_its_terms_are(save, tmp_path, size, is_marked):
     page = tmp_path / "report.html"

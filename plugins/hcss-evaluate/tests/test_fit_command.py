@@ -44,6 +44,7 @@ def working_folder(levels, tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.long
 def test_an_image_gives_a_posterior_and_an_answer(working_folder):
     choice = ["--pixel-size", "20 m", "--method", "coverage", "--coverage", 0.4]
     done = hcss("fit", "clouds1.npy", *choice, *QUICK, "--json", "-o", "p.nc")
@@ -151,6 +152,7 @@ def test_several_images_have_a_mean_and_a_spread(working_folder):
         assert file.variogram_observed.dims == ("image", "lag", "axis")
 
 
+@pytest.mark.long
 def test_an_image_of_a_satellite_is_fitted(tmp_path):
     """SEVIRI 10.8 um. Real clouds are no fractal field, and the fit says so unless it is allowed for."""
     sample = pytest.importorskip("iris_sample_data")

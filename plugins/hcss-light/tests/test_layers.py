@@ -175,7 +175,7 @@ def test_a_layer_that_never_has_cloud_leaves_the_bits_of_the_other_and_windows_t
 @pytest.mark.parametrize(
     ("time", "band", "zenith", "limit"),
     [
-        (NIGHT, [10.5, 11.0], 50.0, 0.02),
+        pytest.param(NIGHT, [10.5, 11.0], 50.0, 0.02, marks=pytest.mark.campaign),
         (DAY, [3.6, 3.8], 40.0, 0.08),
         pytest.param(NIGHT, [3.6, 3.8], 60.0, 0.08, marks=pytest.mark.campaign),
     ],

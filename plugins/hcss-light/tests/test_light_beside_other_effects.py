@@ -26,7 +26,7 @@ def terms_of(made):
     return [made[name].values.astype(float) for name in names]
 
 
-@pytest.mark.parametrize("tier", ["slant", "source"])
+@pytest.mark.parametrize("tier", [pytest.param("slant", marks=pytest.mark.campaign), "source"])
 def test_terms_are_those_of_columns_and_light_between_them_is_one_more(tier):
     common = {"time": DAY, "bands": [[3.6, 3.8]], "slant": OFF, "sea": EVEN}
     columns, made = (

@@ -61,7 +61,7 @@ def test_vertical_rays_through_columns_change_nothing_in_the_tier_slant():
     assert np.all(np.abs(change) < 2e-3 * tables.tables[0].clear[0, 0])
 
 
-@pytest.mark.parametrize("tier", ["slant", "source"])
+@pytest.mark.parametrize("tier", [pytest.param("slant", marks=pytest.mark.campaign), "source"])
 def test_a_window_has_the_bits_of_the_image_and_the_certificate_passes(tier):
     whole = simulate(scene(tier, 4, time=DAY))
     image = {"rows": 40, "columns": 30, "pixel_size": 100.0, "window": {"rows": [21, 40], "columns": [3, 17]}}

@@ -163,6 +163,7 @@ def test_one_of_two_layers_has_a_posterior(posterior):
     assert made.attrs["posterior_layer"] == "clouds.layers.1"
 
 
+@pytest.mark.long
 def test_pick_freeze_gives_every_input_both_shares(posterior):
     few = SMALL | {"image.rows": 32, "image.columns": 32, "frames.count": 1, "bands": [[10.3, 11.3]]}
     made = propagate(
@@ -256,6 +257,7 @@ TINY = [
 ]
 
 
+@pytest.mark.long
 def test_the_command_writes_a_file_cubes_and_a_table(posterior, working_folder):
     words = ["stratus", *TINY, "--draws", "3", "--posterior", str(posterior), "--cube-of", "0,2"]
     result = command(*words)

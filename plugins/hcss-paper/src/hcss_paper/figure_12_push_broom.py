@@ -60,14 +60,20 @@ def shift_between(before: Array, after: Array, reach: int = REACH_PIXELS) -> tup
     mean = before.mean()
     image, part = before - mean, after[reach:-reach, reach:-reach] - mean
     part = part - part.mean()
-    ones = np.ones_like(part)
-    sums = fftconvolve(image, ones, "valid")
-    squares = fftconvolve(image**2, ones, "valid")
+    sums, squares = (_window_sums(values, part.shape) for values in (image, image**2))
     products = fftconvolve(image, part[::-1, ::-1], "valid")
     spread = np.maximum(squares - sums**2 / part.size, 1e-300)
     correlation = products / np.sqrt(spread * np.sum(part**2))
     row, column = np.unravel_index(int(np.argmax(correlation)), correlation.shape)
     return int(column) - reach, int(row) - reach, float(correlation[row, column])
+
+
+def _window_sums(values: Array, shape: tuple[int, ...]) -> Array:
+    """Return the sum over each window of a shape: four corners of the sum from the first pixel on."""
+    rows, columns = shape
+    total = np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
+    sums: Array = total[rows:, columns:] - total[:-rows, columns:] - total[rows:, :-columns] + total[:-rows, :-columns]
+    return sums
 
 
 def figure_12(seed: int) -> Reproduction:

@@ -13,7 +13,8 @@ from hcss_skies.blending import put_in_layer
 from hcss_skies.library import find_volume
 from hcss_skies.pace import Pace, TurnedPixels, turned
 from hcss_skies.parameters import VolumeParameters
-from hcss_skies.simulation import MAGNIFIED, extinction_m1
+from hcss_skies.reel import extinction_m1
+from hcss_skies.simulation import MAGNIFIED
 from hcss_skies.volume import read_volume
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, Problem, ProviderError, ScenarioError
