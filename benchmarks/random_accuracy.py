@@ -16,7 +16,8 @@ shadows and in the glint, where there are any. A scene beyond its accuracy is no
 enough, the tables estimate a larger error, or the certificate of the run, whose reference is one level finer, fails.
 
 Rows go to the file of ``--keep`` as they are found; those that are there are not computed again. Beside it, in a folder
-of the same name, lie the scenarios beyond their accuracy. A scene that takes longer than ``--limit`` is listed as such.
+of the same name, lie the scenarios beyond their accuracy. A scene that takes longer than ``--limit`` is listed as such, not
+tried at finer accuracies, and tried again with a larger limit.
 ``campaigns/random_scenarios`` has other scenes and a reference that shares no code with certificates.
 
 Combinations need hcss-examples, hcss-light, hcss-payload and hcss-skies.
@@ -352,6 +353,8 @@ class Row:
         The latter by kind; a pixel may be of several.
     run_s, reference_s : float
         Processor time of plan, tables and frame, and of the reference.
+    limit_s : float
+        Processor time that was allowed.
     """
 
     seed: int
@@ -374,11 +377,16 @@ class Row:
     pixels: Mapping[str, int] = field(default_factory=dict)
     run_s: float = 0.0
     reference_s: float = 0.0
+    limit_s: float = 0.0
 
     @property
     def key(self) -> tuple[int, str, int, float]:
         """What the scene is drawn from."""
         return self.seed, self.kind, self.number, self.accuracy
+
+    def is_done(self, limit_s: float) -> bool:
+        """Whether it need not be computed again, with a limit of processor time."""
+        return self.outcome != "too dear" or self.limit_s >= limit_s
 
     def __str__(self) -> str:
         text = f"{self.accuracy:g} {self.kind} {self.number}: "
@@ -431,7 +439,7 @@ def compare(row: Row, made: Scenario) -> None:
 
 def compute(row: Row, folder: Path | None, limit_s: float) -> Row:
     """Fill a row; the scenario of a scene beyond its accuracy goes to the folder."""
-    start, made = time.process_time(), None
+    start, made, row.limit_s = time.process_time(), None, limit_s
     if row.kind == COMBINATION:
         row.features = combination(row.number, row.seed)
     try:
@@ -499,14 +507,20 @@ def main() -> None:
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
     numbers = range(given.number) if given.only is None else given.only
-    for accuracy in () if given.summary else given.accuracies:
+    for accuracy in () if given.summary else sorted(given.accuracies, reverse=True):
         for number in numbers:
             for kind in given.kinds:
                 row = Row(given.seed, kind, number, accuracy)
-                if given.only is None and row.key in {each.key for each in rows}:
+                known = {each.key: each for each in rows}
+                if given.only is None and row.key in known and known[row.key].is_done(given.limit):
                     continue
-                rows = [each for each in rows if each.key != row.key]
-                rows.append(compute(row, folder, given.limit))
+                looser = (known.get((given.seed, kind, number, other)) for other in WITHIN if other > accuracy)
+                dear = next((each for each in looser if each and each.outcome == "too dear"), None)
+                if given.only is None and dear and dear.is_done(given.limit):
+                    row = replace(dear, accuracy=accuracy)
+                else:
+                    row = compute(row, folder, given.limit)
+                rows = [*(each for each in rows if each.key != row.key), row]
                 print(row, flush=True)
                 if kept:
                     kept.write_text("".join(json.dumps(asdict(each)) + "\n" for each in rows))
