@@ -8,7 +8,8 @@
 Scenes have one or two layers of any type, by day or night, any profile, aerosol and wind, views to 60 deg, suns to 80.
 Others are near what few streams resolve badly: within 5 deg of the glory, the cloudbow or the glint, or with view or
 sun between 75 and 85 deg. A combination has five features of ``feature_pairs.py``, and anything else at random; one in
-three looks into the glint. Scene n of a kind and seed is always the same, at any accuracy.
+three by day looks into the glint, and all sunlit combinations do. Scene n of a kind and seed is always the same, at any
+accuracy.
 
 The reference of a pixel is its exact column at the finest level of the radiance model and on the finest spectral grid,
 at the thickness of its own clouds, without tables. At least a third of the pixels are at edges of clouds, at edges of
@@ -16,8 +17,8 @@ shadows and in the glint, where there are any. A scene beyond its accuracy is no
 enough, the tables estimate a larger error, or the certificate of the run, whose reference is one level finer, fails.
 
 Rows go to the file of ``--keep`` as they are found; those that are there are not computed again. Beside it, in a folder
-of the same name, lie the scenarios beyond their accuracy. A scene that takes longer than ``--limit`` is listed as such, not
-tried at finer accuracies, and tried again with a larger limit.
+of the same name, lie the scenarios beyond their accuracy. A scene that takes longer than ``--limit`` is listed as
+such, not tried at finer accuracies, and tried again with a larger limit.
 ``campaigns/random_scenarios`` has other scenes and a reference that shares no code with certificates.
 
 Combinations need hcss-examples, hcss-light, hcss-payload and hcss-skies.
@@ -67,8 +68,8 @@ SEED, PIXELS, LIMIT_S = 20240620, 12, 180.0
 REFERENCE_S = 20.0
 """Pixels with views or models of their own are compared two by two until so much processor time has gone."""
 KINDS = ("one layer", "two layers", "one layer, night", "two layers, night", "glory", "cloudbow", "glint", "grazing")
-COMBINATION, FEATURES = "combination", 5
-"""A kind of its own, which needs the packages of ``feature_pairs.py``: so many of its features in one scene."""
+COMBINATION, SUNLIT, FEATURES = "combination", "sunlit combination", 5
+"""Kinds of their own, which need the packages of ``feature_pairs.py``: so many of its features in one scene."""
 UNFIT = ("mask alone", "accuracy in kelvin", "no certificate")
 """Features that leave nothing to compare, or say what is asked."""
 NEAR_DEG, BOW_DEG, GLINT_DEG = 5.0, 140.0, 20.0
@@ -98,24 +99,28 @@ def known_features(folder: Path | None = None) -> Mapping[str, Any]:
     return features(folder)
 
 
-def combination(number: int, seed: int) -> tuple[str, ...]:
-    """Return the names of features that can be combined: the first draw in which no two exclude each other."""
+def combination(number: int, seed: int, sunlit: bool = False) -> tuple[str, ...]:
+    """Return the names of features that can be combined: the first draw in which no two exclude each other.
+
+    With ``sunlit`` none of them has a time or a view of its own.
+    """
     from feature_pairs import are_alternatives, why_meaningless
 
-    random, known = np.random.default_rng([seed, len(KINDS), number]), known_features()
+    random, known = np.random.default_rng([seed, len(KINDS) + 2 * sunlit, number]), known_features()
     while True:
         names = tuple(map(str, random.choice([*known], FEATURES, replace=False)))
         excluded = why_meaningless(names) is not None or are_alternatives([known[name] for name in names])
-        if not excluded and not set(UNFIT) & set(names):
+        own = {key.partition(".")[0] for name in names for key in known[name].touched}
+        if not excluded and not set(UNFIT) & set(names) and not (sunlit and own & {"time", "view"}):
             return names
 
 
-def combined(number: int, seed: int, folder: Path | None = None) -> dict[str, Any]:
+def combined(number: int, seed: int, folder: Path | None = None, sunlit: bool = False) -> dict[str, Any]:
     """Keys of a scene with a combination, and random values where no feature of it sets any."""
     from feature_pairs import LAYER, PLACE, put, scene
 
-    random, known = np.random.default_rng([seed, len(KINDS) + 1, number]), known_features(folder)
-    chosen = [known[name] for name in combination(number, seed)]
+    random, known = np.random.default_rng([seed, len(KINDS) + 1 + 2 * sunlit, number]), known_features(folder)
+    chosen = [known[name] for name in combination(number, seed, sunlit)]
     touched = {key for feature in chosen for key in feature.touched}
     made = scene(chosen)
     del made["accuracy"]
@@ -123,7 +128,7 @@ def combined(number: int, seed: int, folder: Path | None = None) -> dict[str, An
     def free(key: str) -> bool:
         return not any(own == key or own.startswith(f"{key}.") or key.startswith(f"{own}.") for own in touched)
 
-    base = round(float(random.uniform(300.0, 1200.0)), 0)
+    base, hours = round(float(random.uniform(300.0, 1200.0)), 0), (8, 16) if sunlit else (0, 24)
     values = {
         "seed": int(random.integers(1000)),
         "sea.temperature": round(float(random.uniform(274.0, 303.0)), 1),
@@ -131,7 +136,7 @@ def combined(number: int, seed: int, folder: Path | None = None) -> dict[str, An
         "sea.wind_from": round(float(random.uniform(0.0, 360.0)), 0),
         f"{LAYER}.coverage": round(float(random.uniform(0.2, 0.8)), 2),
         "image.pixel_size": float(random.choice([20.0, 50.0, 200.0, 500.0])),
-        "time": f"2024-04-20T{int(random.integers(24)):02d}:{int(random.integers(60)):02d}:00+09:00",
+        "time": f"2024-04-20T{int(random.integers(*hours)):02d}:{int(random.integers(60)):02d}:00+09:00",
     }
     thickness = round(float(random.uniform(150.0, 800.0)), 0)
     if free(f"{LAYER}.base") and free(f"{LAYER}.type"):
@@ -141,7 +146,7 @@ def combined(number: int, seed: int, folder: Path | None = None) -> dict[str, An
     for key, value in values.items():
         if free(key):
             put(made, key, value)
-    zenith, azimuth, glint = random.uniform(0.0, 60.0), random.uniform(0.0, 360.0), number % 3 == 0
+    zenith, azimuth, glint = random.uniform(0.0, 60.0), random.uniform(0.0, 360.0), sunlit or number % 3 == 0
     if "view" in made and free("view"):
         sun, bearing, _ = (float(x[0]) for x in sun_position([datetime.fromisoformat(made["time"])], *PLACE.values()))
         if glint and sun < 75.0:
@@ -154,8 +159,8 @@ def combined(number: int, seed: int, folder: Path | None = None) -> dict[str, An
 
 def scenario(kind: str, number: int, seed: int = SEED, folder: Path | None = None) -> dict[str, Any]:
     """Keys of a scene, but for its accuracy."""
-    if kind == COMBINATION:
-        return combined(number, seed, folder)
+    if kind not in KINDS:
+        return combined(number, seed, folder, kind == SUNLIT)
     random = np.random.default_rng([seed, KINDS.index(kind), number])
     place, moment, zenith, azimuth = _geometry(kind, random)
     count = 2 if kind.startswith("two") else 1 + int(kind not in KINDS[:4] and random.random() < 0.25)
@@ -440,8 +445,8 @@ def compare(row: Row, made: Scenario) -> None:
 def compute(row: Row, folder: Path | None, limit_s: float) -> Row:
     """Fill a row; the scenario of a scene beyond its accuracy goes to the folder."""
     start, made, row.limit_s = time.process_time(), None, limit_s
-    if row.kind == COMBINATION:
-        row.features = combination(row.number, row.seed)
+    if row.kind not in KINDS:
+        row.features = combination(row.number, row.seed, row.kind == SUNLIT)
     try:
         raw = scenario(row.kind, row.number, row.seed, folder)
         raw |= {"accuracy": row.accuracy, "output": {**raw.get("output", {}), "certificate": 2 * PIXELS}}
@@ -493,7 +498,7 @@ def main() -> None:
     """Print each scene as it is known, and a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--number", type=int, default=8, help="of scenes of each kind")
-    parser.add_argument("--kinds", nargs="+", choices=(*KINDS, COMBINATION), default=KINDS)
+    parser.add_argument("--kinds", nargs="+", choices=(*KINDS, COMBINATION, SUNLIT), default=KINDS)
     parser.add_argument("--accuracies", type=float, nargs="+", choices=list(WITHIN), default=[1e-2, 1e-3])
     parser.add_argument("--only", type=int, nargs="+", help="these numbers of each kind, computed again")
     parser.add_argument("--seed", type=int, default=SEED)
