@@ -347,7 +347,7 @@ class Row:
     Attributes
     ----------
     outcome : str
-        ``compared``, ``refused``, ``too dear``, or ``crash``.
+        ``compared``, ``refused``, ``too dear``, ``not tried``, or ``crash``.
     ratio : float
         Largest error of a pixel in any band, of what was asked.
     noticed : bool
@@ -391,7 +391,7 @@ class Row:
 
     def is_done(self, limit_s: float) -> bool:
         """Whether it need not be computed again, with a limit of processor time."""
-        return self.outcome != "too dear" or self.limit_s >= limit_s
+        return self.outcome not in ("too dear", "not tried") or self.limit_s >= limit_s
 
     def __str__(self) -> str:
         text = f"{self.accuracy:g} {self.kind} {self.number}: "
@@ -488,7 +488,7 @@ def summary(rows: Sequence[Row], kinds: Sequence[str], accuracies: Sequence[floa
                 f"{accuracy:<10g}{kind:20}{len(some):7d}{int(np.sum(ratios <= 1.0)):8d}{len(twice):14d}"
                 f"{sum(not row.noticed for row in twice):11d}{pixels:8d}{special:20d}{seconds:13.0f}  {found}"
             )
-            for outcome in ("refused", "too dear", "crash"):
+            for outcome in ("refused", "too dear", "not tried", "crash"):
                 if others := [row for row in drawn if row.outcome == outcome]:
                     yield f"    {outcome}: {len(others)} more ({', '.join(str(row.number) for row in others)})"
         yield f"{accuracy:g}: at least {100.0 * WITHIN[accuracy]:g} % must be within, and none beyond twice unnoticed"
@@ -503,6 +503,7 @@ def main() -> None:
     parser.add_argument("--only", type=int, nargs="+", help="these numbers of each kind, computed again")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--limit", type=float, default=LIMIT_S, help="processor time of a scene, s")
+    parser.add_argument("--without", nargs="+", default=[], help="features whose combinations are listed as not tried")
     parser.add_argument("--keep", type=Path, help="file of rows, to go on after a break")
     parser.add_argument("--summary", action="store_true", help="compute nothing")
     given = parser.parse_args()
@@ -521,8 +522,11 @@ def main() -> None:
                     continue
                 looser = (known.get((given.seed, kind, number, other)) for other in WITHIN if other > accuracy)
                 dear = next((each for each in looser if each and each.outcome == "too dear"), None)
+                names = () if kind in KINDS else combination(number, given.seed, kind == SUNLIT)
                 if given.only is None and dear and dear.is_done(given.limit):
                     row = replace(dear, accuracy=accuracy)
+                elif without := set(given.without) & set(names):
+                    row = replace(row, features=names, outcome="not tried", message=", ".join(sorted(without)))
                 else:
                     row = compute(row, folder, given.limit)
                 rows = [*(each for each in rows if each.key != row.key), row]
