@@ -475,7 +475,9 @@ def summary(rows: Sequence[Row], kinds: Sequence[str], accuracies: Sequence[floa
     )
     for accuracy in accuracies:
         for kind in (*kinds, "all"):
-            drawn = [row for row in rows if row.accuracy == accuracy and kind in (row.kind, "all")]
+            drawn = [
+                row for row in rows if row.accuracy == accuracy and row.kind in kinds and kind in (row.kind, "all")
+            ]
             some = [row for row in drawn if row.outcome == "compared"]
             if not some:
                 continue
