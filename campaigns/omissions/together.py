@@ -2,6 +2,7 @@
 
     python campaigns/omissions/together.py               # 40 scenes
     python campaigns/omissions/together.py --scenes 5    # the first 5
+    python campaigns/omissions/together.py --rich        # 40 others: by day, from 100 km and more, mostly two layers
 
 A scene leaves every effect to the plan, which skips those whose bound is a small share of the accuracy. Each scene is
 computed again with all of them switched on at once. A pixel must not change by more than the sum of the bounds, nor by
@@ -54,9 +55,25 @@ def scene(number: int) -> tuple[str, dict[str, Any]]:
     return str(random.choice(["stratus", "cumulus", "cirrus"])), overrides
 
 
-def check(number: int, **changes: Any) -> Mapping[str, Any]:
+def rich_scene(number: int) -> tuple[str, dict[str, Any]]:
+    """Return the same of a scene that can have many effects: by day, seen from a finite altitude, mostly two layers."""
+    random, (_, overrides) = np.random.default_rng([45, number]), scene(number)
+    overrides |= {
+        "image.pixel_size": float(random.choice([5.0, 20.0, 100.0, 500.0])),
+        "platform.altitude": float(random.choice([1e5, 2e5, 7e5])),
+        "time": f"2024-04-20T{int(random.integers(7, 17)):02d}:{int(random.integers(60)):02d}:00+10:00",
+        "view.zenith": float(random.choice([10.0, 25.0, 45.0, 55.0])),
+    }
+    low = str(random.choice(["stratus", "cumulus"]))
+    if random.random() < 0.7:
+        coverage = overrides.pop("clouds.coverage")
+        overrides["clouds.layers"] = [{"type": low, "coverage": coverage}, {"type": "cirrus", "coverage": 0.4}]
+    return low, overrides
+
+
+def check(number: int, rich: bool = False, **changes: Any) -> Mapping[str, Any]:
     """Return, of a scene: effects that are computed, those that are skipped, their bounds, and the largest change."""
-    name, overrides = scene(number)
+    name, overrides = (rich_scene if rich else scene)(number)
     overrides |= changes
     plan = make_plan(Scenario.load(name, overrides))
     left = {omission.what: omission for omission in plan.omissions if omission.bound != 0.0}
@@ -94,11 +111,12 @@ def check(number: int, **changes: Any) -> Mapping[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", type=int, default=SCENES, help="how many, from number 0")
+    parser.add_argument("--rich", action="store_true", help="scenes that can have many effects")
     options = parser.parse_args()
     rows = []
     for number in range(options.scenes):
         start = time.process_time()
-        rows.append(check(number))
+        rows.append(check(number, options.rich))
         words = [
             f"{name}: {value:.2g}" if isinstance(value, float) else f"{name}: {value}"
             for name, value in rows[-1].items()

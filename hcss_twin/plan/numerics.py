@@ -27,6 +27,10 @@ PER_BAND = 3
 FASTEST_CONVERGENCE = 16.0
 """Largest factor by which the error is assumed to fall from one level to the next."""
 
+SUSPICIOUS_CONVERGENCE = 8.0
+"""Factor between the changes to a level from the previous but one and from the previous, beyond which chance is likely;
+2 to 6 are usual."""
+
 SPECTRAL_LEVELS = 3
 """Levels from that of the spectra at all wavenumbers to that of the tables."""
 
@@ -136,7 +140,14 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
 
     @cache
     def error(level: int, sunlight: int) -> float:
-        return against((level + 1, sunlight + 1), (level, sunlight), (level - 1, sunlight - 1))
+        here, finer, coarser = (level, sunlight), (level + 1, sunlight + 1), (level - 1, sunlight - 1)
+        found = against(finer, here, coarser)
+        if found > tolerance or not any(suns) or min(coarser) < 0 or sunlight == last:
+            return found
+        before = change(coarser, finer)
+        if before <= max(tolerance, SUSPICIOUS_CONVERGENCE * change(here, finer)):
+            return found
+        return max(found, change(here, (level + 1, sunlight + 2)))
 
     def error_but_of_sunlight(level: int, sunlight: int) -> float:
         # By columns that are needed for the next error, too: this one hardly depends on the level of sunlight.

@@ -71,7 +71,10 @@ class Declared:
 
 
 class ModelWithError:
-    """Radiance 1 plus errors of diffuse light and, by day, of sunlight: each falls by a factor from level to level."""
+    """Radiance 1 plus errors of diffuse light and, by day, of sunlight: each falls by a factor from level to level.
+
+    The errors of sunlight may be given one by one instead.
+    """
 
     def __init__(self, level, count, steps=0, falls=(0.25, 0.25)):
         self.level, self.declares, self.steps, self.falls = level, Declared(count), steps, falls
@@ -81,8 +84,9 @@ class ModelWithError:
         sunlit = min(self.level + self.steps, self.declares.numerical_levels - 1)
         result = states.empty(self.terms, wavenumber_cm1)
         for rows, setting, _ in states.groups():
-            error = 0.04 * (self.falls[0] ** self.level + (setting.sun is not None) * self.falls[1] ** sunlit)
-            result["emission"][rows] = 1.0 + error
+            diffuse, of_sun = self.falls
+            sunlight = of_sun[sunlit] if isinstance(of_sun, tuple) else 0.04 * of_sun**sunlit
+            result["emission"][rows] = 1.0 + 0.04 * diffuse**self.level + (setting.sun is not None) * sunlight
         return result
 
 
@@ -132,6 +136,13 @@ def test_where_sunlight_alone_needs_a_fine_level_all_else_has_fewer_streams(sun,
     # sixteenth of the error of level 0 forbids.
     assert chosen.level + chosen.sunlight_steps == 4
     assert chosen.level == (2 if steps else 4)
+
+
+def test_levels_of_sunlight_that_agree_by_chance_are_compared_with_a_finer_one():
+    errors, tolerance = (1e-2, 0.0, 1.6e-3, 1.65e-3, 2e-4, 0.0, 0.0, 0.0), 3e-4
+    chosen = choose_level(Scene(ModelWithError(0, 8, falls=(0.001, errors))), [Sun(40.0, 90.0, 1.0)], tolerance)
+    assert chosen.enough
+    assert errors[chosen.level + chosen.sunlight_steps] < tolerance
 
 
 def test_several_levels_have_one_that_is_as_fine_as_each():
