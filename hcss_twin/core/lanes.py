@@ -19,7 +19,7 @@ LANES = 8
 """Values of a vector, in single precision."""
 
 
-@intrinsic  # type: ignore[untyped-decorator]  # numba has no types
+@intrinsic
 def mix_of_sixteen(  # type: ignore[no-untyped-def]
     typing, found, to, table, first, step, width, up0, up1, up2, up3, across0, across1, across2, across3
 ):

@@ -95,6 +95,7 @@ def play(
     point, past, common = np.empty(padded, np.float32), np.empty(padded, np.float32), np.empty(padded, np.float32)
     best, own, shown = np.empty(padded, np.float32), np.empty(padded, np.float32), np.empty(padded, np.uint32)
     share, per_log = np.empty(padded, np.float32), np.float32(per_score * math.log(2.0))
+    of_points, parts_of_points = which.reshape((-1, 2, 4)), parts.reshape((-1, 2, 2))
     now, then = np.empty(padded, np.uint8), np.empty(padded, np.uint8)
     for i in range(rows):
         y = (row + i + shift[0]) / spacing * _SKEW
@@ -127,25 +128,25 @@ def play(
                     stop = start + (end - start + _AT_ONCE - 1) // _AT_ONCE * _AT_ONCE
                     cells = slice(start, stop)
                     _lose(share[cells], point[cells], past[cells], common[cells], ends, less, per_log)
-                    j = start
-                    while j < stop:  # up to the end of the box
-                        m = (column + j + patch[3]) % wide
-                        count = min(stop - j, wide - m)
-                        _copy(now[j : j + count], before[m : m + count])
-                        _copy(then[j : j + count], after[m : m + count])
-                        j += count
+                    cell: Any = start
+                    while cell < stop:  # up to the end of the box
+                        place_in_box = (column + cell + patch[3]) % wide
+                        count = min(stop - cell, wide - place_in_box)
+                        here, there = slice(cell, cell + count), slice(place_in_box, place_in_box + count)
+                        _copy(now[here], before[there])
+                        _copy(then[here], after[there])
+                        cell += count
                     if beside.shape[0] > 0:
                         of_patch = part, own_number, sheet
                         _show(own[cells], shown[cells], best[cells], share[cells], now[cells], then[cells], of_patch)
                     _take(best[cells], share[cells], now[cells], then[cells], part, sheet)
         for j in range(columns):
-            top = min(max(best[j], np.float32(0.0)), last)
+            top: Any = min(max(best[j], np.float32(0.0)), last)
             out[i, j] = last - top if sheet else top
         if beside.shape[0] > 0:
             for j in range(columns):
-                number, turn = np.int64(shown[j]) // 2, np.int64(shown[j]) % 2
-                line, place = number // which.shape[1], number % which.shape[1]
-                patch, part = which[line, place, turn], parts[line, place, turn, 1]
+                number, second = np.int64(shown[j]) // 2, np.int64(shown[j]) % 2
+                patch, part = of_points[number, second], parts_of_points[number, second, 1]
                 k, m = (row + i + patch[2]) % tall, (column + j + patch[3]) % wide
                 for n in range(beside.shape[0]):
                     value = _between(others[n, patch[0], patch[1], k, m], others[n, patch[0], patch[1] + 1, k, m], part)
