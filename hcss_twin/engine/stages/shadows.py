@@ -100,23 +100,41 @@ def sun_paths(layer: CloudLayer, sun: Sun, point_m: float, tops_vary: bool = Fal
     return SunPaths(shifts, from_flat, layer.thickness_max_m / count, tops_vary)
 
 
+AT_ONCE = 4
+"""Slices that are added to a row of points together, which is read and written once for all of them."""
+
+
 @kernel()
 def _add_slices(heights, thickness, shifts, from_flat, slice_m):  # type: ignore[no-untyped-def]
     """Add the cloud of each slice to ``heights``, in single precision like the thickness."""
-    full, nothing = np.float32(slice_m), np.float32(0.0)
+    full = np.float32(slice_m)
     tallest = np.zeros(thickness.shape[0], np.float32)
     for y in range(tallest.size):
         for x in range(thickness.shape[1]):
             tallest[y] = max(tallest[y], thickness[y, x])
+    most = shifts.shape[0] + AT_ONCE
+    row, column, near = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most, np.float32)
     # All slices of a row, which stays in the processor's cache, before the next one.
     for y in range(heights.shape[0]):
-        height = heights[y]
+        height, count = heights[y], 0
         for s in range(shifts.shape[0]):
-            row, near = y + shifts[s, 0], np.float32(from_flat[s])
-            if tallest[row] > near:
-                cloud = thickness[row, shifts[s, 1] :]
-                for x in range(height.size):
-                    height[x] += min(max(cloud[x] - near, nothing), full)
+            row[count], column[count], near[count] = y + shifts[s, 0], shifts[s, 1], np.float32(from_flat[s])
+            count += tallest[row[count]] > near[count]
+        while count % AT_ONCE > 0:  # slices that no cloud reaches
+            row[count], column[count], near[count] = row[0], column[0], np.float32(np.inf)
+            count += 1
+        for s in range(0, count, AT_ONCE):
+            near0, near1, near2, near3 = near[s], near[s + 1], near[s + 2], near[s + 3]
+            cloud0, cloud1 = thickness[row[s], column[s] :], thickness[row[s + 1], column[s + 1] :]
+            cloud2, cloud3 = thickness[row[s + 2], column[s + 2] :], thickness[row[s + 3], column[s + 3] :]
+            for x in range(height.size):
+                two = height[x] + _in_slice(cloud0[x], near0, full) + _in_slice(cloud1[x], near1, full)
+                height[x] = two + _in_slice(cloud2[x], near2, full) + _in_slice(cloud3[x], near3, full)
+
+
+@kernel(inner=True, inline="always")
+def _in_slice(thickness, near, full):  # type: ignore[no-untyped-def]
+    return min(max(thickness - near, np.float32(0)), full)
 
 
 class ShadowStage(Stage):
@@ -277,34 +295,21 @@ def _of_surface(
 
 @kernel(inner=True, inline="always")
 def _share_kept_back(path):  # type: ignore[no-untyped-def]
-    """Return 1 - exp(-path), within 1e-12, for paths from 0; unlike the library's, it is vectorised."""
-    power = max(path * -1.4426950408889634, -1000.0)
-    whole = power + 6755399441055744.0  # 1.5 x 2^52: the last bits of the sum are the rounded power
-    f = (power - (whole - 6755399441055744.0)) * 0.6931471805599453
-    rest = 1.0 + f * (
-        1.0
-        + f
-        * (
-            1 / 2
-            + f
-            * (
-                1 / 6
-                + f
-                * (
-                    1 / 24
-                    + f * (1 / 120 + f * (1 / 720 + f * (1 / 5040 + f * (1 / 40320 + f * (1 / 362880 + f / 3628800)))))
-                )
-            )
-        )
-    )
-    return 1.0 - rest * np.int64((np.float64(whole).view(np.int64) + 1023) << 52).view(np.float64)
+    """Return 1 - exp(-path), within 2e-7, for paths from 0; unlike the library's, it is vectorised."""
+    one, middle = np.float32(1), np.float32(12582912)  # 1.5 x 2^23: the last bits of a sum with it are a whole number
+    power = max(path * np.float32(-1.442695040888963), np.float32(-126))
+    whole = power + middle
+    f = (power - (whole - middle)) * np.float32(0.6931471805599453)
+    far = np.float32(1 / 24) + f * (np.float32(1 / 120) + f * np.float32(1 / 720))
+    rest = one + f * (one + f * (np.float32(1 / 2) + f * (np.float32(1 / 6) + f * far)))
+    return one - rest * np.int32((np.float32(whole).view(np.int32) + np.int32(127)) << np.int32(23)).view(np.float32)
 
 
 @kernel()
 def _cast(  # type: ignore[no-untyped-def]
     radiance, mask, kept_back, row, column, samples, clear, in_cloud, tables, texture, weights
 ):
-    """Shade clear points of a class of surface.
+    """Shade clear points of a class of surface, in single precision.
 
     ``kept_back`` (B, y, x) of each point, or empty; ``tables`` of :class:`OfSurface`, and ``weights`` (y or 1, x or 1,
     R) of its states; ``texture`` has the relative change of the sunlight, as :meth:`.EvenSky.change_between` returns
@@ -312,17 +317,19 @@ def _cast(  # type: ignore[no-untyped-def]
     """
     (part, depth, loss), (by_texture, by_sea, warmer) = tables, texture
     states, layers, intervals, bands = depth.shape[0], depth.shape[1], depth.shape[2] - 1, depth.shape[3]
-    share, width = 1.0 / (samples * samples), clear.shape[1]
-    nodes, pixels = depth.transpose(0, 1, 3, 2).copy(), (np.arange(width) // samples).astype(np.uint64)
-    # The shaded points of a row: their columns, pixels, places in the weights, and paths in a layer and in all.
-    at, pixel, place = np.empty(width, np.uint64), np.empty(width, np.uint64), np.empty(width, np.uint64)
-    height, inside, first = np.empty(width), np.empty(width), np.empty(width, np.uint64)
-    in_layer, path, sums = np.empty(width), np.empty((bands, width)), np.empty((bands, width // samples))
-    shaded = np.empty(width // samples, np.bool_)
+    zero, one, two, last = np.float32(0), np.float32(1), np.float32(2), np.float32(intervals - 1)
+    width, columns, share = clear.shape[1], clear.shape[1] // samples, 1.0 / (samples * samples)
+    nodes, pixels = depth.transpose(0, 1, 3, 2).astype(np.float32), (np.arange(width) // samples).astype(np.uint32)
+    # The shaded points of a row: their columns, pixels, weights, and paths in a layer and in all.
+    at, pixel, weight = np.empty(width, np.uint32), np.empty(width, np.uint32), np.empty(width, np.float32)
+    height, inside, first = np.empty(width, np.float32), np.empty(width, np.float32), np.empty(width, np.uint32)
+    path, sums = np.empty((bands, width), np.float32), np.empty((bands, columns), np.float32)
+    shaded, lost = np.empty(columns, np.bool_), np.empty(columns, np.float32)
     for y in range(clear.shape[0] // samples):
         of_row = weights[min(y, weights.shape[0] - 1)]
+        last_weight = np.uint32(of_row.shape[0] - 1)
         shaded[:] = False
-        sums[:] = 0.0
+        sums[:] = zero
         for i in range(y * samples, (y + 1) * samples):
             count = 0
             for j in range(width):
@@ -330,62 +337,69 @@ def _cast(  # type: ignore[no-untyped-def]
                 for n in range(1, layers):
                     tallest = max(tallest, in_cloud[n, i, j])
                 at[count] = j
-                count += clear[i, j] and tallest > 0.0
+                count += clear[i, j] and tallest > zero
             if count == 0:
                 continue
             for c in range(count):
                 pixel[c] = pixels[at[c]]
-                place[c] = min(pixel[c], np.uint64(of_row.shape[0] - 1))
                 shaded[pixel[c]] = True
-            path[:, :count] = 0.0
+            path[:, :count] = zero
             for n in range(layers):
+                in_layer, scale = in_cloud[n, i], np.float32(part[n])
                 for c in range(count):
-                    height[c] = max(in_cloud[n, i, at[c]], np.float32(0.0))
+                    height[c] = max(in_layer[at[c]], zero)
                 for c in range(count):
                     # Nodes are uniform in the square root; paths slightly beyond the last node by rounding extrapolate
                     # the last line.
-                    root = math.sqrt(height[c] * part[n]) * intervals
-                    k = min(int(root), intervals - 1)
-                    inside[c] = (root * root - k * k) / (2.0 * k + 1.0)
-                    first[c] = k
-                for b in range(bands):
-                    in_layer[:count] = 0.0
-                    for r in range(states):
-                        line = nodes[r, n, b]
-                        for c in range(count):
-                            low = line[first[c]]
-                            found = low + inside[c] * (line[first[c] + np.uint64(1)] - low)
-                            in_layer[c] += of_row[place[c], r] * found
+                    root = math.sqrt(height[c] * scale) * np.float32(intervals)
+                    k = min(np.float32(np.int32(root)), last)
+                    inside[c] = (root * root - k * k) / (two * k + one)
+                    first[c] = np.int32(k)
+                for r in range(states):
                     for c in range(count):
-                        path[b, c] += in_layer[c] if height[c] > 0.0 else 0.0
+                        own = np.float32(of_row[min(pixel[c], last_weight), r])
+                        weight[c] = own if height[c] > zero else zero
+                    for b in range(bands):
+                        line, whole = nodes[r, n, b], path[b]
+                        for c in range(count):
+                            low, high = line[first[c]], line[first[c] + np.uint32(1)]
+                            whole[c] += weight[c] * (low + inside[c] * (high - low))
             for b in range(bands):
-                kept = path[b, :count]
+                kept, total = path[b, :count], sums[b]
                 for c in range(count):
                     kept[c] = _share_kept_back(kept[c])
                 for c in range(count):
-                    sums[b, pixel[c]] += kept[c]
+                    total[pixel[c]] += kept[c]
                 if kept_back.shape[0] > 0:
+                    line = kept_back[b, i]
                     for c in range(count):
-                        kept_back[b, i, at[c]] = kept[c]
+                        line[at[c]] = kept[c]
         of_texture, warm = by_texture[:, :, min(y, by_texture.shape[2] - 1)], warmer[min(y, warmer.shape[0] - 1)]
-        for x in range(shaded.size):
-            if not shaded[x]:
-                continue
-            mask[row + y, column + x] = 1
-            for b in range(bands):
+        seen = mask[row + y, column : column + columns]
+        for x in range(columns):
+            seen[x] = np.uint8(1) if shaded[x] else seen[x]
+        for b in range(bands):
+            total = sums[b]
+            for x in range(columns):
+                if not shaded[x]:
+                    continue
                 change, t = 0.0, np.float64(warm[min(x, warm.size - 1)])
                 for r in range(states):
                     of_state = of_texture[r, b, min(x, of_texture.shape[2] - 1)]
                     of_state += t * (by_sea[0, r, b] + t * by_sea[1, r, b])
                     change += of_row[min(x, of_row.shape[0] - 1), r] * of_state
-                sums[b, x] *= 1.0 + change
+                total[x] *= np.float32(1.0 + change)
             for q in range(loss.shape[1]):
-                for b in range(bands):
-                    lost = 0.0
-                    for r in range(states):
-                        lost += of_row[min(x, of_row.shape[0] - 1), r] * loss[r, q, b]
-                    if lost != 0.0:
-                        left = np.float64(radiance[q * bands + b, row + y, column + x])
-                        left -= lost * sums[b, x] * share
-                        # Rounding to single precision can make a zero remainder negative.
-                        radiance[q * bands + b, row + y, column + x] = np.float32(max(left, 0.0))
+                lost[:] = zero
+                for r in range(states):
+                    most = np.float32(share * loss[r, q, b])
+                    if of_row.shape[0] == 1:
+                        lost += np.float32(of_row[0, r]) * most
+                    else:
+                        for x in range(columns):
+                            lost[x] += np.float32(of_row[x, r]) * most
+                line = radiance[q * bands + b, row + y, column : column + columns]
+                for x in range(columns):
+                    # Rounding can make a zero remainder negative.
+                    left = max(line[x] - lost[x] * total[x], zero)
+                    line[x] = left if total[x] > zero else line[x]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import kernel
+from hcss_twin.core.lanes import LANES, mix_of_sixteen
 from hcss_twin.engine.scene_points import at_rays, nearest
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.point_axis import PointAxis
@@ -71,7 +72,7 @@ class WaveStage(Stage):
         time_s = part.time_s if self._moves else 0.0
         states, to_nodes = self._at(time_s, self._plan.rays.frame_key(time_s))
         kept_back = window.kept_back
-        if kept_back is None or states.values.shape[1] == 1:
+        if kept_back is None or not self._tables[0].waves.sunlit:
             kept_back = np.zeros((0, 0, 0), np.float32)
         weights = states.weights(window.window)
         radiance, samples = part.radiance[:, *inside], self._samples
@@ -79,15 +80,17 @@ class WaveStage(Stage):
             _add(radiance, states.values, weights, kept_back, to_nodes, slopes, clear, samples)
 
     def _changes(self, time_s: float, key: Hashable) -> tuple[ViewStates, NDArray[np.float32]]:
-        """Return the states (R, 1 or 2, C, N, M) of the tables at a time, seen through the rays of a key.
+        """Return the states (R, N, M, L) of the tables at a time, seen through the rays of a key.
 
-        The second (2, 2) turns slopes along x and y to places in the tables, counted from their middle.
+        L values of a node are the change of each channel, that of its direct sunlight if shadows weaken it, and zeros.
+
+        The second result (2, 2) turns slopes along x and y to places in the tables, counted from their middle.
         """
         waves = [(tables.waves, tables.time_s) for tables in self._tables]
         sizes = np.max([of_view.change[0].shape[:2] for of_view, _ in waves], axis=0)
         toward_all = np.stack([of_view.at(time_s, times, tuple(sizes.tolist())) for of_view, times in waves])
         states = point_states(self._plan, self._effects, toward_all, time_s)
-        states = replace(states, values=np.ascontiguousarray(states.values, np.float32))
+        states = replace(states, values=_in_lanes(states.values))
         to_nodes = to_wind(self._plan.scenario.sea.wind_from) * (0.5 * (sizes - 1) / waves[0][0].reach)[:, None]
         return states, to_nodes.astype(np.float32)
 
@@ -104,39 +107,47 @@ def slopes_of(plan: Plan, shapes: WaveShapes, time_s: float, window: Window) -> 
     return at_rays(plan, window, time_s, 0.0, of_scene, nearest)
 
 
+def _in_lanes(tables: NDArray[Any]) -> NDArray[np.float32]:
+    """Return tables (R, K, C, N, M) as (R, N, M, L): K x C values, and zeros up to whole vectors."""
+    states, kinds, channels, *sizes = tables.shape
+    values = kinds * channels
+    lanes = np.zeros((states, *sizes, -(-values // LANES) * LANES), np.float32)
+    lanes[..., :values] = np.moveaxis(tables.reshape(states, values, *sizes), 1, -1)
+    return lanes
+
+
 @kernel(inner=True)
 def _cubic(weights, positions, last):  # type: ignore[no-untyped-def]
-    """Set the weights (N, 4) of the cubic through four nodes around each position (N,), from 0, and it to the first."""
-    end, two, six = np.float32(last), np.float32(2), np.float32(1 / 6)
+    """Set the weights (4, N) of the cubic through four nodes around each position (N,), from 0, and it to the first."""
+    end, two, six, three = np.float32(last), np.float32(2), np.float32(1 / 6), np.float32(3)
+    one, zero, half = np.float32(1), np.float32(0), np.float32(0.5)
+    first, second, third, fourth = weights[0], weights[1], weights[2], weights[3]
     for c in range(positions.size):
-        at = min(max(positions[c], np.float32(0)), end)
-        first = min(max(np.float32(np.int32(at) - np.int32(1)), np.float32(0)), np.float32(last - 3))
-        t = at - first
-        a, b, d = t - np.float32(1), t - two, t - np.float32(3)
-        weights[c, 0] = -a * b * d * six
-        weights[c, 1] = t * b * d * np.float32(0.5)
-        weights[c, 2] = -t * a * d * np.float32(0.5)
-        weights[c, 3] = t * a * b * six
-        positions[c] = first
+        at = min(max(positions[c], zero), end)
+        node = min(max(np.float32(np.int32(at) - np.int32(1)), zero), np.float32(last - 3))
+        t = at - node
+        a, b, d = t - one, t - two, t - three
+        first[c] = -a * b * d * six
+        second[c] = t * b * d * half
+        third[c] = -t * a * d * half
+        fourth[c] = t * a * b * six
+        positions[c] = node
 
 
 @kernel(inner=True)
-def _between(found, table, up, cross, first, width):  # type: ignore[no-untyped-def]
-    """Set values (K,) between four nodes along either slope, of which ``first`` (N,) is the first.
+def _between(found, table, up, across, first, width):  # type: ignore[no-untyped-def]
+    """Set values (N, L) between four nodes along either slope, of which ``first`` (N,) is the first.
 
-    ``table`` has lines of some width.
+    ``up`` and ``across`` (4, N) are their weights; ``table`` has lines of some width, and L values at each node.
     """
-    for c in range(found.size):
-        near, second, third, far = np.float32(0), np.float32(0), np.float32(0), np.float32(0)
-        at = first[c]
-        for a in range(4):  # the four columns at once
-            weight = up[c, a]
-            near += weight * table[at]
-            second += weight * table[at + np.uint64(1)]
-            third += weight * table[at + np.uint64(2)]
-            far += weight * table[at + np.uint64(3)]
-            at += width
-        found[c] = (cross[c, 0] * near + cross[c, 1] * second) + (cross[c, 2] * third + cross[c, 3] * far)
+    flat, lanes = found.ravel(), np.uint64(found.shape[1])
+    up0, up1, up2, up3 = up[0], up[1], up[2], up[3]
+    across0, across1, across2, across3 = across[0], across[1], across[2], across[3]
+    for c in range(first.size):
+        weights = (up0[c], up1[c], up2[c], up3[c], across0[c], across1[c], across2[c], across3[c])
+        for lane in range(np.uint64(0), lanes, np.uint64(LANES)):
+            to, at = np.uint64(c) * lanes + lane, np.uint64(first[c]) + lane
+            mix_of_sixteen(flat, to, table, at, lanes, np.uint64(width), *weights)
 
 
 @kernel()
@@ -145,59 +156,59 @@ def _add(  # type: ignore[no-untyped-def]
 ):
     """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the tables.
 
-    ``weights`` (y or 1, x or 1, R) of the states in ``tables``; ``kept_back`` (B, y, x) at points, or empty.
-    ``to_nodes`` (2, 2) turns slopes along x and y into places in the table, counted from its middle.
+    ``tables`` (R, N, M, L) of the states hold the change of each channel, and after them that of the direct sunlight in
+    each, if clouds keep some of it back. ``weights`` (y or 1, x or 1, R) of the states; ``kept_back`` (B, y, x) at
+    points, or empty. ``to_nodes`` (2, 2) turns slopes along x and y into places in the table, counted from its middle.
     """
-    channels, rows, columns = radiance.shape
-    last_up, last_cross = tables.shape[3] - 1, tables.shape[4] - 1
-    middle_up, middle_cross = np.float32(0.5 * last_up), np.float32(0.5 * last_cross)
-    points, bands, width = slopes.shape[2], max(kept_back.shape[0], 1), np.uint64(last_cross + 1)
-    # The clear points of a row, first those in shadow: columns, pixels, places in the tables, values and weights.
-    at, pixel, first = np.empty(points, np.uint64), np.empty(points, np.uint64), np.empty(points, np.uint64)
-    along, across = np.empty(points, np.float32), np.empty(points, np.float32)
-    up, cross = np.empty((points, 4), np.float32), np.empty((points, 4), np.float32)
-    found, lost = np.empty(points, np.float32), np.empty(points, np.float32)
-    dark, pixels = np.zeros(points, np.bool_), (np.arange(points) // samples).astype(np.uint64)
+    (channels, rows, columns), (states, _, _, lanes) = radiance.shape, tables.shape
+    last_up, last_across = tables.shape[1] - 1, tables.shape[2] - 1
+    middle_up, middle_across = np.float32(0.5 * last_up), np.float32(0.5 * last_across)
+    points, step, width = slopes.shape[2], np.uint32(lanes), np.uint32(lanes * (last_across + 1))
+    # The clear points of a row: columns, pixels, places in the tables, values and weights.
+    at, pixel, first = np.empty(points, np.uint32), np.empty(points, np.uint32), np.empty(points, np.uint32)
+    up_at, across_at = np.empty(points, np.float32), np.empty(points, np.float32)
+    up, across = np.empty((4, points), np.float32), np.empty((4, points), np.float32)
+    found, weight = np.empty((points, lanes), np.float32), np.empty(points, np.float32)
+    pixels = (np.arange(points) // samples).astype(np.uint32)
     sums = np.empty((channels, columns), np.float32)
-    states, kinds = tables.shape[:2]
     share = np.float32(1 / (samples * samples))
+    x_up, y_up, x_across, y_across = to_nodes[0, 0], to_nodes[0, 1], to_nodes[1, 0], to_nodes[1, 1]
     for y in range(rows):
         of_row = weights[min(y, weights.shape[0] - 1)]
+        last_weight = np.uint32(of_row.shape[0] - 1)
         sums[:] = 0
         for i in range(y * samples, (y + 1) * samples):
-            for b in range(kept_back.shape[0]):
-                for j in range(points):
-                    dark[j] = kept_back[b, i, j] > 0 or (b > 0 and dark[j])
             count = 0
             for j in range(points):
                 at[count] = j
-                count += clear[i, j] and dark[j]
-            in_shadow = count
-            for j in range(points):
-                at[count] = j
-                count += clear[i, j] and not dark[j]
+                count += clear[i, j]
+            x_slopes, y_slopes = slopes[0, i], slopes[1, i]
             for c in range(count):
-                x_slope, y_slope = slopes[0, i, at[c]], slopes[1, i, at[c]]
-                along[c] = to_nodes[0, 0] * x_slope + to_nodes[0, 1] * y_slope + middle_up
-                across[c] = to_nodes[1, 0] * x_slope + to_nodes[1, 1] * y_slope + middle_cross
+                x_slope, y_slope = x_slopes[at[c]], y_slopes[at[c]]
+                up_at[c] = x_up * x_slope + y_up * y_slope + middle_up
+                across_at[c] = x_across * x_slope + y_across * y_slope + middle_across
                 pixel[c] = pixels[at[c]]
-            _cubic(up[:count], along[:count], last_up)
-            _cubic(cross[:count], across[:count], last_cross)
+            _cubic(up, up_at[:count], last_up)
+            _cubic(across, across_at[:count], last_across)
             for c in range(count):
-                first[c] = np.uint64(along[c]) * width + np.uint64(across[c])
-            for channel in range(channels):
-                for r in range(states):
-                    _between(found[:count], tables[r, 0, channel].ravel(), up, cross, first, width)
-                    if in_shadow:
-                        sunlit, kept = tables[r, kinds - 1, channel].ravel(), kept_back[channel % bands, i]
-                        _between(lost[:in_shadow], sunlit, up, cross, first, width)
-                        for c in range(in_shadow):
-                            found[c] -= kept[at[c]] * lost[c]
+                first[c] = np.uint32(np.int32(up_at[c])) * width + np.uint32(np.int32(across_at[c])) * step
+            for r in range(states):
+                _between(found, tables[r].ravel(), up, across, first[:count], width)
+                for c in range(count):
+                    weight[c] = np.float32(of_row[min(pixel[c], last_weight), r])
+                for channel in range(channels):
+                    total = sums[channel]
+                    if kept_back.shape[0] == 0:
+                        for c in range(count):
+                            total[pixel[c]] += weight[c] * found[c, channel]
+                        continue
+                    kept = kept_back[channel % kept_back.shape[0], i]
                     for c in range(count):
-                        weight = np.float32(of_row[min(pixel[c], np.uint64(of_row.shape[0] - 1)), r])
-                        sums[channel, pixel[c]] += weight * found[c]
+                        change = found[c, channel] - kept[at[c]] * found[c, channels + channel]
+                        total[pixel[c]] += weight[c] * change
         for channel in range(channels):
+            total, line = sums[channel], radiance[channel, y]
             for x in range(columns):
-                if sums[channel, x] != 0:
+                if total[x] != 0:
                     # A vanishing term can become negative by rounding.
-                    radiance[channel, y, x] = max(radiance[channel, y, x] + sums[channel, x] * share, np.float32(0))
+                    line[x] = max(line[x] + total[x] * share, np.float32(0))
