@@ -41,6 +41,7 @@ MEMBERS = {
     ("clouds", "thickness_in_frame_m"): ((0.0, *WINDOW, None), "columns = slice(0, 5, None), summary = None"),
     ("clouds", "thickness_around_m"): ((0.0, *WINDOW, None), "summary = None"),
     ("clouds", "cloud_top_m"): ((0.0, *WINDOW), "time_s = 0.0, rows = slice(0, 4, None)"),
+    ("clouds", "cloud_depth_m"): ((0.0, *WINDOW), "time_s = 0.0, rows = slice(0, 4, None)"),
     ("clouds", "height_shares"): (
         (0.0, *WINDOW, np.ones((4, 5)), np.array([0.0, 500.0, 1000.0])),
         "thickness_m of shape (4, 5), edges_m of shape (3,)",
