@@ -6,14 +6,17 @@ import netCDF4
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from hcss_author import sample_cloud_inputs
 from hcss_skies.command import skies
 from hcss_skies.film import LEVELS, described, read_film, score_of, write_film
 from hcss_skies.library import find_film, shipped_films
 from hcss_skies.motion import densify, filled, motion_between
 from hcss_skies.packing import CLOUDY, pack
+from hcss_skies.parameters import SimulationParameters
+from hcss_skies.simulation import SimulatedClouds
 from scipy.ndimage import fourier_gaussian, fourier_shift
 
-from hcss_twin.providers import Catalog, CatalogError
+from hcss_twin.providers import Catalog, CatalogError, Grid
 
 SIDE = 64
 
@@ -365,3 +368,19 @@ def test_films_are_found_beside_a_scenario_and_by_path(runs, tmp_path):
     assert find_film("mine", catalog) == find_film(str(tmp_path / "skies" / "mine.nc"), catalog)
     with pytest.raises(CatalogError, match=r"no film 'mien': neither shipped, nor in .*mine"):
         find_film("mien", catalog)
+
+
+@pytest.mark.parametrize("pixel_m", [50.0, 200.0])
+def test_a_film_without_a_hole_is_a_sky_without_a_hole(tmp_path, pixel_m):
+    path = tmp_path / "overcast.nc"
+    write_run(tmp_path / "run.nc", cover=0.2, pictures=60)
+    with netCDF4.Dataset(tmp_path / "run.nc", "a") as file:  # thin cloud everywhere else
+        for name, value in {"optical_thickness": 0.06, "cloud_top": 600.0, "cloud_base": 590.0}.items():
+            values = file[name][:]
+            file[name][:] = np.where(np.ma.filled(values, np.nan) > 0.06, values, value)
+    write_film(path, pack(tmp_path / "run.nc", snapshots=30))
+    inputs = sample_cloud_inputs(1.0, 1)
+    layer = replace(inputs.layer, coverage=1.0, coverage_mode="field")
+    inputs = replace(inputs, layer=layer, grid=Grid(64, 64, pixel_m), catalog=Catalog(base=tmp_path))
+    made = SimulatedClouds(inputs, SimulationParameters(film=str(path)))
+    assert made.thickness_m(0.0, slice(0, 64), slice(0, 64)).min() > 0.0
