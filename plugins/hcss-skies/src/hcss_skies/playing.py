@@ -21,7 +21,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hcss_skies.hashing import hashed, uniform
 from hcss_skies.reel import LOWEST, STEP
@@ -35,8 +34,11 @@ _LEAST = 1e-3
 _LOST = -160.0
 """Loss in ranks with which a patch is left out: its thickest cell in a thousand would be as thick as the thinnest."""
 
-_STEPS = 4096
-"""Steps of a table of logarithms: of .1 rank where a patch has a fifth of the weight."""
+_OUTSIDE = 1e-4
+"""Weight of a patch beyond its ends, where it is lost."""
+
+_AT_ONCE = 32
+"""Neighbours of a row that are looked at together; those beyond the ends of a patch get nothing from it."""
 
 _FEWEST = 1e-4
 """Share of its usual clouds from which on a cell has any."""
@@ -48,16 +50,11 @@ _OF_CLEAR = 1e-3
 """Weight of cells without cloud beside others in fields that belong to cloud."""
 
 
-def logarithms(per_score: float) -> NDArray[np.float32]:
-    """Return the logarithms of weights up to 1, in ranks."""
-    return (np.log((np.arange(_STEPS + 1) + 0.5) / _STEPS) * per_score).astype(np.float32)
-
-
 @kernel(fastmath={"contract"}, error_model="numpy")
 def play(
     out: Any, beside: Any, needed: Any, row: int, column: int, frames: Any, others: Any, usual: Any, shown: Any,
     per_score: float, spacing: float, shift: Any, sheet: bool, key: Any, age: float, lasting: Any, change: Any,
-    sky: int, stretch: Any, under: Any, share: Any, logarithm: Any,
+    sky: int, stretch: Any, under: Any, share: Any,
 ) -> None:  # fmt: skip
     """Write what cells show (rows, columns) from ``row`` and ``column`` on, and what belongs to it.
 
@@ -103,16 +100,14 @@ def play(
         Ranks of another sheet, which is added; none if it is empty.
     share : float32
         Its share of the variance.
-    logarithm : ndarray of float32 (N,)
-        Of :func:`logarithms`.
     """
-    part_under, part_own = np.float32(math.sqrt(share)), np.float32(math.sqrt(1.0 - share))
     rows, columns = out.shape
     low_v = np.int64(math.floor((row + shift[0]) / spacing * _SKEW))
     high_v = np.int64(math.floor((row + rows + shift[0]) / spacing * _SKEW)) + 2
     low_u = np.int64(math.floor((column + shift[1]) / spacing - 0.5 * (high_v + 1))) - 1
     high_u = np.int64(math.floor((column + columns + shift[1]) / spacing - 0.5 * low_v)) + 3
-    # Two patches of each point: piece, frame, place along y and x; their loss of score, and the fraction of a frame.
+    # Two patches of each point: piece, frame, place along y and x; their loss of score, or weight in a sheet, and the
+    # fraction of a frame.
     which = np.empty((high_v - low_v, high_u - low_u, 2, 4), np.int64)
     parts = np.empty((high_v - low_v, high_u - low_u, 2, 2), np.float32)
     for p in range(which.shape[0]):
@@ -122,194 +117,288 @@ def play(
                 weight = float(parts[p, q, turn, 0])
                 if not sheet:
                     parts[p, q, turn, 0] = math.log(weight) * per_score if weight > _LEAST else 2.0 * _LOST
-    lost, last, middle, seen = np.float32(_LOST), np.float32(255.0), np.float32(_MIDDLE), np.float32(_LEAST)
-    zero, one, fewest = np.float32(0.0), np.float32(1.0), np.float32(_FEWEST)
-    four, steps, tall, wide = np.float32(4.0), np.float32(_STEPS), frames.shape[2], frames.shape[3]
-    inverse, number_of_sky = 1.0 / spacing, np.float32(sky)
-    triangle, losses = np.empty(columns, np.int64), np.empty((3, columns), np.float32)
-    best, own, patches = np.empty(columns, np.float32), np.empty(columns, np.float32), np.empty(columns, np.int64)
-    squares, raised = np.empty(columns, np.float32), np.empty(columns, np.float32)
-    weights, totals = np.empty(columns, np.float32), np.empty((beside.shape[0], columns), np.float32)
+    left_out, zero, one = np.float32(_LEAST if sheet else _LOST), np.float32(0.0), np.float32(1.0)
+    tall, wide, inverse = frames.shape[2], frames.shape[3], 1.0 / spacing
+    per_log = np.float32(per_score * math.log(2.0))
+    padded, fields = columns + 2 * _AT_ONCE, beside.shape[0]
+    # Of the cells of a row: points of the lattice before them and places after these, the same in any window; what all
+    # patches lose there; what is added to the result; and the first of the cells from there on that has clouds.
+    point, past, common = np.zeros(padded, np.float32), np.zeros(padded, np.float32), np.zeros(padded, np.float32)
+    raised, following = np.zeros(padded, np.float32), np.arange(padded + 1)
+    # Score and own rank of what is shown (or, in a sheet, sum of scores and of squares of weights), and its fields.
+    best, own, rank = np.zeros(padded, np.float32), np.zeros(padded, np.float32), np.zeros(padded, np.float32)
+    values, total = np.zeros((fields, padded), np.float32), np.zeros(padded, np.float32)
+    weights, better = np.zeros(padded, np.float32), np.zeros(padded, np.uint32)
+    now, then = np.zeros(padded, np.uint8), np.zeros(padded, np.uint8)
     for i in range(rows):
-        empty, begin, beyond = True, needed[0, i], needed[1, i]
-        for j in range(begin, beyond):
-            if sheet:
-                raised[j], empty = change[i, j], False
-                continue
-            times = change[i, j]
-            each = max(one, times / stretch)
-            times = min(max(times - number_of_sky * each, zero), each)
-            if times < fewest:
-                raised[j] = lost
-            else:
-                empty = False
-                raised[j] = (
-                    logarithm[np.int64(times * steps)] if times < one else np.float32(math.log(times) * per_score)
-                )
-        if empty:
-            for j in range(columns):
-                out[i, j] = zero
-                for n in range(beside.shape[0]):
-                    beside[n, i, j] = one
+        begin, beyond = needed[0, i], needed[1, i]
+        if begin >= beyond:
             continue
+        line = slice(begin, begin + (beyond - begin + _AT_ONCE - 1) // _AT_ONCE * _AT_ONCE)
+        _copy(raised[begin:beyond], change[i, begin:beyond])
+        if not sheet:
+            _times(raised[line], np.float32(sky), stretch, per_log)
+            following[beyond] = beyond
+            for j in range(beyond - 1, begin - 1, -1):
+                following[j] = j if raised[j] > np.float32(_LOST) else following[j + 1]
+            if following[begin] == beyond:
+                _fill(out[i, begin:beyond], zero)
+                for n in range(fields):
+                    _fill(beside[n, i, begin:beyond], one)
+                continue
         y = (row + i + shift[0]) / spacing * _SKEW
         v = np.int64(math.floor(y))
         fv = y - v
-        for j in range(begin, beyond):
+        for j in range(line.start, line.stop):
             x = (column + j + shift[1]) * inverse - 0.5 * y
-            u = np.int64(math.floor(x))
-            fu = x - u
-            far = fu + fv > 1.0
-            triangle[j] = 2 * (u - low_u) + (1 if far else 0)
-            w0 = np.float32(abs(1.0 - fu - fv))
-            w1, w2 = np.float32(1.0 - fv if far else fu), np.float32(1.0 - fu if far else fv)
-            if sheet:
-                losses[0, j], losses[1, j], losses[2, j] = w0 * w0, w1 * w1, w2 * w2
-                best[j], squares[j], weights[j] = zero, zero, zero
-                for n in range(beside.shape[0]):
-                    totals[n, j] = zero
-                continue
-            # the fourth power: a cell sees mostly one patch
-            loss = logarithm[np.int64((w0 * w0 * w0 * w0 + w1 * w1 * w1 * w1 + w2 * w2 * w2 * w2) * steps)]
-            losses[0, j] = four * logarithm[np.int64(w0 * steps)] - loss
-            losses[1, j] = four * logarithm[np.int64(w1 * steps)] - loss
-            losses[2, j] = four * logarithm[np.int64(w2 * steps)] - loss
-            best[j] = np.float32(-1e30)
-            if beside.shape[0] > 0:
-                own[j], patches[j] = zero, 0
-        start = begin
-        while start < beyond:  # cells between the same three points
-            end, far = start + 1, triangle[start] % 2
-            while end < beyond and triangle[end] == triangle[start]:
-                end += 1
-            least = lost
-            for j in range(start, end):
-                least = max(least, raised[j])
-            if least == lost:  # no clouds here
-                start = end
-                continue
-            for corner in range(3):
-                line = v - low_v + (far if corner == 0 else corner - 1)
-                place = triangle[start] // 2 + (far if corner == 0 else 2 - corner)
-                for turn in range(2):
-                    less, part = parts[line, place, turn, 0], parts[line, place, turn, 1]
-                    if less < (seen if sheet else lost):
-                        continue
-                    patch = which[line, place, turn]
-                    k, number = (row + i + patch[2]) % tall, 2 * (line * which.shape[1] + place) + turn
-                    before, after = frames[patch[0], patch[1], k], frames[patch[0], patch[1] + 1, k]
-                    j = start
-                    while j < end:  # up to the end of the box
-                        m = (column + j + patch[3]) % wide
-                        stop = min(end, j + wide - m)
-                        if sheet:
-                            _add(best, squares, losses[corner], less, part, before, after, j, stop, m)
-                        elif beside.shape[0] == 0:
-                            _raise(best, losses[corner], less, part, before, after, j, stop, m)
-                        else:
-                            _take(best, own, patches, losses[corner], less, part, number, before, after, j, stop, m)
-                        j = stop
-            start = end
-        for j in range(begin, beyond):
-            rank = best[j]
-            if sheet:
-                rank = rank / np.sqrt(squares[j]) if squares[j] > zero else zero
-                if under.size:
-                    rank = part_own * rank + part_under * (under[i, j] - middle)
-                rank += middle
-                own[j] = min(max(rank, zero), last)
-            rank = min(max(rank, zero), last) if sheet or raised[j] > lost else zero  # whatever its neighbours have
-            if shown.shape[0] == 0:
-                out[i, j] = min(max(rank + raised[j], zero), last)
-                continue
-            at = (min(max(raised[j], np.float32(LOWEST)), np.float32(LOWEST + 23.99 * STEP)) - np.float32(LOWEST)) / (
-                np.float32(STEP)
-            )
-            r: Any = np.int64(rank)
-            s, r = np.int64(at), min(r, 254)
-            fs, fr = at - np.float32(s), rank - np.float32(r)
-            low = shown[s, r] + fr * (shown[s, r + 1] - shown[s, r])
-            high = shown[s + 1, r] + fr * (shown[s + 1, r + 1] - shown[s + 1, r])
-            out[i, j] = min(max(low + fs * (high - low), zero), last)
-        if beside.shape[0] == 0:
-            continue
+            whole = math.floor(x)
+            point[j], past[j] = whole - low_u, x - whole
+        first = float(point[begin]) + float(past[begin])
+        last = first + (beyond - begin) * inverse
         if not sheet:
-            for j in range(begin, beyond):
-                point = patches[j] // 2
-                line, place, turn = point // which.shape[1], point % which.shape[1], patches[j] % 2
-                patch, part = which[line, place, turn], parts[line, place, turn, 1]
-                k, m = (row + i + patch[2]) % tall, (column + j + patch[3]) % wide
-                for n in range(beside.shape[0]):
-                    first = np.float32(others[n, patch[0], patch[1], k, m])
-                    second = np.float32(others[n, patch[0], patch[1] + 1, k, m])
-                    value = first + part * (second - first)
-                    beside[n, i, j] = value * usual[n, 1, np.int64(out[i, j])] / usual[n, 0, np.int64(own[j])]
-            continue
-        for j in range(begin, beyond):
-            far = triangle[j] % 2
-            for corner in range(3):
-                line = v - low_v + (far if corner == 0 else corner - 1)
-                place = triangle[j] // 2 + (far if corner == 0 else 2 - corner)
+            _share(common[line], past[line], np.float32(fv), per_log)
+        _fill(best[line], zero if sheet else np.float32(-1e30))
+        _fill(own[line], zero)
+        if fields > 0:
+            _fill(total[line], zero)
+            for n in range(fields):
+                _fill(values[n, line.start : line.stop], zero)
+        for upper in range(2):
+            # The weight of a point rises from its left end to its share of the row, and falls to its right end.
+            left, right, most = (-fv, 1.0, fv) if upper else (-1.0, 1.0 - fv, 1.0 - fv)
+            of_line = v - low_v + upper
+            for place in range(max(0, np.int64(first)), min(which.shape[1], np.int64(last) + 2)):
+                start = max(begin, begin + np.int64(math.floor((place + left - first) * spacing)))
+                end = min(beyond, begin + np.int64(math.ceil((place + right - first) * spacing)) + 1)
+                start = start if start >= end or sheet else following[start]
+                if start >= end:
+                    continue
+                ends = np.float32(place), np.float32(left), np.float32(right), np.float32(most)
+                stop = start + (end - start + _AT_ONCE - 1) // _AT_ONCE * _AT_ONCE
+                cells = slice(start, stop)
                 for turn in range(2):
-                    share, part = losses[corner, j] * parts[line, place, turn, 0], parts[line, place, turn, 1]
-                    if share <= zero:
+                    less, part = parts[of_line, place, turn, 0], parts[of_line, place, turn, 1]
+                    if less < left_out:
                         continue
-                    patch = which[line, place, turn]
-                    k, m = (row + i + patch[2]) % tall, (column + j + patch[3]) % wide
-                    weights[j] += share
-                    for n in range(beside.shape[0]):
-                        first = np.float32(others[n, patch[0], patch[1], k, m])
-                        second = np.float32(others[n, patch[0], patch[1] + 1, k, m])
-                        totals[n, j] += share * (first + part * (second - first))
-            for n in range(beside.shape[0]):
-                value = totals[n, j] / weights[j]
-                beside[n, i, j] = value * usual[n, 1, np.int64(out[i, j])] / usual[n, 0, np.int64(own[j])]
+                    patch = which[of_line, place, turn]
+                    k, m = (row + i + patch[2]) % tall, (column + start + patch[3]) % wide
+                    _unroll(now[cells], frames[patch[0], patch[1], k], m)
+                    _unroll(then[cells], frames[patch[0], patch[1] + 1, k], m)
+                    if sheet:
+                        _weigh(weights[cells], point[cells], past[cells], ends, less)
+                        _add(best[cells], own[cells], weights[cells], now[cells], then[cells], part)
+                    else:
+                        _lose(weights[cells], point[cells], past[cells], common[cells], ends, less, per_log)
+                        if fields > 0:
+                            _show(own[cells], better[cells], best[cells], weights[cells], now[cells], then[cells], part)
+                        _raise(best[cells], weights[cells], now[cells], then[cells], part)
+                    for n in range(fields):
+                        _unroll(now[cells], others[n, patch[0], patch[1], k], m)
+                        _unroll(then[cells], others[n, patch[0], patch[1] + 1, k], m)
+                        value = values[n, start:stop]
+                        if sheet:
+                            _add_field(value, weights[cells], now[cells], then[cells], part)
+                        else:
+                            _take(value, better[cells], now[cells], then[cells], part)
+                    if sheet and fields > 0:
+                        _sum(total[cells], weights[cells])
+        if sheet:
+            _mean(best[line], own[line])
+            if under.size > 0:
+                _mix(best[begin:beyond], under[i, begin:beyond], share)
+        _bound(rank[line], best[line], np.float32(_MIDDLE) if sheet else zero)
+        if sheet:
+            _copy(own[line], rank[line])
+        if shown.shape[0] == 0:
+            _look(out[i, begin:beyond], rank[begin:beyond], raised[begin:beyond])
+        else:
+            _see(out[i, begin:beyond], rank[begin:beyond], raised[begin:beyond], shown)
+        for n in range(fields):
+            for j in range(begin, beyond):
+                value_of = values[n, j] / total[j] if sheet else values[n, j]
+                beside[n, i, j] = value_of * usual[n, 1, np.int64(out[i, j])] / usual[n, 0, np.int64(own[j])]
+        if sheet:
+            continue
+        for j in range(begin, beyond):  # whatever their neighbours have
+            if following[j] != j:
+                out[i, j] = zero
+                for n in range(fields):
+                    beside[n, i, j] = one
+
+
+@kernel(inner=True, inline="always")
+def _log2(value: Any) -> Any:
+    """Return the binary logarithm of a number above 0, within 8e-6; unlike the library's, it is vectorised."""
+    bits = np.float32(value).view(np.int32)
+    t = np.int32((bits & np.int32(0x7FFFFF)) | np.int32(0x3F800000)).view(np.float32) - np.float32(1.0)
+    bent = np.float32(0.1848622) + t * (np.float32(-0.0983876) + t * np.float32(0.0262731))
+    bent = np.float32(0.4426594) + t * (np.float32(-0.2767283) + t * bent)
+    return np.float32((bits >> np.int32(23)) - np.int32(127)) + (t + t * (np.float32(1.0) - t) * bent)
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
-def _take(
-    best: Any, own: Any, shown: Any, losses: Any, less: Any, part: Any, number: int, before: Any, after: Any,
-    start: int, stop: int, place: int,
-) -> None:  # fmt: skip
-    """Let the cells of a row from ``start`` to ``stop`` show a patch where its score is the largest so far."""
-    lost, shift = np.float32(_LOST), place - start
-    for j in range(start, stop):
-        share = losses[j] + less
-        first = np.float32(before[j + shift])
-        rank = first + part * (np.float32(after[j + shift]) - first)
-        value = share + rank
-        better = value > best[j] and share >= lost
-        best[j] = value if better else best[j]
-        own[j] = rank if better else own[j]
-        shown[j] = number if better else shown[j]
+def _times(raised: Any, sky: Any, stretch: Any, per_log: Any) -> None:
+    """Replace how many times as many clouds cells have in all skies by what raises their scores in one."""
+    zero, one, fewest, lost = np.float32(0.0), np.float32(1.0), np.float32(_FEWEST), np.float32(_LOST)
+    for j in range(raised.size):
+        times = raised[j]
+        each = max(one, times / stretch)
+        times = min(max(times - sky * each, zero), each)
+        raised[j] = lost if times < fewest else max(per_log * _log2(times), lost)
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
-def _raise(
-    best: Any, losses: Any, less: Any, part: Any, before: Any, after: Any, start: int, stop: int, place: int
-) -> None:
+def _share(common: Any, past: Any, up: Any, per_log: Any) -> None:
+    """Write what all patches lose at the cells of a row, which lie past points and up from their line."""
+    one = np.float32(1.0)
+    for j in range(past.size):
+        right = past[j]
+        far = right + up > one
+        w0 = abs(one - right - up)
+        w1, w2 = one - up if far else right, one - right if far else up
+        # the fourth power: a cell sees mostly one patch
+        common[j] = per_log * _log2(w0 * w0 * w0 * w0 + w1 * w1 * w1 * w1 + w2 * w2 * w2 * w2)
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _lose(share: Any, point: Any, past: Any, common: Any, ends: Any, less: Any, per_log: Any) -> None:
+    """Write what a patch loses: all beyond its ends."""
+    four, (place, left, right, most) = np.float32(4.0) * per_log, ends
+    for j in range(share.size):
+        x = (point[j] - place) + past[j]
+        weight = max(min(min(x - left, right - x), most), np.float32(_OUTSIDE))
+        share[j] = four * _log2(weight) - common[j] + less
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _weigh(share: Any, point: Any, past: Any, ends: Any, weight: Any) -> None:
+    """Write the weights of a patch of a sheet, 0 beyond its ends."""
+    place, left, right, most = ends
+    for j in range(share.size):
+        x = (point[j] - place) + past[j]
+        near = max(min(min(x - left, right - x), most), np.float32(0.0))
+        share[j] = near * near * weight
+
+
+@kernel(inner=True)
+def _copy(line: Any, other: Any) -> None:
+    for j in range(line.size):
+        line[j] = other[j]
+
+
+@kernel(inner=True)
+def _fill(line: Any, value: Any) -> None:
+    for j in range(line.size):
+        line[j] = value
+
+
+@kernel(inner=True)
+def _unroll(line: Any, of_box: Any, place: int) -> None:
+    """Copy a row of the box, which is repeated, from a place on."""
+    start: Any = 0
+    while start < line.size:
+        count = min(line.size - start, of_box.size - place)
+        _copy(line[start : start + count], of_box[place : place + count])
+        start, place = start + count, 0
+
+
+@kernel(inner=True, inline="always", fastmath={"contract"})
+def _between(before: Any, after: Any, part: Any) -> Any:
+    first = np.float32(before)
+    return first + part * (np.float32(after) - first)
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _raise(best: Any, share: Any, before: Any, after: Any, part: Any) -> None:
     """Raise the cells of a row to the score of a patch where it is the largest so far."""
-    lost, shift = np.float32(_LOST), place - start
-    for j in range(start, stop):
-        share = losses[j] + less
-        first = np.float32(before[j + shift])
-        value = share + (first + part * (np.float32(after[j + shift]) - first))
-        best[j] = value if value > best[j] and share >= lost else best[j]
+    lost = np.float32(_LOST)
+    for j in range(best.size):
+        value = share[j] + _between(before[j], after[j], part)
+        best[j] = value if value > best[j] and share[j] >= lost else best[j]
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
-def _add(
-    total: Any, squares: Any, shares: Any, weight: Any, part: Any, before: Any, after: Any, start: int, stop: int,
-    place: int,
-) -> None:  # fmt: skip
-    """Add the scores of a patch, in ranks, and the square of its weight, to the cells of a row."""
-    middle, shift = np.float32(_MIDDLE), place - start
-    for j in range(start, stop):
-        share = shares[j] * weight
-        first = np.float32(before[j + shift])
-        rank = first + part * (np.float32(after[j + shift]) - first)
-        total[j] += share * (rank - middle)
-        squares[j] += share * share
+def _show(own: Any, better: Any, best: Any, share: Any, before: Any, after: Any, part: Any) -> None:
+    """Write the own rank of a patch where :func:`_raise` will show it, and whether it will."""
+    lost = np.float32(_LOST)
+    for j in range(best.size):
+        rank = _between(before[j], after[j], part)
+        found = share[j] + rank > best[j] and share[j] >= lost
+        better[j] = np.uint32(1 if found else 0)
+        own[j] = rank if found else own[j]
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _take(value: Any, better: Any, before: Any, after: Any, part: Any) -> None:
+    """Write another field of a patch where :func:`_raise` shows it."""
+    for j in range(value.size):
+        of_patch = _between(before[j], after[j], part)
+        value[j] = of_patch if better[j] != np.uint32(0) else value[j]
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _add(total: Any, squares: Any, share: Any, before: Any, after: Any, part: Any) -> None:
+    """Add the scores of a patch, in ranks, and the squares of its weights, to the cells of a row."""
+    middle = np.float32(_MIDDLE)
+    for j in range(total.size):
+        total[j] += share[j] * (_between(before[j], after[j], part) - middle)
+        squares[j] += share[j] * share[j]
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _add_field(total: Any, share: Any, before: Any, after: Any, part: Any) -> None:
+    for j in range(total.size):
+        total[j] += share[j] * _between(before[j], after[j], part)
+
+
+@kernel(inner=True)
+def _sum(total: Any, share: Any) -> None:
+    for j in range(total.size):
+        total[j] += share[j]
+
+
+@kernel(inner=True, error_model="numpy")
+def _mean(total: Any, squares: Any) -> None:
+    """Replace sums of scores by scores, with the sums of squares of weights."""
+    for j in range(total.size):
+        total[j] /= np.sqrt(squares[j])
+
+
+@kernel(inner=True, error_model="numpy")
+def _mix(rank: Any, under: Any, share: Any) -> None:
+    """Add another sheet that has a share of the variance."""
+    middle, part, other = np.float32(_MIDDLE), np.float32(math.sqrt(1.0 - share)), np.float32(math.sqrt(share))
+    for j in range(rank.size):
+        rank[j] = part * rank[j] + other * (under[j] - middle)
+
+
+@kernel(inner=True)
+def _bound(rank: Any, score: Any, middle: Any) -> None:
+    """Write the ranks of scores that are ``middle`` where the scores are 0."""
+    for j in range(rank.size):
+        rank[j] = min(max(score[j] + middle, np.float32(0.0)), np.float32(255.0))
+
+
+@kernel(inner=True)
+def _look(out: Any, rank: Any, raised: Any) -> None:
+    """Write what cells show that show their ranks."""
+    for j in range(out.size):
+        out[j] = min(max(rank[j] + raised[j], np.float32(0.0)), np.float32(255.0))
+
+
+@kernel(inner=True, fastmath={"contract"})
+def _see(out: Any, rank: Any, raised: Any, shown: Any) -> None:
+    """Write what cells show by the table for their size, between its shifts and ranks."""
+    lowest, highest, per_step = np.float32(LOWEST), np.float32(LOWEST + 23.99 * STEP), np.float32(1.0 / STEP)
+    zero, last = np.float32(0.0), np.float32(255.0)
+    for j in range(out.size):
+        at = (min(max(raised[j], lowest), highest) - lowest) * per_step
+        s, r = np.uint32(at), np.uint32(min(rank[j], np.float32(254.0)))
+        fs, fr = at - np.float32(s), rank[j] - np.float32(r)
+        low = shown[s, r] + fr * (shown[s, r + np.uint32(1)] - shown[s, r])
+        s += np.uint32(1)
+        high = shown[s, r] + fr * (shown[s, r + np.uint32(1)] - shown[s, r])
+        out[j] = min(max(low + fs * (high - low), zero), last)
 
 
 @kernel(fastmath={"contract"}, error_model="numpy")

@@ -17,7 +17,7 @@ from hcss_skies.library import find_example, find_film
 from hcss_skies.pace import Pace, TurnedPixels, turned
 from hcss_skies.parameters import SimulationParameters
 from hcss_skies.places import Places, read_smooth
-from hcss_skies.playing import lay_over, logarithms, play, show, show_beside
+from hcss_skies.playing import lay_over, play, show, show_beside
 from hcss_skies.reel import NO_SHIFT, Reel, Seen, blocks, extinction_m1, parts, read_heights, read_reel, usual_at_ranks
 from hcss_skies.relief import DENSEST, LEAST_M, shares_of
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, CloudLayer, Problem, ProviderError, ScenarioError
@@ -134,7 +134,6 @@ class SimulatedClouds:
         self._life_s = begins * reel.film.interval_s / of_interval
         self._shifts = np.random.default_rng([inputs.seed, 0xF11]).random((len(skies), 2))
         self._of_heights: dict[int, tuple[Bytes, NDArray[np.float32]]] = {}
-        self._logarithms = logarithms(reel.per_score)
         self._pace = Pace.of(inputs.motion)
         self._turn = turned(reel.film.frame_m_s, inputs.motion.cloud_velocity_m_s)
         notes = _notes(reel, parameters, layer)
@@ -319,7 +318,7 @@ class SimulatedClouds:
             _AS_RANKED if self._scale == 1 or (sheet and sky == 0) else cells.shown,
             self._reel.per_score, spacing, spacing * self._shifts[sky], sheet,
             np.uint64(key_of(self._inputs.seed, sky)), time_s / (times * self._life_s), self._lasting, change,
-            0 if sheet else sky, np.float32(len(self._magnified)), under, np.float32(_OF_WIDER), self._logarithms,
+            0 if sheet else sky, np.float32(len(self._magnified)), under, np.float32(_OF_WIDER),
         )  # fmt: skip
 
     def _heights(self, times: int) -> tuple[Bytes, NDArray[np.float32]]:
