@@ -125,23 +125,26 @@ def play(
     # patches lose there; what is added to the result; and the first of the cells from there on that has clouds.
     point, past, common = np.zeros(padded, np.float32), np.zeros(padded, np.float32), np.zeros(padded, np.float32)
     raised, following = np.zeros(padded, np.float32), np.arange(padded + 1)
+    along = (column + np.arange(padded) + shift[1]) * inverse
     # Score and own rank of what is shown (or, in a sheet, sum of scores and of squares of weights), and its fields.
     best, own, rank = np.zeros(padded, np.float32), np.zeros(padded, np.float32), np.zeros(padded, np.float32)
     values, total = np.zeros((fields, padded), np.float32), np.zeros(padded, np.float32)
     weights, better = np.zeros(padded, np.float32), np.zeros(padded, np.uint32)
     now, then = np.zeros(padded, np.uint8), np.zeros(padded, np.uint8)
     for i in range(rows):
-        begin, beyond = needed[0, i], needed[1, i]
+        begin, beyond, clear = needed[0, i], needed[1, i], 0
         if begin >= beyond:
             continue
         line = slice(begin, begin + (beyond - begin + _AT_ONCE - 1) // _AT_ONCE * _AT_ONCE)
         _copy(raised[begin:beyond], change[i, begin:beyond])
         if not sheet:
             _times(raised[line], np.float32(sky), stretch, per_log)
-            following[beyond] = beyond
-            for j in range(beyond - 1, begin - 1, -1):
-                following[j] = j if raised[j] > np.float32(_LOST) else following[j + 1]
-            if following[begin] == beyond:
+            clear = _count(raised[begin:beyond])
+            if clear > 0:
+                following[beyond] = beyond
+                for j in range(beyond - 1, begin - 1, -1):
+                    following[j] = j if raised[j] > np.float32(_LOST) else following[j + 1]
+            if clear == beyond - begin:
                 _fill(out[i, begin:beyond], zero)
                 for n in range(fields):
                     _fill(beside[n, i, begin:beyond], one)
@@ -149,10 +152,7 @@ def play(
         y = (row + i + shift[0]) / spacing * _SKEW
         v = np.int64(math.floor(y))
         fv = y - v
-        for j in range(line.start, line.stop):
-            x = (column + j + shift[1]) * inverse - 0.5 * y
-            whole = math.floor(x)
-            point[j], past[j] = whole - low_u, x - whole
+        _find(point[line], past[line], along[line], 0.5 * y, float(low_u))
         first = float(point[begin]) + float(past[begin])
         last = first + (beyond - begin) * inverse
         if not sheet:
@@ -170,7 +170,7 @@ def play(
             for place in range(max(0, np.int64(first)), min(which.shape[1], np.int64(last) + 2)):
                 start = max(begin, begin + np.int64(math.floor((place + left - first) * spacing)))
                 end = min(beyond, begin + np.int64(math.ceil((place + right - first) * spacing)) + 1)
-                start = start if start >= end or sheet else following[start]
+                start = following[start] if clear > 0 and start < end else start
                 if start >= end:
                     continue
                 ends = np.float32(place), np.float32(left), np.float32(right), np.float32(most)
@@ -217,10 +217,10 @@ def play(
             for j in range(begin, beyond):
                 value_of = values[n, j] / total[j] if sheet else values[n, j]
                 beside[n, i, j] = value_of * usual[n, 1, np.int64(out[i, j])] / usual[n, 0, np.int64(own[j])]
-        if sheet:
+        if clear == 0:
             continue
         for j in range(begin, beyond):  # whatever their neighbours have
-            if following[j] != j:
+            if following[j] > j:
                 out[i, j] = zero
                 for n in range(fields):
                     beside[n, i, j] = one
@@ -245,6 +245,24 @@ def _times(raised: Any, sky: Any, stretch: Any, per_log: Any) -> None:
         each = max(one, times / stretch)
         times = min(max(times - sky * each, zero), each)
         raised[j] = lost if times < fewest else max(per_log * _log2(times), lost)
+
+
+@kernel(inner=True)
+def _count(raised: Any) -> Any:
+    """Return how many cells have no clouds."""
+    number = 0
+    for j in range(raised.size):
+        number += 1 if raised[j] <= np.float32(_LOST) else 0
+    return number
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _find(point: Any, past: Any, along: Any, before: float, first: float) -> None:
+    """Write the points of a line from the ``first`` one on, and places past them, of the cells of a row."""
+    for j in range(point.size):
+        x = along[j] - before
+        whole = math.floor(x)
+        point[j], past[j] = np.float32(whole - first), np.float32(x - whole)
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
