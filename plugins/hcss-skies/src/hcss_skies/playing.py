@@ -118,7 +118,9 @@ def play(
                 if not sheet:
                     parts[p, q, turn, 0] = math.log(weight) * per_score if weight > _LEAST else 2.0 * _LOST
     left_out, zero, one = np.float32(_LEAST if sheet else _LOST), np.float32(0.0), np.float32(1.0)
-    tall, wide, inverse = frames.shape[2], frames.shape[3], 1.0 / spacing
+    length, tall, wide, inverse = frames.shape[1], frames.shape[2], frames.shape[3], 1.0 / spacing
+    film, of_others, of_shown = frames.reshape(-1), others.reshape(-1), shown.reshape(-1)
+    of_frame, of_field = np.uint64(frames[0, 0].size), np.uint64(frames.size)
     per_log = np.float32(per_score * math.log(2.0))
     padded, fields = columns + 2 * _AT_ONCE, beside.shape[0]
     # Of the cells of a row: points of the lattice before them and places after these, the same in any window; what all
@@ -129,8 +131,7 @@ def play(
     # Score and own rank of what is shown (or, in a sheet, sum of scores and of squares of weights), and its fields.
     best, own, rank = np.zeros(padded, np.float32), np.zeros(padded, np.float32), np.zeros(padded, np.float32)
     values, total = np.zeros((fields, padded), np.float32), np.zeros(padded, np.float32)
-    weights, better = np.zeros(padded, np.float32), np.zeros(padded, np.uint32)
-    now, then = np.zeros(padded, np.uint8), np.zeros(padded, np.uint8)
+    weights, ranks = np.zeros(padded, np.float32), np.zeros(padded, np.float32)
     for i in range(rows):
         begin, beyond, clear = needed[0, i], needed[1, i], 0
         if begin >= beyond:
@@ -175,33 +176,34 @@ def play(
                     continue
                 ends = np.float32(place), np.float32(left), np.float32(right), np.float32(most)
                 stop = start + (end - start + _AT_ONCE - 1) // _AT_ONCE * _AT_ONCE
-                cells = slice(start, stop)
+                at, count = np.uint64(start), np.uint64(stop - start)
                 for turn in range(2):
                     less, part = parts[of_line, place, turn, 0], parts[of_line, place, turn, 1]
                     if less < left_out:
                         continue
                     patch = which[of_line, place, turn]
                     k, m = (row + i + patch[2]) % tall, (column + start + patch[3]) % wide
-                    _unroll(now[cells], frames[patch[0], patch[1], k], m)
-                    _unroll(then[cells], frames[patch[0], patch[1] + 1, k], m)
+                    before = np.uint64(((patch[0] * length + patch[1]) * tall + k) * wide)
+                    box = np.uint64(m), np.uint64(wide)
+                    _unroll(ranks, at, count, film, before, before + of_frame, box, part)
                     if sheet:
-                        _weigh(weights[cells], point[cells], past[cells], ends, less)
-                        _add(best[cells], own[cells], weights[cells], now[cells], then[cells], part)
+                        _add(best, own, ranks, point, past, at, count, ends, less)
+                    elif fields == 0:
+                        _raise(best, ranks, point, past, common, at, count, ends, less, per_log)
+                    if fields == 0:
+                        continue
+                    if sheet:
+                        _weigh(weights, total, point, past, at, count, ends, less)
                     else:
-                        _lose(weights[cells], point[cells], past[cells], common[cells], ends, less, per_log)
-                        if fields > 0:
-                            _show(own[cells], better[cells], best[cells], weights[cells], now[cells], then[cells], part)
-                        _raise(best[cells], weights[cells], now[cells], then[cells], part)
+                        _lose(weights, point, past, common, at, count, ends, less, per_log)
+                        _show(own, weights, best, ranks, at, count)
                     for n in range(fields):
-                        _unroll(now[cells], others[n, patch[0], patch[1], k], m)
-                        _unroll(then[cells], others[n, patch[0], patch[1] + 1, k], m)
-                        value = values[n, start:stop]
+                        _unroll(ranks, at, count, of_others, before, before + of_frame, box, part)
+                        before += of_field
                         if sheet:
-                            _add_field(value, weights[cells], now[cells], then[cells], part)
+                            _add_field(values, n, weights, ranks, at, count)
                         else:
-                            _take(value, better[cells], now[cells], then[cells], part)
-                    if sheet and fields > 0:
-                        _sum(total[cells], weights[cells])
+                            _take(values, n, weights, ranks, at, count)
         if sheet:
             _mean(best[line], own[line])
             if under.size > 0:
@@ -212,7 +214,7 @@ def play(
         if shown.shape[0] == 0:
             _look(out[i, begin:beyond], rank[begin:beyond], raised[begin:beyond])
         else:
-            _see(out[i, begin:beyond], rank[begin:beyond], raised[begin:beyond], shown)
+            _see(out[i, begin:beyond], rank[begin:beyond], raised[begin:beyond], of_shown)
         for n in range(fields):
             for j in range(begin, beyond):
                 value_of = values[n, j] / total[j] if sheet else values[n, j]
@@ -278,26 +280,6 @@ def _share(common: Any, past: Any, up: Any, per_log: Any) -> None:
         common[j] = per_log * _log2(w0 * w0 * w0 * w0 + w1 * w1 * w1 * w1 + w2 * w2 * w2 * w2)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
-def _lose(share: Any, point: Any, past: Any, common: Any, ends: Any, less: Any, per_log: Any) -> None:
-    """Write what a patch loses: all beyond its ends."""
-    four, (place, left, right, most) = np.float32(4.0) * per_log, ends
-    for j in range(share.size):
-        x = (point[j] - place) + past[j]
-        weight = max(min(min(x - left, right - x), most), np.float32(_OUTSIDE))
-        share[j] = four * _log2(weight) - common[j] + less
-
-
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
-def _weigh(share: Any, point: Any, past: Any, ends: Any, weight: Any) -> None:
-    """Write the weights of a patch of a sheet, 0 beyond its ends."""
-    place, left, right, most = ends
-    for j in range(share.size):
-        x = (point[j] - place) + past[j]
-        near = max(min(min(x - left, right - x), most), np.float32(0.0))
-        share[j] = near * near * weight
-
-
 @kernel(inner=True)
 def _copy(line: Any, other: Any) -> None:
     for j in range(line.size):
@@ -310,69 +292,102 @@ def _fill(line: Any, value: Any) -> None:
         line[j] = value
 
 
-@kernel(inner=True)
-def _unroll(line: Any, of_box: Any, place: int) -> None:
-    """Copy a row of the box, which is repeated, from a place on."""
-    start: Any = 0
-    while start < line.size:
-        count = min(line.size - start, of_box.size - place)
-        _copy(line[start : start + count], of_box[place : place + count])
-        start, place = start + count, 0
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _unroll(ranks: Any, at: Any, count: Any, film: Any, before: Any, after: Any, box: Any, part: Any) -> None:
+    """Write what a patch has between two frames, from a place of a row of the box on, which is repeated."""
+    place, wide = box
+    done = np.uint64(0)
+    while done < count:
+        some = min(count - done, wide - place)
+        to, first, second = at + done, before + place, after + place
+        for n in range(some):
+            value = np.float32(film[first + n])
+            ranks[to + n] = value + part * (np.float32(film[second + n]) - value)
+        done, place = done + some, np.uint64(0)
 
 
-@kernel(inner=True, inline="always", fastmath={"contract"})
-def _between(before: Any, after: Any, part: Any) -> Any:
-    first = np.float32(before)
-    return first + part * (np.float32(after) - first)
+@kernel(inner=True, inline="always", fastmath={"contract"}, error_model="numpy")
+def _near(point: Any, past: Any, ends: Any, least: Any) -> Any:
+    """Return the weight of a patch, ``least`` beyond its ends."""
+    place, left, right, most = ends
+    x = (point - place) + past
+    return max(min(min(x - left, right - x), most), least)
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
-def _raise(best: Any, share: Any, before: Any, after: Any, part: Any) -> None:
+def _raise(
+    best: Any, ranks: Any, point: Any, past: Any, common: Any, at: Any, count: Any, ends: Any, less: Any, per_log: Any
+) -> None:
     """Raise the cells of a row to the score of a patch where it is the largest so far."""
+    four, outside, lost = np.float32(4.0) * per_log, np.float32(_OUTSIDE), np.float32(_LOST)
+    for n in range(count):
+        j = at + n
+        share = four * _log2(_near(point[j], past[j], ends, outside)) - common[j] + less
+        value = share + ranks[j]
+        best[j] = value if value > best[j] and share >= lost else best[j]
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _lose(
+    share: Any, point: Any, past: Any, common: Any, at: Any, count: Any, ends: Any, less: Any, per_log: Any
+) -> None:
+    """Write what a patch loses, as :func:`_raise` has it."""
+    four, outside = np.float32(4.0) * per_log, np.float32(_OUTSIDE)
+    for n in range(count):
+        j = at + n
+        share[j] = four * _log2(_near(point[j], past[j], ends, outside)) - common[j] + less
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _show(own: Any, share: Any, best: Any, ranks: Any, at: Any, count: Any) -> None:
+    """Raise cells as :func:`_raise` does; of those that are raised write the own rank, and 1 for what they lose."""
     lost = np.float32(_LOST)
-    for j in range(best.size):
-        value = share[j] + _between(before[j], after[j], part)
-        best[j] = value if value > best[j] and share[j] >= lost else best[j]
+    for n in range(count):
+        j = at + n
+        value = share[j] + ranks[j]
+        better = value > best[j] and share[j] >= lost
+        best[j] = value if better else best[j]
+        own[j] = ranks[j] if better else own[j]
+        share[j] = np.float32(1.0) if better else np.float32(0.0)
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
-def _show(own: Any, better: Any, best: Any, share: Any, before: Any, after: Any, part: Any) -> None:
-    """Write the own rank of a patch where :func:`_raise` will show it, and whether it will."""
-    lost = np.float32(_LOST)
-    for j in range(best.size):
-        rank = _between(before[j], after[j], part)
-        found = share[j] + rank > best[j] and share[j] >= lost
-        better[j] = np.uint32(1 if found else 0)
-        own[j] = rank if found else own[j]
+def _take(values: Any, field: int, better: Any, ranks: Any, at: Any, count: Any) -> None:
+    """Write another field of a patch where :func:`_show` shows it."""
+    for n in range(count):
+        j = at + n
+        values[field, j] = ranks[j] if better[j] > np.float32(0.0) else values[field, j]
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
-def _take(value: Any, better: Any, before: Any, after: Any, part: Any) -> None:
-    """Write another field of a patch where :func:`_raise` shows it."""
-    for j in range(value.size):
-        of_patch = _between(before[j], after[j], part)
-        value[j] = of_patch if better[j] != np.uint32(0) else value[j]
-
-
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
-def _add(total: Any, squares: Any, share: Any, before: Any, after: Any, part: Any) -> None:
+def _add(
+    total: Any, squares: Any, ranks: Any, point: Any, past: Any, at: Any, count: Any, ends: Any, weight: Any
+) -> None:
     """Add the scores of a patch, in ranks, and the squares of its weights, to the cells of a row."""
-    middle = np.float32(_MIDDLE)
-    for j in range(total.size):
-        total[j] += share[j] * (_between(before[j], after[j], part) - middle)
-        squares[j] += share[j] * share[j]
+    middle, nothing = np.float32(_MIDDLE), np.float32(0.0)
+    for n in range(count):
+        j = at + n
+        near = _near(point[j], past[j], ends, nothing)
+        share = near * near * weight
+        total[j] += share * (ranks[j] - middle)
+        squares[j] += share * share
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
-def _add_field(total: Any, share: Any, before: Any, after: Any, part: Any) -> None:
-    for j in range(total.size):
-        total[j] += share[j] * _between(before[j], after[j], part)
-
-
-@kernel(inner=True)
-def _sum(total: Any, share: Any) -> None:
-    for j in range(total.size):
+def _weigh(share: Any, total: Any, point: Any, past: Any, at: Any, count: Any, ends: Any, weight: Any) -> None:
+    """Write and add up the weights of a patch of a sheet."""
+    for n in range(count):
+        j = at + n
+        near = _near(point[j], past[j], ends, np.float32(0.0))
+        share[j] = near * near * weight
         total[j] += share[j]
+
+
+@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+def _add_field(total: Any, field: int, share: Any, ranks: Any, at: Any, count: Any) -> None:
+    for n in range(count):
+        j = at + n
+        total[field, j] += share[j] * ranks[j]
 
 
 @kernel(inner=True, error_model="numpy")
@@ -408,14 +423,15 @@ def _look(out: Any, rank: Any, raised: Any) -> None:
 def _see(out: Any, rank: Any, raised: Any, shown: Any) -> None:
     """Write what cells show by the table for their size, between its shifts and ranks."""
     lowest, highest, per_step = np.float32(LOWEST), np.float32(LOWEST + 23.99 * STEP), np.float32(1.0 / STEP)
-    zero, last = np.float32(0.0), np.float32(255.0)
+    zero, last, after, below = np.float32(0.0), np.float32(255.0), np.uint32(1), np.uint32(256)
     for j in range(out.size):
         at = (min(max(raised[j], lowest), highest) - lowest) * per_step
-        s, r = np.uint32(at), np.uint32(min(rank[j], np.float32(254.0)))
+        s, r = np.int32(at), np.int32(min(rank[j], np.float32(254.0)))
         fs, fr = at - np.float32(s), rank[j] - np.float32(r)
-        low = shown[s, r] + fr * (shown[s, r + np.uint32(1)] - shown[s, r])
-        s += np.uint32(1)
-        high = shown[s, r] + fr * (shown[s, r + np.uint32(1)] - shown[s, r])
+        n = np.uint32(s * np.int32(256) + r)
+        low = shown[n] + fr * (shown[n + after] - shown[n])
+        n += below
+        high = shown[n] + fr * (shown[n + after] - shown[n])
         out[j] = min(max(low + fs * (high - low), zero), last)
 
 
