@@ -37,8 +37,8 @@ _LOST = -160.0
 _OUTSIDE = 1e-4
 """Weight of a patch beyond its ends, where it is lost."""
 
-_AT_ONCE = 32
-"""Neighbours of a row that are looked at together; those beyond the ends of a patch get nothing from it."""
+_AT_ONCE, _OF_PATCH = 32, 8
+"""Neighbours of a row, and of a patch in it, that are looked at together; those beyond its ends get nothing from it."""
 
 _FEWEST = 1e-4
 """Share of its usual clouds from which on a cell has any."""
@@ -168,15 +168,15 @@ def play(
             # The weight of a point rises from its left end to its share of the row, and falls to its right end.
             left, right, most = (-fv, 1.0, fv) if upper else (-1.0, 1.0 - fv, 1.0 - fv)
             of_line = v - low_v + upper
-            for place in range(max(0, np.int64(first)), min(which.shape[1], np.int64(last) + 2)):
+            for place in range(np.int64(first), np.int64(last) + 2):
                 start = max(begin, begin + np.int64(math.floor((place + left - first) * spacing)))
                 end = min(beyond, begin + np.int64(math.ceil((place + right - first) * spacing)) + 1)
                 start = following[start] if clear > 0 and start < end else start
                 if start >= end:
                     continue
                 ends = np.float32(place), np.float32(left), np.float32(right), np.float32(most)
-                stop = start + (end - start + _AT_ONCE - 1) // _AT_ONCE * _AT_ONCE
-                at, count = np.uint64(start), np.uint64(stop - start)
+                at = np.uint64(start)
+                count = np.uint64((end - start + _OF_PATCH - 1) // _OF_PATCH * _OF_PATCH)
                 for turn in range(2):
                     less, part = parts[of_line, place, turn, 0], parts[of_line, place, turn, 1]
                     if less < left_out:
