@@ -216,9 +216,10 @@ def play(
         else:
             _see(out[i, begin:beyond], rank[begin:beyond], raised[begin:beyond], of_shown)
         for n in range(fields):
-            for j in range(begin, beyond):
-                value_of = values[n, j] / total[j] if sheet else values[n, j]
-                beside[n, i, j] = value_of * usual[n, 1, np.int64(out[i, j])] / usual[n, 0, np.int64(own[j])]
+            if sheet:
+                _divide(values[n, line.start : line.stop], total[line])
+            field = beside[n, i, begin:beyond]
+            _belong(field, values[n, begin:beyond], out[i, begin:beyond], own[begin:beyond], usual[n, 1], usual[n, 0])
         if clear == 0:
             continue
         for j in range(begin, beyond):  # whatever their neighbours have
@@ -344,10 +345,10 @@ def _show(own: Any, share: Any, best: Any, ranks: Any, at: Any, count: Any) -> N
     lost = np.float32(_LOST)
     for n in range(count):
         j = at + n
-        value = share[j] + ranks[j]
-        better = value > best[j] and share[j] >= lost
-        best[j] = value if better else best[j]
-        own[j] = ranks[j] if better else own[j]
+        rank, less, most, before = ranks[j], share[j], best[j], own[j]
+        better = less + rank > most and less >= lost
+        best[j] = less + rank if better else most
+        own[j] = rank if better else before
         share[j] = np.float32(1.0) if better else np.float32(0.0)
 
 
@@ -356,7 +357,8 @@ def _take(values: Any, field: int, better: Any, ranks: Any, at: Any, count: Any)
     """Write another field of a patch where :func:`_show` shows it."""
     for n in range(count):
         j = at + n
-        values[field, j] = ranks[j] if better[j] > np.float32(0.0) else values[field, j]
+        value, before = ranks[j], values[field, j]
+        values[field, j] = value if better[j] > np.float32(0.0) else before
 
 
 @kernel(inner=True, fastmath={"contract"}, error_model="numpy")
@@ -388,6 +390,19 @@ def _add_field(total: Any, field: int, share: Any, ranks: Any, at: Any, count: A
     for n in range(count):
         j = at + n
         total[field, j] += share[j] * ranks[j]
+
+
+@kernel(inner=True, error_model="numpy")
+def _divide(total: Any, weight: Any) -> None:
+    for j in range(total.size):
+        total[j] /= weight[j]
+
+
+@kernel(inner=True, error_model="numpy")
+def _belong(field: Any, value: Any, out: Any, own: Any, shown: Any, usual: Any) -> None:
+    """Write another field, with the usual values at what cells show and at their own ranks."""
+    for j in range(field.size):
+        field[j] = value[j] * shown[np.uint32(np.int32(out[j]))] / usual[np.uint32(np.int32(own[j]))]
 
 
 @kernel(inner=True, error_model="numpy")
