@@ -198,7 +198,7 @@ class Seen:
         if self.scale > 1:
             values = -np.log(np.maximum(1.0 - self.hidden(self.table_m), _OPAQUE))
         even = np.linspace(0.0, values[-1], 8 * LEVELS)
-        clear = max(np.count_nonzero(values == 0.0) - 1, 0)  # films without a hole have no clear rank
+        clear = max(int(np.count_nonzero(values == 0.0)) - 1, 0)  # films without a hole have no clear rank
         places = np.interp(even, values[clear:], np.arange(clear, LEVELS))
         return values.astype(np.float32), places.astype(np.float32)
 
