@@ -10,7 +10,11 @@ from hcss_twin import Scenario, make_plan, simulate
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "conical-scanner.toml"
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk"}
-ARC = {"clouds.type": "cumulus", "conical_scanner": {"half_arc": 20.0, "rows": 24, "columns": 48}}
+ARC = {
+    "clouds.type": "cumulus",
+    "clouds.generator": "fractal",
+    "conical_scanner": {"half_arc": 20.0, "rows": 24, "columns": 48},
+}
 
 
 def of(**overrides):
