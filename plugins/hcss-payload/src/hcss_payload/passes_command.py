@@ -72,12 +72,12 @@ def passes(scenario: str, assignments: tuple[str, ...], days: float, lowest: flo
         return
     click.echo(f"{len(rows)} passes above {lowest:g} deg at {place[0]:g} N {place[1]:g} E in {days:g} days, UTC")
     if rows:
-        click.echo("rise                 highest              set                  elevation  azimuth  sun")
+        click.echo("rise                  highest               set                   elevation  azimuth  sun")
     for row in rows:
-        times = "  ".join(f"{_seconds(row[key]):19}" for key in ("rise", "highest", "set"))
+        times = "  ".join(f"{_seconds(row[key]):20}" for key in ("rise", "highest", "set"))
         angles = f"{row['elevation_deg']:9.1f}  {row['azimuth_deg']:7.1f}  {row['sun_elevation_deg']:5.1f}"
         click.echo(f"{times}  {angles}")
 
 
 def _seconds(time: object) -> str:
-    return "-" if time is None else str(time)[:19]
+    return "-" if time is None else f"{str(time)[:19]}Z"  # a time of a scenario, as it stands

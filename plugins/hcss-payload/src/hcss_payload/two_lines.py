@@ -160,10 +160,17 @@ def two_lines_of(name: str, text: str) -> tuple[str, str]:
 def _columns(name: str, line: str) -> dict[str, str]:
     """Return the fields of a line."""
     digits = [int(mark) if mark in "0123456789" else int(mark == "-") for mark in line[:68]]
-    if len(line) != 69 or not line.startswith(f"{name[-1]} ") or str(sum(digits) % 10) != line[68]:
+    checksum, wrong = str(sum(digits) % 10), ""
+    if len(line) != 69:
+        wrong = f"has {len(line)} characters"
+    elif not line.startswith(f"{name[-1]} "):
+        wrong = f"begins with {line[:2]!r}"
+    elif line[68] != checksum:
+        wrong = f"ends with {line[68]!r}, and the checksum is {checksum}"
+    if wrong:
         raise PayloadError(
-            f"trajectory.{name}: {line!r}; allowed: 69 characters that begin with '{name[-1]} ' and end with the "
-            "checksum of the others"
+            f"trajectory.{name}: {line!r} {wrong}; allowed: 69 characters that begin with '{name[-1]} ' and end with "
+            "the checksum of the others"
         )
     columns = re.fullmatch(_LAYOUTS[name], line[:68], re.ASCII)
     if columns is None:

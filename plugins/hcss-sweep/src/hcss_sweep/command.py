@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hcss_sweep.sensors import SENSORS
 from hcss_twin.cli.options import Output, Shared, Stop
 
 _FOLDER = click.Path(file_okay=False, path_type=Path)
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from hcss_sweep.run import SweepResult
 
 EXIT_FAILED = 1
+
+LISTED = 20
+"""Most cubes of sensors that are named; the index has all."""
 
 
 @click.command("sweep")
@@ -92,6 +96,8 @@ def _sweep_text(result: SweepResult) -> str:
         f"{result.folder}  {len(result.points)} points, {size / 1e6:.1f} MB",
         f"  computed {len(result.computed)}" + (f", already computed {before}" if before else ""),
     ]
+    named = [record for record in result.points if SENSORS in record.values and record.file is not None]
+    lines += [f"  {record.values[SENSORS]}: {result.folder / record.file}" for record in named[:LISTED] if record.file]
     for record in result.failed:
         values = ", ".join(f"{key} = {value}" for key, value in record.values.items())
         lines.append(f"  failed: point {record.point}, {values}: {record.error}")

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from hcss_sweep.design import SWEEP, Design, key_parts
-from hcss_sweep.sensors import SENSORS, with_one_sky
+from hcss_sweep.sensors import SENSORS, samples_for_one_sky, with_one_sky
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
@@ -43,14 +43,16 @@ def points_of(design: Design) -> tuple[SweepPoint, ...]:
     scenarios: list[Scenario] = []
     wrong: dict[Problem, list[int]] = {}
     typed: list[Mapping[str, Any]] = []
-    given: list[Mapping[str, Any]] = []
     cache = ResultCache()
     for number, values in enumerate(design.values()):
         typed.append(values)
         keys, changed = design.keys_of(values)
-        given.append(keys)
+        where: dict[str, Any] = {"base": design.base, "origin": design.origin, "shelf": cache}
         try:
-            scenarios.append(Scenario.from_dict(keys, changed, base=design.base, origin=design.origin, shelf=cache))
+            scenario = Scenario.from_dict(keys, changed, **where)
+            if design.sensors and (samples := samples_for_one_sky(scenario, keys)):
+                scenario = Scenario.from_dict(keys, {**changed, **samples}, **where)
+            scenarios.append(scenario)
         except ScenarioError as error:
             for problem in error.problems:
                 wrong.setdefault(problem, []).append(number)
@@ -58,7 +60,7 @@ def points_of(design: Design) -> tuple[SweepPoint, ...]:
         raise ScenarioError(_described(wrong, typed), design.origin)
     if sensors := len(design.sensors):
         groups = (slice(start, start + sensors) for start in range(0, len(scenarios), sensors))
-        scenarios = [one for group in groups for one in with_one_sky(scenarios[group], given[group])]
+        scenarios = [one for group in groups for one in with_one_sky(scenarios[group])]
     return tuple(
         SweepPoint(number, _values_in(scenario, values), scenario)
         for number, (scenario, values) in enumerate(zip(scenarios, typed, strict=True))

@@ -22,9 +22,9 @@ _ALLOWED = (
     '{name = "geo", platform.longitude = 140.7, image.pixel_size = "2 km"}'
 )
 
-LARGEST_POINT_M = 100.0
-"""Largest distance of the points of a pixel: a cloud generator smooths the sky over it. Films of simulations have a
-cover of their own from 140 m on."""
+LARGEST_POINT_M = 60.0
+"""Largest distance of the points of a pixel: generators make other clouds for larger ones. Films of simulations have
+cells of 50 m for points up to 70 m, and larger ones beyond, whose clouds stand elsewhere."""
 
 MOST_SAMPLES = 64
 """Most points along the side of a pixel, as `image.samples_per_pixel` allows."""
@@ -63,12 +63,19 @@ def merged(scene: Mapping[str, Any], sensor: Mapping[str, Any]) -> dict[str, Any
     return both
 
 
-def with_one_sky(scenarios: Sequence[Scenario], given: Sequence[Mapping[str, Any]]) -> list[Scenario]:
+def samples_for_one_sky(scenario: Scenario, given: Mapping[str, Any]) -> dict[str, int]:
+    """Return the key for points that show the sky in detail; none if pixels have them, or ``given`` keys state some."""
+    image = given.get("image")
+    needed = min(math.ceil(scenario.image.pixel_size / LARGEST_POINT_M), MOST_SAMPLES)
+    stated = isinstance(image, Mapping) and "samples_per_pixel" in image
+    return {} if stated or needed <= scenario.image.samples_per_pixel else {"image.samples_per_pixel": needed}
+
+
+def with_one_sky(scenarios: Sequence[Scenario]) -> list[Scenario]:
     """Return the scenarios of all sensors with the clouds of the one that has the finest points.
 
-    The generator of a cloud type depends on the size of pixels, and a coverage of each frame on what the frame shows:
-    both would give each sensor a sky of its own. ``given`` are the keys as the user gave them: without a number of
-    points a pixel has as many as make them no larger than 100 m, or than the finest ones.
+    The generator of a cloud type depends on the size of points, and a coverage of each frame on what the frame shows:
+    both would give each sensor a sky of its own.
 
     Raises
     ------
@@ -76,18 +83,12 @@ def with_one_sky(scenarios: Sequence[Scenario], given: Sequence[Mapping[str, Any
         If the clouds of the finest cannot be those of another.
     """
     points_m = [scenario.image.pixel_size / scenario.image.samples_per_pixel for scenario in scenarios]
-    finest = scenarios[points_m.index(min(points_m))]
-    clouds = json.loads(finest.to_json())["clouds"]
+    clouds = json.loads(scenarios[points_m.index(min(points_m))].to_json())["clouds"]
     for layer in clouds["layers"]:
         layer["coverage_mode"] = "field"
-    largest_m = max(min(points_m), LARGEST_POINT_M)
-    together = []
-    for scenario, keys in zip(scenarios, given, strict=True):
-        plain = json.loads(scenario.to_json())
-        plain["clouds"] = clouds
-        image = keys.get("image")
-        if not (isinstance(image, Mapping) and "samples_per_pixel" in image):
-            needed = math.ceil(scenario.image.pixel_size / largest_m)
-            plain["image"]["samples_per_pixel"] = min(max(needed, 1), MOST_SAMPLES)
-        together.append(Scenario.from_dict(plain, base=scenario.base, origin=scenario.origin))
-    return together
+    return [
+        Scenario.from_dict(
+            {**json.loads(scenario.to_json()), "clouds": clouds}, base=scenario.base, origin=scenario.origin
+        )
+        for scenario in scenarios
+    ]
