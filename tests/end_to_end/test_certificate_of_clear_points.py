@@ -38,6 +38,8 @@ OF_PIXELS = {"image.samples_per_pixel": 2, "output.certificate": 24}
 OF_VIEWS = {"platform.altitude": "100 km", "image.rows": 800, "image.columns": 1000, "accuracy": 1e-2}
 OF_VIEWS |= {"image.window.rows": [700, 760], "image.window.columns": [820, 900]}
 CLEAR = {"clear", "clear in shadow"}
+EVEN = np.zeros(2)
+"""Perturbation of clear sky without texture."""
 
 
 def plan_of(**changes):
@@ -116,7 +118,9 @@ def test_a_wrong_table_of_waves_or_shadows_fails_and_names_the_stratum(kind, fac
 
 def point_of(plan, slope=(0.0, 0.0), path_m=0.0, level=1.0):
     size = len(plan.assembly.model.terms), len(plan.bands)
-    return ClearPoint(plan.sun_up_at(0.0), plan.view, slope, np.array([path_m]), np.broadcast_to(level, size))
+    return ClearPoint(
+        plan.sun_up_at(0.0), plan.view, slope, np.array([path_m]), np.broadcast_to(level, size), (0.0, 0.0)
+    )
 
 
 def mean_column(plan):
@@ -175,7 +179,7 @@ def test_the_mean_of_the_reference_over_the_waves_is_the_mean_sea():
     plan = plan_of()
     tables, _ = checked(plan)
     clear_points = ClearPoints(SceneTables(plan, tables, ()))
-    level = clear_points.of_pixel(0.0, 3, 4, plan.view)[0].level
+    level = clear_points.of_pixel(0.0, 3, 4, plan.view, EVEN)[0].level
     places, weights = np.polynomial.hermite_e.hermegauss(9)
     slopes = [(u * plan.waves.rms[0], c * plan.waves.rms[1]) for u in places for c in places]
     found = changes(plan, [point_of(plan, slope, level=level) for slope in slopes], References())
@@ -194,7 +198,7 @@ def test_slopes_of_points_are_those_of_the_cube():
     wind = np.radians(plan.scenario.sea.wind_from)
     for row, column in ((0, 0), (17, 33), (59, 79)):
         x, y = (float(made[name][row, column]) for name in ("sea_slope_x", "sea_slope_y"))
-        (point,) = clear_points.of_pixel(frames[0].time_s, row, column, plan.view)
+        (point,) = clear_points.of_pixel(frames[0].time_s, row, column, plan.view, EVEN)
         expected = x * np.sin(wind) + y * np.cos(wind), x * np.cos(wind) - y * np.sin(wind)
         np.testing.assert_allclose(point.slope, expected, atol=1e-6)
 
@@ -209,7 +213,7 @@ class Steep:
 def test_waves_steeper_than_the_scene_draws_them_are_clipped():
     plan = plan_of(sea__wind_from=0.0)
     steep = replace(plan, waves=replace(plan.waves, shapes=Steep()))
-    (point,) = ClearPoints(SceneTables(steep, checked(plan)[0], ())).of_pixel(0.0, 5, 6, plan.view)
+    (point,) = ClearPoints(SceneTables(steep, checked(plan)[0], ())).of_pixel(0.0, 5, 6, plan.view, EVEN)
     # The wind comes from the north, along y.
     np.testing.assert_allclose(point.slope, (-4.0 * plan.waves.rms[0], -4.0 * plan.waves.rms[1]))
 
@@ -221,7 +225,7 @@ def test_between_instants_of_the_tables_the_level_is_linear():
     waves = replace(tables.waves, level=(np.full(shape, 1.0), np.full(shape, 3.0)))
     scene = SceneTables(plan, replace(tables, time_s=(0.0, 10.0), waves=waves), ())
     for time_s, expected in ((0.0, 1.0), (2.5, 1.5), (10.0, 3.0)):
-        (point,) = ClearPoints(scene).of_pixel(time_s, 5, 6, plan.view)
+        (point,) = ClearPoints(scene).of_pixel(time_s, 5, 6, plan.view, EVEN)
         np.testing.assert_allclose(point.level, expected)
 
 
@@ -230,7 +234,7 @@ def test_the_level_of_a_pixel_is_that_of_tables_toward_its_own_view():
     tables = compile_tables(plan)
     row, column = 710, 850
     (view,) = plan.rays.views_of_pixels([row], [column], 0.0)
-    (point,) = ClearPoints(SceneTables(plan, tables, ())).of_pixel(0.0, row, column, view)
+    (point,) = ClearPoints(SceneTables(plan, tables, ())).of_pixel(0.0, row, column, view, EVEN)
     own = compile_tables(plan.toward(view)).waves.level[0]
     assert np.max(np.abs(point.level - own)) < 1e-5
     assert np.max(np.abs(tables.over[0].waves.level[0] - own)) > 1e-3

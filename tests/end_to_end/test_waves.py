@@ -149,7 +149,7 @@ def test_waves_are_skipped_with_their_bound_and_the_bound_falls_with_the_pixel()
 
 def test_auto_draws_what_exceeds_the_accuracy():
     assert "waves as shapes" not in skipped(**{"sea.waves": "auto"})
-    item = skipped(**{"sea.waves": "auto", "image.pixel_size": 200.0})["waves as shapes"]
+    item = skipped(**{"sea.waves": "auto", "image.pixel_size": 100.0})["waves as shapes"]
     assert item.bound <= BASE["accuracy"]
     assert "accuracy" in item.why
 

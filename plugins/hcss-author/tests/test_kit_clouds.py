@@ -180,6 +180,33 @@ def test_kit_refuses_cloud_tops_outside_their_range_or_their_clouds(top_m, accep
 
 
 @pytest.mark.parametrize(
+    ("depth_m", "accepted"),
+    [
+        (lambda rows: 100.0 + np.arange(rows.start, rows.stop), True),
+        (lambda rows: 100.0 + np.arange(rows.stop - rows.start), False),
+        (lambda rows: np.zeros(rows.stop - rows.start), False),
+        (lambda rows: np.full(rows.stop - rows.start, 1e5), False),
+    ],
+    ids=["varies", "depends on the window", "nothing", "deeper than the layer"],
+)
+def test_kit_refuses_heights_of_clouds_beyond_their_layer(depth_m, accepted):
+    class Deep(Checkerboard):
+        cloud_top_range_m = 0.0, 3000.0
+
+        def cloud_depth_m(self, time_s, rows, columns):
+            shape = rows.stop - rows.start, columns.stop - columns.start
+            return np.broadcast_to(depth_m(rows)[:, None], shape).astype(np.float32)
+
+    inputs = sample_cloud_inputs()
+    provider = Deep(inputs)
+    if accepted:
+        CloudGeneratorContract().test_clouds_are_spread_over_heights_of_their_layer(provider, inputs)
+        return
+    with pytest.raises(AssertionError):
+        CloudGeneratorContract().test_clouds_are_spread_over_heights_of_their_layer(provider, inputs)
+
+
+@pytest.mark.parametrize(
     ("share", "accepted"),
     [
         (lambda layers, rows: np.full(rows, 1.0 / layers), True),
