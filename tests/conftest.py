@@ -103,12 +103,22 @@ def pytest_ignore_collect(collection_path, config):
     return None
 
 
-@pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(items):
-    """Begin with files that have long tests, then those with many tests, so that the last files are short.
+LONG = Path(__file__).with_name("long.json")
+"""Tests that only the whole check runs, by file and name, chosen by ``python tests/choose_long.py``."""
 
-    Workers of pytest-xdist take files in this order with ``--no-loadscope-reorder``.
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Mark the tests that measure long; begin with files that have long tests, then those with many tests.
+
+    So the last files are short: workers of pytest-xdist take files in this order with ``--no-loadscope-reorder``.
     """
+    chosen = set(json.loads(LONG.read_text(encoding="utf-8")))
+    for item in items:
+        if item.nodeid in chosen:
+            item.add_marker(pytest.mark.long)
+    result = yield  # tests are selected by their marks
     many = Counter(item.path for item in items)
     has_long = {item.path for item in items if item.get_closest_marker("long")}
     items.sort(key=lambda item: (item.path not in has_long, -many[item.path]))
+    return result
