@@ -51,10 +51,26 @@ class WarmSky:
 
 
 def test_an_inversion_gives_thickness_and_the_clear_sky_of_the_scene(make):
-    found = make(inversion=WarmSky()).layer_thickness_m(np.array([0.0, 300.0, 800.0]))
+    deep = {"top_m": 5000.0}
+    found = make(inversion=WarmSky(), layer=deep).layer_thickness_m(np.array([0.0, 300.0, 800.0]))
     # The clear sky of the example, at 300 m, is 1.2 K warmer than that of the scene.
     expected = 100.0 * (297.0 - (300.0 - 4.8 - 1.2 * (1.0 - 500.0 / 10_000.0)))
     np.testing.assert_allclose(found, [0.0, 0.0, expected], rtol=1e-5)
+
+
+class InvertedSky(WarmSky):
+    """The same below an inversion at 900 m, above which the air is 8 K warmer."""
+
+    def air_temperature_K(self, altitude_m):
+        return super().air_temperature_K(altitude_m) + 8.0 * (altitude_m > 900.0)
+
+
+@pytest.mark.parametrize("top_m", [900.0, 5000.0])
+def test_higher_clouds_of_the_example_are_no_thinner_under_an_inversion(make, top_m):
+    generator = make(inversion=InvertedSky(), layer={"base_m": 200.0, "top_m": top_m}, example="closed-cells-1")
+    found = generator.layer_thickness_m(np.linspace(0.0, 2500.0, 200))
+    assert np.all(np.diff(found) >= 0.0)
+    assert found[-1] > 300.0
 
 
 def test_pixels_of_an_image_are_as_much_colder_than_clear_sky_as_they_were(make, tmp_path):
@@ -71,7 +87,7 @@ def test_pixels_of_an_image_are_as_much_colder_than_clear_sky_as_they_were(make,
 def test_the_share_that_is_too_cold_for_the_layer_is_in_the_plan(make, coldest_K, told):
     inversion = WarmSky()
     inversion.coldest_K = coldest_K
-    generator = make(inversion=inversion)
+    generator = make(inversion=inversion, layer={"top_m": 5000.0})
     notes = [note for note in generator.declares.notes if "colder than the layer's thickest cloud" in note]
     heights = generator.example.opaque_m[generator.example.opaque]
     # The clear sky of the scene is 1.2 K colder than its air at 300 m; the difference vanishes 10 km above.

@@ -8,15 +8,16 @@ from hcss_twin.engine.verification import verify_cube
 from hcss_twin.scenario.cloud_types import load_cloud_type
 
 
-def scene(of_type, pixel_m=20.0, size=48, **clouds):
+def scene(of_type, pixel_m=20.0, size=48, model="as-printed", **clouds):
     return Scenario.from_dict(
         {
             "time": "2024-04-20T12:30:00Z",
             "place": {"latitude": 25.0, "longitude": -45.0},
             "image": {"rows": size, "columns": size, "pixel_size": pixel_m},
             "frames": {"count": 2, "interval": 30.0},
+            "accuracy": 0.01,
             "bands": ["lwir-10.8"],
-            "radiance": {"model": "as-printed"},
+            "radiance": {"model": model},
             "sea": {"model": "cox-munk"},
             "optics": {"provider": "mie"},
             "output": {"variables": ["radiance", "truth"]},
@@ -70,3 +71,12 @@ def test_skies_keep_the_laws_at_the_limits_of_their_pixel_sizes(of_type):
         for pixel_m in {sky.pixel_size_min, min(sky.pixel_size_max, 6000.0)}:
             plan = make_plan(scene(of_type, pixel_m, size=96))
             assert plan.assembly.generators
+
+
+@pytest.mark.parametrize("of_type", ["cumulus", "stratocumulus", "deep-convection"])
+def test_examples_of_types_have_the_cover_that_the_catalog_states(of_type):
+    """Under the place's inversion, too, above which the air is warmer than the deck."""
+    described = scene(of_type, 4000.0, size=128, model="physical")
+    (layer,) = described.clouds.layers
+    found = simulate(described)
+    assert float(found.cloud_mask.mean()) == pytest.approx(layer.coverage, abs=0.1)

@@ -85,7 +85,7 @@ def test_clouds_have_the_brightness_temperature_asked_for_at_any_top(layer):
 
 
 def test_a_scene_with_its_own_tops_shows_the_example_and_both_fields_belong_together(make):
-    altitudes = {"base_m": 500.0, "top_m": 1500.0}
+    altitudes = {"base_m": 500.0, "top_m": 4000.0}  # the whole example fits
     of_layer, of_tops = (
         make(inversion=Emitting(), least=0.5, layer=altitudes, tops=tops) for tops in ("layer", "example")
     )

@@ -43,6 +43,10 @@ _VISIBLE, _HIDDEN = 0.1, 0.63
 
 # Tops this far above the clear sky keep their temperature in scenes whose clear sky is warmer or colder.
 _DEEP_M = 10_000.0
+# The layer lies where the place has it, mostly under an inversion: a deeper example is squeezed until this share of its
+# pixels fits, so that its deck keeps some texture. What is left above is opaque.
+_HIGHEST = 0.9
+_KNOTS = 4096  # of the temperature by height, 2.5 m apart
 
 _TILE = 512
 
@@ -100,6 +104,9 @@ class ExampleClouds:
         if parameters.clear_sky == "example":
             self._clear_m = min(self._clear_m, float(np.quantile(example.opaque_m[example.opaque], _WARMEST)))
         heights = level.heights_m[:, 0].astype(np.float64)
+        highest = float(np.quantile(np.maximum(example.opaque_m[example.opaque], self._clear_m), _HIGHEST))
+        lower = parameters.tops == "layer" and self._clear_m < inputs.layer.top_m < highest
+        self._squeezed = (inputs.layer.top_m - self._clear_m) / (highest - self._clear_m) if lower else 1.0
         thickness = self.layer_thickness_m(heights)
         of_pairs = thickness[:, None]
         self._hanging: HangingClouds | None = None
@@ -276,12 +283,18 @@ class ExampleClouds:
         return kelvin
 
     def _kelvin_of(self, opaque_m: Array, inversion: BrightnessInversion) -> Array:
-        """Return the brightness temperature of the scene where the example has heights p."""
+        """Return the brightness temperature of the scene where the example has heights p.
+
+        Higher clouds of the example are never warmer. Air above an inversion is: they would be the thinnest ones.
+        """
         clear = self._clear_m
         (clear_air_K,) = inversion.air_temperature_K(np.array([clear]))
         deep = max(float(self.example.opaque_m[-1]), clear + _DEEP_M)
-        fading = np.clip((deep - opaque_m) / (deep - clear), 0.0, 1.0)
-        kelvin: Array = inversion.air_temperature_K(opaque_m) + (inversion.clear_K - clear_air_K) * fading
+        heights = np.linspace(clear, deep, _KNOTS)
+        fading = (deep - heights) / (deep - clear)
+        air_K = inversion.air_temperature_K(clear + self._squeezed * (heights - clear))
+        coldest_K = np.minimum.accumulate(air_K + (inversion.clear_K - clear_air_K) * fading)
+        kelvin = np.interp(opaque_m, heights, coldest_K)
         return np.where(opaque_m > clear, kelvin, max(inversion.clear_K, 400.0))
 
     def _window(self, time_s: float, rows: slice, columns: slice, which: int) -> NDArray[np.float32]:
