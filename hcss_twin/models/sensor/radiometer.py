@@ -49,8 +49,10 @@ class Radiometer:
             *(("saturated",) if any(channel.can_saturate for channel in self.channels) else ()),
         )
         unshaken = parameters.jitter > 0.0 and parameters.psf in ("airy", "file")
-        notes = ("sensor: jitter blurs the image, but not small elements",) if unshaken else ()
-        self.declares = SensorDeclaration(reach_pixels=self.blur.reach_pixels, notes=notes)
+        notes = ["sensor: jitter blurs the image, but not small elements"] if unshaken else []
+        if parameters.psf == "none":
+            notes += [self.blur.without_optics(inputs.bands)]
+        self.declares = SensorDeclaration(reach_pixels=self.blur.reach_pixels, notes=tuple(notes))
         self.worked_out: Mapping[str, Any] = {
             **self.blur.worked_out,
             "bands": {
