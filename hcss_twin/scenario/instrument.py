@@ -80,8 +80,8 @@ class Instrument(RadiometerKeys):
     response_unit: Unit | None = Field(
         None, description="Unit of wavelength or wavenumber, if the file does not say it."
     )
-    psf: Literal["none", "gaussian", "airy", "file"] = Field(
-        "none",
+    psf: Literal["none", "gaussian", "airy", "file"] | None = Field(  # type: ignore[assignment]
+        None,
         description='Point-spread function of the optics: "none", "gaussian" (psf_sigma), "airy" (diffraction) or '
         '"file" (psf_file). Default: that whose key is given; else "airy" where f-number or aperture, and the angle of '
         "a pixel are known.",
@@ -170,7 +170,7 @@ class Instrument(RadiometerKeys):
         if not self.is_radiometer:
             return dict(self.parameters)
         own = {name: getattr(self, name) for name in RadiometerKeys.model_fields if name in self.model_fields_set}
-        own |= self.parameters
+        own = {name: value for name, value in own.items() if value is not None} | self.parameters
         own.pop("jitter", None)
         if jitter and self.jitter_pixels > 0.0:
             own["jitter"] = self.jitter_pixels

@@ -47,7 +47,7 @@ class Section(BaseModel):
 
 
 class CameraSection(Section):
-    """Detector and lens of a camera."""
+    """Detector and lens of a camera; needs `[orbit]`."""
 
     rows: QuantityParser.Whole = Field(ge=1, le=16384, description="Rows of the detector; the first is the upper one.")
     columns: QuantityParser.Whole = Field(ge=1, le=16384, description="Columns of the detector.")
@@ -173,7 +173,7 @@ class OrbitSection(_ByProvider):
     )
     file: str | None = Field(
         None,
-        description="tle, omm: file with two lines, or a mean-elements message (text, XML, JSON); oem: ephemeris "
+        description="tle, omm: file with two lines, or a mean-elements message (text, XML, JSON, CSV); oem: ephemeris "
         "message (text, XML); table: CSV with time_s, x_m, y_m, z_m (ITRF).",
     )
     dut1: Duration | None = Field(
