@@ -93,7 +93,7 @@ def count_missing(values: NDArray[Any]) -> int:
 
 
 def calibration(attributes: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    """Return what follows about each band of the sensor of a measured cube; of a chain, of its last digitising stage."""
+    """Return what is known about each band of a measured cube's sensor; of a chain, of its last digitising stage."""
     sensor = json.loads(str(attributes.get("hcss_sensor", "{}")))
     stages = [stage.get("worked_out", {}).get("bands", {}) for stage in sensor.get("stages", [sensor])]
     digitising = [bands for bands in stages if any("radiance_per_number" in of_band for of_band in bands.values())]

@@ -138,7 +138,7 @@ def _image_header(
 
 
 def _constants(selection: FrameSelection) -> list[tuple[str, float, float]]:
-    """Return name of a band, radiance of a digital number, and radiance at number 0, of a variable with such numbers."""
+    """Return name, radiance of a digital number, and radiance at number 0 of each band of a variable with numbers."""
     if selection.variable != "digital_number" or selection.plane_kind != "band":
         return []
     bands = calibration(selection.attributes)
