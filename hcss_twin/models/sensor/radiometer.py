@@ -316,11 +316,11 @@ class _Channel:
         keys = tuple(np.uint64(self._key(stage, frame)) for stage in ("rows", "shot"))
         names = ("radiance", "photon_rate", "digital_number", "saturated")
         written = (results[name] for name in names)
-        behind = (*self._pattern_at(time_s), self.detector, keys, self.inputs.corner, lines)
+        behind = (*self.pattern_at(time_s), self.detector, keys, self.inputs.corner, lines)
         if not measure(image, *weights, added, *behind, *written):
             raise too_many_electrons(float(image.max()) * self.detector.per_radiance + self.detector.dark)
 
-    def _pattern_at(self, time_s: float) -> tuple[NDArray[np.float32], ...]:
+    def pattern_at(self, time_s: float) -> tuple[NDArray[np.float32], ...]:
         """Return the pattern with the drift of all detectors since the last calibration."""
         gain, offset = self.pattern
         cycle_s = self.parameters.calibration_cycle
