@@ -21,11 +21,11 @@ A cube is one NetCDF-4 file that follows CF-1.11 (CF-1.12 where values are round
 of an image in one or more bands, and on request the terms of the radiance and the truth layers of the scene.
 
 ```python
-from hcss_twin.cube.reader import open_cube, scenario_text
+import hcss_twin
 
-with open_cube("cube.nc") as cube:
+with hcss_twin.open_cube("cube.nc") as cube:
     frame = cube.radiance.sel(band="mwir").isel(time=0)
-print(scenario_text("cube.nc"))
+    print(cube.attrs["{SCENARIO_ATTRIBUTE}"])
 ```
 
 * A file with its final name is complete: it is written under a hidden name ending in `.partial`, and renamed

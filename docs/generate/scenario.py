@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import inspect
+import sys
+import tomllib
 import typing
 from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.own_packages import SECTIONS
 from hcss_twin.core.units import UNITS
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.bands import named_bands
@@ -19,6 +24,8 @@ from hcss_twin.scenario.models import ScenarioModel
 from hcss_twin.scenario.reference import field_text, is_model
 
 PAGE = "reference/scenario.md"
+
+PLUGINS = Path(__file__).parents[2] / "plugins"
 
 _INTRODUCTION = """# Scenario reference
 
@@ -42,6 +49,10 @@ angles are those at the surface point. Wind directions are those from which the 
 points east and y (rows) north; row 0 is the southern edge.
 
 **Many scenes from one file:** a section `[sweep]` lists several values for keys ([sweeps](../how-to/sweeps.md)).
+
+**One sky, several sensors:** tables `[[sensors]]`, each with a `name` and any keys but those of the sky (`seed`,
+`time`, `place`, `clouds`, `atmosphere`, `sea`, `surfaces`, `elements`, wind); `hcss sweep FILE` computes them
+([sweeps](../how-to/sweeps.md#one-sky-several-sensors)).
 
 **Uncertain keys:** a section `[uncertain]` defines distributions of keys, which `hcss propagate FILE` propagates to
 radiance ([uncertainty](../how-to/uncertainty.md)).
@@ -78,9 +89,43 @@ def lines(generated: str) -> Iterator[str]:
                     yield f"\n### `[{name}.{key}]`\n"
                     yield f"{inspect.cleandoc(part.__doc__ or '')}\n"
                     yield from _table(part)
+    yield from _plugins()
     yield from _bands()
     yield from _units()
     yield from _providers()
+
+
+def _plugins() -> Iterator[str]:
+    """Yield the sections of the packages in ``plugins/``, whether these are installed or not."""
+    packages = sorted(set(SECTIONS.values()))
+    yield "\n## Sections of plugins\n"
+    yield (
+        "They need the package that their heading names; `[camera]` follows from [`[instrument]`](#instrument) where a "
+        "scenario has one."
+    )
+    for package in packages:
+        for name, model in _models_of(package):
+            yield f"\n### `[{name}]` ({package})\n"
+            yield f"{inspect.cleandoc(model.__doc__ or '')}\n"
+            yield from _table(model)
+            for key, field in model.model_fields.items():
+                part = next(filter(is_model, typing.get_args(field.annotation)), None)
+                if part is not None:
+                    yield f"\n#### `[[{name}.{key}]]`\n"
+                    yield f"{inspect.cleandoc(part.__doc__ or '')}\n"
+                    yield from _table(part)
+
+
+def _models_of(package: str) -> Iterator[tuple[str, type[BaseModel]]]:
+    """Yield names and models of the sections of a package, as its project file names them."""
+    folder = PLUGINS / package
+    project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    if str(folder / "src") not in sys.path:
+        sys.path.append(str(folder / "src"))
+    for module in project["entry-points"]["hcss_twin.sections"].values():
+        for spec in import_module(module).hcss_sections():
+            home, _, model = spec.model.partition(":")
+            yield spec.name, getattr(import_module(home), model)
 
 
 def _bands() -> Iterator[str]:
@@ -96,13 +141,15 @@ def _bands() -> Iterator[str]:
     yield (
         "A response file is text as agencies publish it: rows of numbers, separated by comma, semicolon, tab or "
         "blanks, below lines that label them. The labels name the column of wavelength or wavenumber and its unit "
-        "(um, nm, cm-1). Without labels it is the first column, in um up to 100, else an error asks for a label or "
-        "`unit`. The response is the only other column, the only one labelled as response, RSR, SRF or "
-        "transmission, the one with the name of the band, or `column` (label or number). Rows that begin with names "
-        "of bands are read for the band of that name; detectors in columns before the wavelength are averaged. It is "
-        "a fraction of 1, or in percent if the label, percent signs or a peak above 1.5 say so. Negative values down "
-        "to 1 % of the peak count as 0, -99 (-999, ...) as no value, and a row that repeats the one before is not "
-        "used: all of them are reported with their lines, as are decimal commas. "
+        "(um, nm, cm-1). Without labels it is the first column. A unit that neither labels nor `unit` state is the"
+        " only one that the numbers allow: um up to 100, nm from 200 under a label that says wavelength; numbers "
+        "that may be nm or cm-1 are rejected. The response is the only other column, the only one labelled as "
+        "response, RSR, SRF or transmission, the one with the name of the band, or `column` (label or number). "
+        "Rows that begin with names of bands are read for the band of that name; detectors in columns before the "
+        "wavelength are averaged. It is a fraction of 1, or in percent if the label, percent signs or a peak above"
+        " 1.5 say so. Negative values down to 1 % of the peak count as 0, -99 (-999, ...) as no value, and a row "
+        "that repeats the one before is not used: all of them are reported with their lines, as are decimal "
+        "commas. "
         "`hcss plan` and the notes of the cube state how a file was read, unless its labels are `wavelength_um` and"
         " `response`.\n"
     )

@@ -168,21 +168,14 @@ def _plain(kind: str) -> Callable[[object], object]:
 
 
 @dataclass(frozen=True)
-class QuantityParser:
-    """Parser of quantities in plain units, such as metres, for ``BeforeValidator`` in a field's annotation.
-
-    Messages about limits read it there.
+class QuantityOf:
+    """Parser of quantities of one dimension, in whose annotations messages about limits read it.
 
     Attributes
     ----------
     dimension : str
-        Of :data:`UNITS`: ``length`` (m), ``angle`` (deg), ``duration`` (s), ``length in an instrument`` (m) and others.
-    Number, Whole
-        Types of a number and of a whole number without unit: no text or boolean.
+        Of :data:`UNITS`.
     """
-
-    Number = Annotated[float, BeforeValidator(_plain("float_type"))]
-    Whole = Annotated[int, BeforeValidator(_plain("int_type"))]
 
     dimension: str
 
@@ -190,6 +183,37 @@ class QuantityParser:
         """Return the value in plain units; raises PydanticCustomError."""
         _refuse_bool(value, "float_type")
         return parse_quantity(value, self.dimension)
+
+
+class QuantityParser(QuantityOf):
+    """Parser of quantities in plain units, such as metres, for ``BeforeValidator`` in a field's annotation.
+
+    Attributes
+    ----------
+    dimension : str
+        Of :data:`UNITS`: ``length`` (m), ``angle`` (deg), ``duration`` (s), ``length in an instrument`` (m) and others.
+    Number, Whole
+        Types of a number and of a whole number without unit: no text or boolean.
+    Length, Kilometres, InstrumentLength, Area, Angle, PixelAngle, Temperature, TemperatureDifference
+        Types of numbers that may be text with a unit; their values are in m, km, m, m2, deg, rad, K, K.
+    Speed, Duration, Frequency, Fraction
+        The same in m/s, s, Hz, 1.
+    """
+
+    Number = Annotated[float, BeforeValidator(_plain("float_type"))]
+    Whole = Annotated[int, BeforeValidator(_plain("int_type"))]
+    Length = Annotated[float, BeforeValidator(QuantityOf("length"))]
+    Kilometres = Annotated[float, BeforeValidator(QuantityOf("length in km"))]
+    InstrumentLength = Annotated[float, BeforeValidator(QuantityOf("length in an instrument"))]
+    Area = Annotated[float, BeforeValidator(QuantityOf("area"))]
+    Angle = Annotated[float, BeforeValidator(QuantityOf("angle"))]
+    PixelAngle = Annotated[float, BeforeValidator(QuantityOf("angle of a pixel"))]
+    Temperature = Annotated[float, BeforeValidator(QuantityOf("temperature"))]
+    TemperatureDifference = Annotated[float, BeforeValidator(QuantityOf("temperature difference"))]
+    Speed = Annotated[float, BeforeValidator(QuantityOf("speed"))]
+    Duration = Annotated[float, BeforeValidator(QuantityOf("duration"))]
+    Frequency = Annotated[float, BeforeValidator(QuantityOf("frequency"))]
+    Fraction = Annotated[float, BeforeValidator(QuantityOf("fraction"))]
 
     @staticmethod
     def parse_accuracy(value: Any) -> float | str:
@@ -252,35 +276,35 @@ def _gas_amount(value: object) -> object:
 GasAmount = Annotated[float | str, BeforeValidator(_gas_amount)]
 """A factor on the amount in the profile, or text with an amount."""
 
-Length = Annotated[float, BeforeValidator(QuantityParser("length"))]
+Length = QuantityParser.Length
 """Metres: a number, or text with m, km, cm or ft."""
 
-Kilometres = Annotated[float, BeforeValidator(QuantityParser("length in km"))]
-Area = Annotated[float, BeforeValidator(QuantityParser("area"))]
+Kilometres = QuantityParser.Kilometres
+Area = QuantityParser.Area
 
-InstrumentLength = Annotated[float, BeforeValidator(QuantityParser("length in an instrument"))]
+InstrumentLength = QuantityParser.InstrumentLength
 """Metres: a number, or text with m, cm, mm or um."""
 
-PixelAngle = Annotated[float, BeforeValidator(QuantityParser("angle of a pixel"))]
+PixelAngle = QuantityParser.PixelAngle
 """Radians: a number, or text with rad, mrad, urad, arcsec or deg."""
 
-TemperatureDifference = Annotated[float, BeforeValidator(QuantityParser("temperature difference"))]
+TemperatureDifference = QuantityParser.TemperatureDifference
 """Kelvin: a number, or text with K or mK."""
 
 Pixels = Annotated[float, BeforeValidator(QuantityParser("image distance"))]
 Electrons = Annotated[float, BeforeValidator(QuantityParser("electrons"))]
 ElectronRate = Annotated[float, BeforeValidator(QuantityParser("electrons per time"))]
-Frequency = Annotated[float, BeforeValidator(QuantityParser("frequency"))]
+Frequency = QuantityParser.Frequency
 
-Angle = Annotated[float, BeforeValidator(QuantityParser("angle"))]
+Angle = QuantityParser.Angle
 """Degrees: a number, or text with deg, rad, mrad, urad or arcsec."""
 
-Temperature = Annotated[float, BeforeValidator(QuantityParser("temperature"))]
-Speed = Annotated[float, BeforeValidator(QuantityParser("speed"))]
-Duration = Annotated[float, BeforeValidator(QuantityParser("duration"))]
+Temperature = QuantityParser.Temperature
+Speed = QuantityParser.Speed
+Duration = QuantityParser.Duration
 """Seconds: a number, or text with s, ms, us, min or h."""
 
-Fraction = Annotated[float, BeforeValidator(QuantityParser("fraction"))]
+Fraction = QuantityParser.Fraction
 ParticleRadius = Annotated[float, BeforeValidator(QuantityParser("particle radius"))]
 """In um, as usual for particles."""
 

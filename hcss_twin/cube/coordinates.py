@@ -197,7 +197,7 @@ def auxiliary_names(header: CubeHeader, dims: tuple[str, ...]) -> list[str]:
         and spec.name not in instead
         and set(spec.dims) <= set(header.in_file(dims))
     ]
-    return [*centre, *of_pixels]
+    return [*of_pixels, *centre]  # CDO reads the first five: places of pixels go before what it cannot use
 
 
 def with_plane_axes(dataset: xr.Dataset) -> xr.Dataset:

@@ -196,7 +196,7 @@ def _surfaces(plan: Plan) -> Rows:
 
 
 def _measured(of_band: Mapping[str, Any]) -> str:
-    """Return the noise and range of a band of a sensor, as far as its model says them."""
+    """Return noise, range and blur of a band of a sensor, as far as its model says them."""
     parts = []
     if "nedt" in of_band:
         parts.append(f"NEDT {of_band['nedt']:.3g} K at {of_band['nedt_temperature']:g} K")
@@ -204,6 +204,9 @@ def _measured(of_band: Mapping[str, Any]) -> str:
         parts.append(f"saturates at {of_band['saturation_temperature']:.4g} K")
     if "radiance_per_number" in of_band:
         parts.append(f"one number is {of_band['radiance_per_number']:.3g} W m-2 sr-1")
+    if "mtf_nyquist_y" in of_band:
+        mtf = [f"{of_band[f'mtf_nyquist_{axis}']:.2g}" for axis in "xy"]
+        parts.append(f"MTF {' and '.join(dict.fromkeys(mtf))} at half a cycle per pixel")
     return ", ".join(parts)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -14,6 +14,7 @@ from hcss_twin.core.units import UNITS, InstrumentLength, QuantityParser, parse_
 from hcss_twin.models.sensor.parameters import OF_PHOTONS, RadiometerKeys, RadiometerParameters
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.problems import read_model
+from hcss_twin.scenario.response_file import Unit
 from hcss_twin.scenario.section_types import AGREEMENT
 
 DEFAULT_MODEL = "radiometer"
@@ -73,6 +74,18 @@ class Instrument(RadiometerKeys):
     response: str | None = Field(
         None, min_length=1, description="Response file of a single band, which gets its name; in place of `bands`."
     )
+    response_column: str | None = Field(
+        None, min_length=1, description="Label or number (from 1) of the response, if the file has several."
+    )
+    response_unit: Unit | None = Field(
+        None, description="Unit of wavelength or wavenumber, if the file does not say it."
+    )
+    psf: Literal["none", "gaussian", "airy", "file"] | None = Field(  # type: ignore[assignment]
+        None,
+        description='Point-spread function of the optics: "none", "gaussian" (psf_sigma), "airy" (diffraction) or '
+        '"file" (psf_file). Default: that whose key is given; else "airy" where f-number or aperture, and the angle of '
+        "a pixel are known.",
+    )
     model: str = Field(DEFAULT_MODEL, description="Sensor model (see `hcss plugins`).")
     parameters: dict[str, Any] = Field(
         default_factory=dict, description="Parameters of another sensor model, or further ones of this."
@@ -83,6 +96,9 @@ class Instrument(RadiometerKeys):
         """Reject keys that contradict each other, or that the sensor model rejects."""
         if self.bands is not None and self.response is not None:
             raise PydanticCustomError("twice", "response with bands; allowed: one of them")
+        for name in _OF_RESPONSE:
+            if getattr(self, name) is not None and self.response is None:
+                raise PydanticCustomError("idle", f"{name} has no effect without response")
         twice = sorted(set(self.parameters) & self.model_fields_set)
         if twice:
             raise PydanticCustomError("twice", f"{', '.join(twice)} also in parameters; allowed: once")
@@ -154,7 +170,7 @@ class Instrument(RadiometerKeys):
         if not self.is_radiometer:
             return dict(self.parameters)
         own = {name: getattr(self, name) for name in RadiometerKeys.model_fields if name in self.model_fields_set}
-        own |= self.parameters
+        own = {name: value for name, value in own.items() if value is not None} | self.parameters
         own.pop("jitter", None)
         if jitter and self.jitter_pixels > 0.0:
             own["jitter"] = self.jitter_pixels
@@ -165,17 +181,28 @@ class Instrument(RadiometerKeys):
             own |= {name: geometry[name] for name in pair}
         if self.cold_shield is not None and "housing_etendue" not in own:
             own["housing_etendue"] = (geometry["f_number"] / self.cold_shield) ** 2 - 1.0
-        if "noise" not in own:
-            kinds = {"photon": OF_PHOTONS, "nedt": ("nedt",), "ner": ("ner",)}
-            own["noise"] = next((kind for kind, keys in kinds.items() if any(key in own for key in keys)), "none")
+        for choice, kinds in _FOLLOWS.items():
+            if choice not in own:
+                own[choice] = next((kind for kind, keys in kinds.items() if any(key in own for key in keys)), "none")
         return own
 
     def band_keys(self) -> Any:
         """Value of the key ``bands`` of a scenario; None if the instrument says nothing."""
         if self.response is not None:
-            return [{"name": Path(self.response).stem or "response", "response": self.response}]
+            stated = {name.removeprefix("response_"): getattr(self, name) for name in _OF_RESPONSE}
+            about = {name: value for name, value in stated.items() if value is not None}
+            return [{"name": Path(self.response).stem or "response", "response": self.response, **about}]
         return self.model_dump(mode="json")["bands"]
 
+
+_OF_RESPONSE = "response_column", "response_unit"
+"""Keys about the file of ``response``."""
+
+_FOLLOWS: dict[str, dict[str, tuple[str, ...]]] = {
+    "psf": {"gaussian": ("psf_sigma",), "file": ("psf_file",), "airy": ("aperture_diameter",)},
+    "noise": {"photon": OF_PHOTONS, "nedt": ("nedt",), "ner": ("ner",)},
+}
+"""Parameters of the sensor model that follow from which others are known; otherwise they are "none"."""
 
 _RATIOS = ("detector_pitch", "focal_length", "pixel_angle"), ("focal_length", "aperture_diameter", "f_number")
 """Two keys and that of their ratio."""

@@ -13,7 +13,7 @@ from pydantic_core import ErrorDetails
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError, choose_from, listed
-from hcss_twin.core.units import QuantityParser, in_plain_units, meant_in
+from hcss_twin.core.units import QuantityOf, in_plain_units, meant_in
 from hcss_twin.scenario.key_paths import Location, dotted, homes, model_at, models_at
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -178,7 +178,7 @@ def _in_another_unit(model: type[BaseModel], location: Location, value: object) 
 def _dimensions(metadata: Iterable[object], annotation: Any) -> Iterator[str]:
     """Dimension of a quantity, from its field or, if it is optional, from the type inside."""
     parsers = (getattr(constraint, "func", None) for constraint in metadata)
-    yield from (parser.dimension for parser in parsers if isinstance(parser, QuantityParser))
+    yield from (parser.dimension for parser in parsers if isinstance(parser, QuantityOf))
     for argument in typing.get_args(annotation):
         yield from _dimensions(getattr(argument, "__metadata__", ()), None)
 

@@ -211,3 +211,20 @@ def test_one_number_of_landsat_7_is_the_published_temperature(kelvin, published_
     bands, provider = published("landsat-7-etm")
     step = provider.worked_out["bands"]["B6L"]["radiance_per_number"]
     assert step / band_radiance_per_kelvin(bands["B6L"], kelvin) == pytest.approx(published_K, rel=0.2)
+
+
+@pytest.mark.parametrize("f_number", [1.5, 2.0, 4.0])
+def test_mtf_at_half_a_cycle_per_pixel_is_that_of_diffraction_at_the_f_number(f_number):
+    known = built({"f_number": f_number, "detector_pitch": 15e-6, "focal_length": 0.25}).worked_out["bands"]["b0"]
+    of_cutoff = 0.5 * 4.25 * f_number / 15.0  # wavelength at the middle of the band, pitch, um
+    expected = 2.0 / np.pi * (np.arccos(of_cutoff) - of_cutoff * np.sqrt(1.0 - of_cutoff**2))
+    assert known["mtf_nyquist_x"] == pytest.approx(expected, rel=1e-9)
+    assert known["mtf_nyquist_y"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_sensor_whose_optics_do_not_blur_names_what_diffraction_would_do():
+    (note,) = built({"f_number": 2.0, "detector_pitch": 15e-6, "focal_length": 0.25, "psf": "none"}).declares.notes
+    of_cutoff = 0.5 * 4.25 * 2.0 / 15.0
+    mtf = 2.0 / np.pi * (np.arccos(of_cutoff) - of_cutoff * np.sqrt(1.0 - of_cutoff**2))
+    assert f"MTF of {mtf:.2g} " in note
+    assert 'psf = "airy" computes it' in note

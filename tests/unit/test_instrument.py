@@ -50,6 +50,7 @@ def test_image_platform_bands_and_sensor_follow_from_an_instrument():
             "jitter": 0.3,
             "pixel_angle": 60e-6,
             "aperture_diameter": 0.125,  # 250 mm / 2
+            "psf": "airy",
         }
     )
 
@@ -212,3 +213,28 @@ def test_what_the_plan_finds_is_told_at_the_instrument():
     keys = {"nedt": {"other": 0.1}, "bands": [[10.0, 10.2]], "pixel_angle": 1e-4, "rows": 8, "columns": 8}
     found = problems_of(lambda: make_plan(scenario(instrument=keys, platform=FAR, clouds={"layers": []})))
     assert "gives no number for band '10-10.2um'" in found["instrument.nedt"]
+
+
+@pytest.mark.parametrize(
+    ("keys", "psf"),
+    [({}, "airy"), ({"psf": "none"}, "none"), ({"psf_sigma": 0.5}, "gaussian"), ({"psf_file": "psf.txt"}, "file")],
+)
+def test_diffraction_is_the_point_spread_of_an_aperture_unless_another_is_stated(keys, psf):
+    assert Instrument(**CAMERA, **keys).sensor_parameters()["psf"] == psf
+
+
+def test_without_an_aperture_there_is_no_point_spread():
+    keys = {name: value for name, value in CAMERA.items() if name != "f_number"}
+    assert Instrument(**keys).sensor_parameters()["psf"] == "none"
+
+
+def test_unit_and_column_of_a_response_file_are_those_of_the_band():
+    one = Instrument(response="camera.csv", response_unit="nm", response_column="2")
+    band = {"name": "camera", "response": "camera.csv", "unit": "nm", "column": "2"}
+    assert one.band_keys() == [band]
+
+
+@pytest.mark.parametrize("name", ["response_unit", "response_column"])
+def test_keys_about_a_response_file_without_one_are_refused(name):
+    given = {**CAMERA, name: "nm"}
+    assert f"{name} has no effect without response" in str(problems(instrument=given, platform=FAR))

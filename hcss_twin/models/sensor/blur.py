@@ -141,6 +141,18 @@ class Blur:
             "mtf_nyquist_x": float(self._transfer(band, none, half)[0]),
         }
 
+    def without_optics(self, bands: Sequence[SensorBand]) -> str:
+        """Return the note of a sensor whose optics do not blur, with what diffraction would do if it is known."""
+        note, given = 'sensor: psf = "none": optics do not blur', self._parameters
+        if given.aperture_diameter is None or given.pixel_angle is None:
+            return f"{note}; psf computes it"
+        half = {band.name: float(airy_mtf(np.array(0.5), self._cutoff(band))) for band in bands}
+        least = min(half, key=half.__getitem__)
+        return (
+            f"{note}; diffraction has an MTF of {half[least]:.2g} at half a cycle per pixel (band '{least}'): "
+            'psf = "airy" computes it'
+        )
+
     def __call__(self, image: Array, band: SensorBand) -> Array:
         """Return the frame (Y, X) at the detectors."""
         for kernel in self._kernels[band.name]:

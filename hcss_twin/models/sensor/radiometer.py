@@ -49,8 +49,10 @@ class Radiometer:
             *(("saturated",) if any(channel.can_saturate for channel in self.channels) else ()),
         )
         unshaken = parameters.jitter > 0.0 and parameters.psf in ("airy", "file")
-        notes = ("sensor: jitter blurs the image, but not small elements",) if unshaken else ()
-        self.declares = SensorDeclaration(reach_pixels=self.blur.reach_pixels, notes=notes)
+        notes = ["sensor: jitter blurs the image, but not small elements"] if unshaken else []
+        if parameters.psf == "none":
+            notes += [self.blur.without_optics(inputs.bands)]
+        self.declares = SensorDeclaration(reach_pixels=self.blur.reach_pixels, notes=tuple(notes))
         self.worked_out: Mapping[str, Any] = {
             **self.blur.worked_out,
             "bands": {
@@ -314,11 +316,11 @@ class _Channel:
         keys = tuple(np.uint64(self._key(stage, frame)) for stage in ("rows", "shot"))
         names = ("radiance", "photon_rate", "digital_number", "saturated")
         written = (results[name] for name in names)
-        behind = (*self._pattern_at(time_s), self.detector, keys, self.inputs.corner, lines)
+        behind = (*self.pattern_at(time_s), self.detector, keys, self.inputs.corner, lines)
         if not measure(image, *weights, added, *behind, *written):
             raise too_many_electrons(float(image.max()) * self.detector.per_radiance + self.detector.dark)
 
-    def _pattern_at(self, time_s: float) -> tuple[NDArray[np.float32], ...]:
+    def pattern_at(self, time_s: float) -> tuple[NDArray[np.float32], ...]:
         """Return the pattern with the drift of all detectors since the last calibration."""
         gain, offset = self.pattern
         cycle_s = self.parameters.calibration_cycle

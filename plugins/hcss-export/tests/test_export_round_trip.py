@@ -120,6 +120,32 @@ def test_fits_says_units_axes_times_bands_and_the_scenario(cube, tmp_path):
         assert (x, y) == (float(dataset["x"][6]), float(dataset["y"][0]))
 
 
+@pytest.mark.parametrize("bands", [(), ("MWIR",)])
+def test_the_header_of_digital_numbers_turns_them_into_radiance(cube, tmp_path, bands):
+    known = {"SWIR": (2e-4, -0.5), "MWIR": (3e-5, 0.0)}
+    worked_out = {
+        name: {"radiance_per_number": gain, "radiance_at_number_0": zero} for name, (gain, zero) in known.items()
+    }
+    copy = tmp_path / "numbers.nc"
+    copy.write_bytes(cube.read_bytes())
+    with netCDF4.Dataset(copy, "a") as dataset:
+        like = dataset["radiance"]
+        numbers = dataset.createVariable("digital_number", "i4", like.dimensions)
+        numbers[:] = np.arange(like.size).reshape(like.shape)
+        numbers.coordinates, numbers.units = "band_name", "1"
+        dataset.hcss_sensor = json.dumps({"stages": [{"worked_out": {"bands": worked_out}}, {"worked_out": {}}]})
+    path = export_cube(copy, "fits", tmp_path / "a.fits", variable="digital_number", bands=bands).files[0]
+    header = fits.getheader(path)
+    for number, name in enumerate(bands or known, 1):
+        assert (header[f"DNGAIN{number}"], header[f"DNZERO{number}"]) == known[name]
+        assert header.comments[f"DNGAIN{number}"].endswith(name)
+    assert (header["ROWORDER"], header.comments["ROWORDER"]) == (
+        "BOTTOM-UP",
+        "the first row of the array is the southernmost",
+    )
+    assert "DNGAIN1" not in fits.getheader(export_cube(copy, "fits", tmp_path / "b.fits").files[0])
+
+
 def test_the_time_axis_of_fits_is_our_clock(cube, tmp_path):
     header = fits.getheader(export_cube(cube, "fits", tmp_path / "a.fits", frames=[1, 2]).files[0])
     assert (header["CTYPE4"], header["CUNIT4"]) == ("TIME", "s")

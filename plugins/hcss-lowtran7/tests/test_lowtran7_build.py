@@ -76,3 +76,7 @@ def test_runs_that_start_together_share_one_program(compiler, tmp_path):
 def test_aerosol_settings_without_aerosol_are_refused(given):
     with pytest.raises(ValidationError, match="no effect with aerosol 'none'"):
         Lowtran7Parameters(**given)
+
+
+def test_visibility_may_be_text_with_a_unit():
+    assert Lowtran7Parameters(aerosol="rural", visibility_km="12500 m").visibility_km == 12.5

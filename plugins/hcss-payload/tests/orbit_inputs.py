@@ -275,7 +275,9 @@ def omm_keys(lines, number="39084", **changes):
 
 
 def omm(keys, kind, start=b""):
-    """A mean-elements message as text, XML or JSON."""
+    """A mean-elements message as text, XML, JSON or CSV."""
+    if kind == "CSV":
+        return start + f"{','.join(keys)}\r\n{','.join(keys.values())}\r\n".encode()
     if kind == "JSON":
         number = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?")
         values = {key: json.loads(value) if number.fullmatch(value) else value for key, value in keys.items()}
@@ -304,8 +306,8 @@ def _mean_elements():
     for number in range(40):
         orbit = list(ORBITS)[number % 7]
         lines = elements(orbit, 1.0, seed=8000 + number)
-        kind, catalogue = ("text", "XML", "JSON")[number % 3], ("39084", "100001", "799999999")[number // 3 % 3]
-        units = {"INCLINATION": omm_keys(lines)["INCLINATION"] + " [deg]"} if number % 4 == 2 and kind == "text" else {}
+        kind, catalogue = ("text", "XML", "JSON", "CSV")[number % 4], ("39084", "100001", "799999999")[number // 3 % 3]
+        units = {"INCLINATION": omm_keys(lines)["INCLINATION"] + " [deg]"} if number % 8 == 4 and kind == "text" else {}
         mark = b"\xef\xbb\xbf" if number % 5 == 0 else b""
         content = omm(omm_keys(lines, catalogue, **units), kind, mark)
         result.append(
@@ -484,12 +486,14 @@ def _bad_mean_elements():
             names=names,
         )
         for name, (change, names) in faults.items()
-        for kind in ("text", "XML", "JSON")
+        for kind in ("text", "XML", "JSON", "CSV")
     ]
     without = {key: value for key, value in keys.items() if key != "BSTAR"}
     two = omm(keys, "JSON")[:-1] + b"," + omm(keys, "JSON")[1:]
+    rows = omm(keys, "CSV") + omm(keys, "CSV").partition(b"\n")[2]
     raw = {
         "no drag": (omm(without, "JSON"), "BSTAR is missing"), "two satellites": (two, "2 satellites; allowed"),
+        "two rows": (rows, "2 rows below the labels; allowed: one"), "no row": (rows.partition(b"\n")[0], "0 rows"),
         "JSON that ends early": (omm(keys, "JSON")[:-9], "not JSON"), "no keys": (b"{}", "is missing"),
     }  # fmt: skip
     for name, (content, names) in raw.items():

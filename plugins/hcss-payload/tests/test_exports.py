@@ -1,5 +1,8 @@
 """Cubes of cameras are exported as images that lie nowhere on a grid on the ground."""
 
+import shutil
+import subprocess
+
 import numpy as np
 import pytest
 from camera_scenes import PASS, SCENE, merged, scenario
@@ -38,3 +41,17 @@ def test_a_format_that_places_pixels_on_the_ground_is_refused_with_those_that_do
     with pytest.raises(CubeError, match="allowed: envi, fits, png"):
         hcss_export.export_cube(cube, "geotiff", tmp_path / "image.tif")
     assert not list(tmp_path.iterdir())
+
+
+def test_cdo_takes_the_places_of_pixels_for_the_grid_of_the_radiance(cube, tmp_path):
+    if shutil.which("cdo") is None:
+        pytest.skip("cdo is not installed")
+    with hcss_twin.open_cube(cube) as dataset:
+        latitude, longitude = (dataset[f"pixel_{name}"].to_numpy()[0] for name in ("latitude", "longitude"))
+        expected = dataset["radiance"].to_numpy()[0, 0, 20, 24]
+    place = f"lon={float(longitude[20, 24])}_lat={float(latitude[20, 24])}"
+    found = subprocess.run(
+        ["cdo", "-s", "output", f"-remapnn,{place}", "-seltimestep,1", "-selname,radiance", str(cube)],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert float(found.stdout.split()[0]) == pytest.approx(float(expected), rel=1e-5)

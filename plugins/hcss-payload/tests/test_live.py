@@ -14,7 +14,9 @@ from payload_scenes import radiometer_of
 
 import hcss_twin
 from hcss_twin.core.errors import ScenarioError
+from hcss_twin.models.sensor.detector import band_radiance_per_kelvin
 from hcss_twin.physics.geodesy import Ellipsoid
+from hcss_twin.providers import SensorBand
 
 SIZE = 96
 SEA = {"wind_speed": 10.0, "temperature": 291.4, "model": "cox-munk"}
@@ -154,6 +156,26 @@ def test_numbers_of_the_sensor_give_the_radiance_back():
         assert electrons.mean() == pytest.approx(float(radiance * per), abs=step)
         assert np.allclose(band * per, electrons, rtol=1e-5)
     assert checked == ["lwir"]
+
+
+@pytest.mark.parametrize("pattern", [{}, {"offset_radiance": 1e-3}])
+def test_offsets_drift_by_kelvin_between_calibrations(pattern):
+    trajectory, camera = above(), Camera(8, 8, 1.0, 1e-5)
+    steady = {"noise": "nedt", "nedt": 0.02, **pattern}
+    drifting = {**steady, "drift": 2.0, "calibration_cycle": 10.0}
+    clear = {"type": "paper-stratus", "coverage": 1e-9, "coverage_mode": "field"}
+
+    def seen(parameters, *times):
+        sensor = {"parameters": parameters}
+        with LiveTwin(scene(clouds=clear, sensor=sensor), camera).prepare(
+            trajectory, Nadir(trajectory), 0.0, 20.0
+        ) as live:
+            return [live.frame(time).radiance[0].astype(float) for time in times]
+
+    per_kelvin = band_radiance_per_kelvin(SensorBand("lwir", np.array(LWIR["limits"]), np.ones(2)), 300.0)
+    times = 0.0, 2.5, 9.0, 12.5
+    for time, before, after in zip(times, seen(steady, *times), seen(drifting, *times), strict=True):
+        np.testing.assert_allclose(after - before, 2.0 * (time % 10.0) / 10.0 * per_kelvin, rtol=1e-3, atol=1e-5)
 
 
 def test_a_target_above_the_air_has_its_intensity_over_the_squared_distance():

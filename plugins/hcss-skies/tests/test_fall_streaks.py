@@ -150,3 +150,9 @@ def test_seeds_differ_and_the_layer_limits_thickness():
     assert not np.array_equal(one, other)
     assert one.max() == 4000.0
     assert one[one > 0.0].min() >= 50.0
+
+
+def test_keys_may_be_text_with_a_unit():
+    given = FallStreakParameters(fall_speed="2.16 km/h", outer_scale="30000 m", turning="100 mrad")
+    assert (given.fall_speed, given.outer_scale) == (pytest.approx(0.6), 30.0)
+    assert given.turning == pytest.approx(5.72958, rel=1e-5)

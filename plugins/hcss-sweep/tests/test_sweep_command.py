@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from hcss_sweep import SweepError, points
 from hcss_sweep.points import PointOutcome
 
-from hcss_twin import ScenarioError
+from hcss_twin import ScenarioError, open_cube
 from hcss_twin.cli.main import cli
 
 SCENE = {**CHEAP, "image.rows": 4, "image.columns": 4, "frames.count": 1, "output.variables": ["cloud_mask"]}
@@ -44,6 +44,25 @@ def test_it_tells_what_it_did_and_goes_on_where_it_was(tmp_path):
     assert answer["done"] == answer["points"] == 2
     assert answer["index"] == "mine-sweep/index.json"
     assert "computed 0, already computed 2" in hcss("mine.toml").output
+
+
+def test_the_worst_certificate_is_told_and_is_that_of_the_cube(tmp_path, monkeypatch):
+    monkeypatch.setitem(SCENE, "output.variables", ["radiance"])
+    done = hcss("mine.toml")
+    shares = []
+    for number in (0, 1):
+        with open_cube(tmp_path / "mine-sweep" / f"point-{number:04d}.nc") as cube:
+            errors = json.loads(cube.attrs["hcss_accuracy_achieved"]).values()
+            shares.append(max(errors) / cube.attrs["hcss_accuracy_requested"])
+    worst = shares.index(max(shares))
+    told = f"2 of 2 points; the largest error is {shares[worst]:.2g} of the accuracy (point {worst}, seed = {worst})"
+    assert f"computed as specified: {told}" in done.output
+    index = json.loads((tmp_path / "mine-sweep" / "index.json").read_text())
+    assert [point["certified"] for point in index["points"]] == shares
+
+
+def test_a_sweep_without_certificates_says_so():
+    assert "no certificate: no pixel was checked" in hcss("mine.toml").output  # masks alone
 
 
 def test_keys_are_swept_from_the_command_line(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -89,3 +90,11 @@ def ascii_text(text: str) -> str:
 def count_missing(values: NDArray[Any]) -> int:
     """Return the number of NaN values; integers have none."""
     return int(np.count_nonzero(np.isnan(values))) if values.dtype.kind == "f" else 0
+
+
+def calibration(attributes: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+    """Return what is known about each band of a measured cube's sensor; of a chain, of its last digitising stage."""
+    sensor = json.loads(str(attributes.get("hcss_sensor", "{}")))
+    stages = [stage.get("worked_out", {}).get("bands", {}) for stage in sensor.get("stages", [sensor])]
+    digitising = [bands for bands in stages if any("radiance_per_number" in of_band for of_band in bands.values())]
+    return digitising[-1] if digitising else {}

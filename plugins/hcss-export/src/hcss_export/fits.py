@@ -12,13 +12,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_export.description import ascii_text, count_missing, headline
+from hcss_export.description import ascii_text, calibration, count_missing, headline
 from hcss_export.projection import Projection
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.providers import CubeError
 
 _WIDER = {"i1": "i2", "u2": "i4", "u4": "i8"}
 """FITS has no such integers (section 5.2): values are stored in the next wider type."""
+
+_PER_NUMBER, _AT_0 = "radiance_per_number", "radiance_at_number_0"
+
+_MOST_CONSTANTS = 99
+"""Names of keywords have eight characters (section 4.1.2)."""
+
+_COMMENT = 47
+"""Characters of a comment behind a number that fit into a record of 80 (section 4.1.2)."""
 
 _EVEN = 1e-6
 """Largest deviation of frame times from even spacing, in steps."""
@@ -110,6 +118,11 @@ def _image_header(
         header["PROJ"] = ("azimuthal equidistant", "of the plane of x and y")
         header["SEMIMAJ"] = (projection.semi_major_m, "[m] radius of the Earth there")
         header["INVFLAT"] = (projection.inverse_flattening, "inverse flattening, 0: sphere")
+    order = "lowest" if projection is None else "southernmost"
+    header["ROWORDER"] = ("BOTTOM-UP", f"the first row of the array is the {order}")
+    for number, (name, per_number, at_0) in enumerate(_constants(selection)[:_MOST_CONSTANTS], 1):
+        header[f"DNGAIN{number}"] = (per_number, f"[W m-2 sr-1] radiance per number, {ascii_text(name)}"[:_COMMENT])
+        header[f"DNZERO{number}"] = (at_0, f"[W m-2 sr-1] radiance at number 0, {ascii_text(name)}"[:_COMMENT])
     header["CUBE"] = ascii_text(source)
     header["CUBEID"] = ascii_text(str(selection.attributes.get("id", "")))
     header["CREATOR"] = ascii_text(str(selection.attributes.get("source", "hcss_twin")))
@@ -122,6 +135,15 @@ def _image_header(
     header["COMMENT"] = "x points east, y north, relative to the centre of each frame; the table FRAMES"
     header["COMMENT"] = "gives the displacement of that centre. NaN: missing value."
     return header
+
+
+def _constants(selection: FrameSelection) -> list[tuple[str, float, float]]:
+    """Return name, radiance of a digital number, and radiance at number 0 of each band of a variable with numbers."""
+    if selection.variable != "digital_number" or selection.plane_kind != "band":
+        return []
+    bands = calibration(selection.attributes)
+    known = [(plane.name, bands.get(plane.name, {})) for plane in selection.planes]
+    return [(name, of_band[_PER_NUMBER], of_band[_AT_0]) for name, of_band in known if _PER_NUMBER in of_band]
 
 
 def _modified_julian_day(time: np.datetime64) -> float:

@@ -4,6 +4,8 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from hcss_twin.core.units import QuantityParser as Of
+
 
 class Lowtran7Parameters(BaseModel):
     """Parameters of the provider `lowtran7`."""
@@ -15,7 +17,7 @@ class Lowtran7Parameters(BaseModel):
         description="Aerosol of the lowest 2 km (IHAZE 0, 4, 1, 5, 6). All but 'none' also bring "
         "LOWTRAN7's tropospheric and background stratospheric aerosol above.",
     )
-    visibility_km: float | None = Field(
+    visibility_km: Of.Kilometres | None = Field(
         None,
         ge=2,
         le=50,

@@ -21,6 +21,7 @@ from hcss_payload.disk import Disk
 from hcss_payload.disk_scene import climate_of, disk_notes, whole_disk
 from hcss_payload.examination import examine, examine_place
 from hcss_payload.limb import Limb
+from hcss_payload.pass_text import assumed, pass_notes
 from hcss_payload.passes import LOWEST_DEG, direction_deg, next_pass
 from hcss_payload.pixel_variables import PIXEL_VARIABLES, TANGENT_HEIGHT, coordinates
 from hcss_payload.ray_geometry import GROUND, LARGEST_WITH_LIMB_DEG, LARGEST_ZENITH_DEG, FrameGeometry
@@ -171,7 +172,9 @@ class CameraRays(Rays):
         self.integration_s, self.instants = self._shutter.integration_s, self._shutter.instants
         instants = self.instants
         self.samples_per_pixel = -(-(payload.points or points_wanted) // instants) * instants
+        self.filled_in = (*self.filled_in, *assumed(scenario, payload))
         self.notes = (
+            *pass_notes(scenario, payload, first),
             *NOTES,
             *self.notes,
             *doubts,

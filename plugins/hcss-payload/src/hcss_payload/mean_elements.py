@@ -1,4 +1,4 @@
-"""Mean orbital elements for SGP4: orbit mean-elements messages (OMM) in text, XML or JSON, and two-line elements.
+"""Mean orbital elements for SGP4: orbit mean-elements messages (OMM) in text, XML, JSON or CSV, and two-line elements.
 
 Catalogue numbers of two-line elements end at 339999; messages have no such limit. Source: CCSDS 502.0-B-3, "Orbit Data
 Messages" (2023), section 4.
@@ -6,6 +6,7 @@ Messages" (2023), section 4.
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import re
@@ -39,6 +40,9 @@ _STATED = {
     "EPHEMERIS_TYPE": ("0|2", "0, that of SGP4"),
 }
 """Keys that may be missing, with the values that mean elements of SGP4, as a pattern and in words."""
+
+_EPOCH_LABEL = re.compile(r"(^|,)\s*\"?EPOCH\"?\s*(,|$)", re.I)
+"""Of the line of labels of a table in CSV."""
 
 _EPOCH_0 = datetime(1949, 12, 31, tzinfo=UTC)
 
@@ -111,7 +115,7 @@ class MeanElements(Sgp4Orbit):
 
 
 def read_elements(path: Path, start: datetime, orientation: EarthOrientation) -> Sgp4Orbit:
-    """Return the orbit of a file with two-line elements or a mean-elements message in text, XML or JSON.
+    """Return the orbit of a file with two-line elements or a mean-elements message in text, XML, JSON or CSV.
 
     Raises
     ------
@@ -122,6 +126,8 @@ def read_elements(path: Path, start: datetime, orientation: EarthOrientation) ->
     begins = text.lstrip()[:1]
     if begins in ("{", "[") and begins:
         return MeanElements(_json_keys(path, text), start, orientation)
+    if _EPOCH_LABEL.search(text.lstrip().partition("\n")[0]):
+        return MeanElements(_csv_keys(path, text), start, orientation)
     if begins == "<" or "CCSDS_OMM_VERS" in text:
         return MeanElements(_keys(path), start, orientation)
     return TwoLineElements(*two_lines_of(path.name, text), start, orientation)
@@ -136,6 +142,14 @@ def _json_keys(path: Path, text: str) -> dict[str, str]:
     if len(messages) != 1 or not isinstance(messages[0], dict):
         raise PayloadError(f"{path}: {len(messages)} satellites; allowed: the message of one")
     return {str(key): str(value) for key, value in messages[0].items() if value is not None}
+
+
+def _csv_keys(path: Path, text: str) -> dict[str, str]:
+    """Return the keys of a table with labels, as services list messages."""
+    rows = list(csv.DictReader(text.strip().splitlines(), restval="", strict=True, skipinitialspace=True))
+    if len(rows) != 1 or None in rows[0]:
+        raise PayloadError(f"{path}: {len(rows)} rows below the labels; allowed: one, the message of one satellite")
+    return {key.strip().upper(): value for key, value in rows[0].items() if value.strip()}
 
 
 def _keys(path: Path) -> dict[str, str]:

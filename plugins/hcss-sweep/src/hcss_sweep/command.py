@@ -89,6 +89,22 @@ def sweep_command(
         sys.exit(EXIT_FAILED)
 
 
+def _certificates(result: SweepResult) -> list[str]:
+    """Return one line about the certificates of all points, with the worst."""
+    cubes = [record for record in result.points if record.file is not None]
+    checked = [record for record in cubes if record.certified is not None]
+    if not checked:
+        return ["  no certificate: no pixel was checked"] if cubes else []
+    worst = max(checked, key=lambda record: record.certified or 0.0)
+    within = sum((record.certified or 0.0) <= 1.0 for record in checked)
+    unchecked = f", {len(cubes) - len(checked)} not checked" if len(checked) < len(cubes) else ""
+    values = ", ".join(f"{key} = {value}" for key, value in worst.values.items())
+    return [
+        f"  computed as specified: {within} of {len(cubes)} points{unchecked}; the largest error is "
+        f"{worst.certified:.2g} of the accuracy (point {worst.point}, {values})"
+    ]
+
+
 def _sweep_text(result: SweepResult) -> str:
     size = sum(record.bytes or 0 for record in result.points)
     before = len(result.points) - len(result.computed)
@@ -96,6 +112,7 @@ def _sweep_text(result: SweepResult) -> str:
         f"{result.folder}  {len(result.points)} points, {size / 1e6:.1f} MB",
         f"  computed {len(result.computed)}" + (f", already computed {before}" if before else ""),
     ]
+    lines += _certificates(result)
     named = [record for record in result.points if SENSORS in record.values and record.file is not None]
     lines += [f"  {record.values[SENSORS]}: {result.folder / record.file}" for record in named[:LISTED] if record.file]
     for record in result.failed:

@@ -15,7 +15,7 @@ from typing import Any, Literal
 from pydantic import TypeAdapter
 
 from hcss_sweep.errors import SweepError
-from hcss_sweep.points import PointOutcome, SweepPoint, sha256_of
+from hcss_sweep.points import PointOutcome, SweepPoint, certified_share, sha256_of
 from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
 from hcss_twin.providers import CubeError
@@ -28,7 +28,8 @@ class PointRecord:
     """One row of the index: the number of a point, its state, and its swept keys with their JSON values.
 
     ``file``, ``bytes`` and ``sha256`` describe the cube in the sweep's folder, which keeps cubes with failed
-    certificates. ``seconds`` is the time to compute the point, ``error`` the reason for a failure.
+    certificates. ``seconds`` is the time to compute the point, ``error`` the reason for a failure. ``certified`` is the
+    largest error of the pixels checked, relative to the accuracy asked for; None if none was.
     """
 
     point: int
@@ -39,6 +40,7 @@ class PointRecord:
     sha256: str | None = None
     seconds: float | None = None
     error: str | None = None
+    certified: float | None = None
 
     @property
     def is_settled(self) -> bool:
@@ -234,8 +236,8 @@ class SweepFolder:
                     error = _certificate_error(path)
                 except CubeError:  # damaged: it is computed again
                     continue
-                outcome = PointOutcome(point.number, path.name, path.stat().st_size, sha256_of(path), None, error)
-                self.note(outcome)
+                size, share = path.stat().st_size, certified_share(path)
+                self.note(PointOutcome(point.number, path.name, size, sha256_of(path), None, error, share))
 
 
 def _is_cube_of(path: Path, point: SweepPoint) -> bool:

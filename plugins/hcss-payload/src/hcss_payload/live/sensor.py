@@ -79,8 +79,6 @@ class LiveSensor:
                 f"sensor: {', then '.join(stage.entry.name for stage in stages)}; allowed: one "
                 "'radiometer', for live frames"
             )
-        if stages[0].parameters.get("drift") is not None:
-            raise PayloadError("sensor.parameters.drift: is not computed in live frames; allowed: to leave it out")
         cut = {name: shortened(weights, BLUR_LEFT_OUT) for name, weights in sensor.blur.weights.items()}
         sensor.blur.weights = {name: weights for name, (weights, _) in cut.items()}
         self.blur_left_out = max((left_out for _, left_out in cut.values()), default=0.0)
@@ -120,17 +118,19 @@ class LiveSensor:
         if points is not None:
             added = self._sensor.blur.of_points(points, *self.scene.shape[1:])
         keys = [np.uint64(Noise.key_of(self._seed, "rows", channel.band.name, number)) for channel in channels]
+        patterns = [channel.pattern_at(time_s) for channel in channels]
 
         def part(band_rows: tuple[int, int, int]) -> None:
             (band, *lines), channel = band_rows, channels[band_rows[0]]
             kernels, detector = self._kernels[band], channel.detector
             counts = detector.shot and not detector.deviation  # whole electrons
             drawn = kernels is not None and not counts and measure_rows(
-                self.scene[band], kernels.down, kernels.across, kernels.reach, added[band], *channel.pattern,
+                self.scene[band], kernels.down, kernels.across, kernels.reach, added[band], *patterns[band],
                 detector, keys[band], tuple(lines), radiance[band], self._none if written is None else written[band],
             )  # fmt: skip
             if not drawn:
-                self._sensor.measure_into(self.scene, number, results, slice(band, band + 1), tuple(lines), added)
+                bands = slice(band, band + 1)
+                self._sensor.measure_into(self.scene, number, results, bands, tuple(lines), added, time_s)
 
         in_parts(part, self._parts)
         return written

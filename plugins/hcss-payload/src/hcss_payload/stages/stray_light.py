@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.units import QuantityParser
+from hcss_twin.core.units import QuantityParser as Of
 from hcss_twin.providers import Array, Measured, SensorDeclaration, SensorInputs
-
-Fraction = Annotated[float, BeforeValidator(QuantityParser("fraction"))]
 
 
 class Parameters(BaseModel):
@@ -18,8 +14,10 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    veil: Fraction = Field(0.01, ge=0, le=0.5, description="Share of the light that is spread evenly over the image.")
-    ghost: Fraction = Field(0.0, ge=0, le=0.5, description="Share that two reflections bring to the opposite pixel.")
+    veil: Of.Fraction = Field(
+        0.01, ge=0, le=0.5, description="Share of the light that is spread evenly over the image."
+    )
+    ghost: Of.Fraction = Field(0.0, ge=0, le=0.5, description="Share that two reflections bring to the opposite pixel.")
 
 
 class StrayLight:

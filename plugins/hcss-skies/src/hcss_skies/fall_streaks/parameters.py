@@ -2,6 +2,8 @@
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from hcss_twin.core.units import QuantityParser as Of
+
 
 class FallStreakParameters(BaseModel):
     """Parameters of the generator `fall-streaks`."""
@@ -14,21 +16,21 @@ class FallStreakParameters(BaseModel):
         le=0.1,
         description="Change of the wind with height inside the layer, 1/s: streaks are carried by it.",
     )
-    shear_from: float | None = Field(
+    shear_from: Of.Angle | None = Field(
         None,
         ge=0.0,
         lt=360.0,
         description="Direction from which the wind grows with height, degrees clockwise from the image's y axis; "
         "streaks trail that way. Default: where the clouds come from, or 270 without wind.",
     )
-    turning: float = Field(
+    turning: Of.Angle = Field(
         50.0,
         ge=-180.0,
         le=180.0,
         description="By which the shear turns clockwise from the layer's top to its base, degrees: hooks.",
     )
-    fall_speed: float = Field(0.6, ge=0.05, le=5.0, description="Fall speed of the ice that is seen, m/s.")
-    outer_scale: float = Field(
+    fall_speed: Of.Speed = Field(0.6, ge=0.05, le=5.0, description="Fall speed of the ice that is seen, m/s.")
+    outer_scale: Of.Kilometres = Field(
         50.0,
         ge=1.0,
         le=1000.0,
