@@ -168,7 +168,9 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
 @cli.command()
 @click.argument("cube", type=Existing())
 @click.option("-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder; default: that of CUBE.")
-@click.option("--kelvin", is_flag=True, help="Insist on brightness temperature; without it, radiance where the cube has none.")
+@click.option(
+    "--kelvin", is_flag=True, help="Insist on brightness temperature; without it, radiance where the cube has none."
+)
 @click.option("--variable", help="Variable to show, for example cloud_thickness; default: brightness temperature.")
 @click.option("--frames", default=4, type=click.IntRange(1, 64), help="Frames per contact sheet.")
 @click.option("--animation/--no-animation", default=True, help="Also write a GIF per band.")
