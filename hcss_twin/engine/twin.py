@@ -55,7 +55,8 @@ class Twin:
     Parameters
     ----------
     scenario : Scenario, str, Path or dict
-        What to simulate, as for :func:`hcss_twin.simulate`. Its sensor, if any, is not applied: frames are those of the clean cube.
+        What to simulate, as for :func:`hcss_twin.simulate`. Its sensor, if any, is not applied: frames are those of
+        the clean cube.
 
     Attributes
     ----------

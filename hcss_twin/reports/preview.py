@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,16 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.errors import CubeError, choose_from
+from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
 from hcss_twin.reports.colour_scale import MISSING, ColourScale, colour_map, is_stretched, tick_texts
 from hcss_twin.reports.figures import Figures
 from hcss_twin.reports.orientation import Orientation, length_text
-from hcss_twin.reports.shown_image import KELVIN, ShownImage, with_kelvin
+from hcss_twin.reports.shown_image import KELVIN, ShownImage, require_variable, with_kelvin
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,9 +29,6 @@ PIXELS_SHOWN = 800
 """Longest side of a drawn frame; larger frames are thinned, which keeps the values of the shown pixels exact."""
 
 FRAME_DURATION_MS = 250
-
-DRAWN = (KELVIN, "radiance", "cloud_thickness", "cloud_mask")
-"""Default variable: the first of these in the cube; brightness temperature is computed from radiance."""
 
 LABEL_PIXELS = 12
 """Font size of the title of each frame in an animation."""
@@ -101,7 +96,7 @@ def draw_preview(
         dataset = FrameSelection.as_seen(opened)
         wanted = KELVIN if kelvin else variable
         images = with_kelvin(dataset, required=wanted == KELVIN)
-        name = _variable(images, wanted)
+        name = require_variable(images, wanted)
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -115,21 +110,6 @@ def draw_preview(
             if animation and image.frames > 1:
                 _animation(image, drawn(folder / f"{stem}.gif"))
     return written
-
-
-def _variable(images: Mapping[str, object], requested: str | None) -> str:
-    """Return the variable to draw."""
-    known = list(images)
-    if requested in known:
-        return str(requested)
-    if requested is not None:
-        exists = requested.startswith(TERM_PREFIX) or requested in {spec.name for spec in VARIABLES}
-        run = f"; run the scenario with --set 'output.variables=[\"{requested}\"]'" if exists else ""
-        raise CubeError(f"the cube holds no '{requested}'; {choose_from(requested, known)}{run}")
-    for name in DRAWN:
-        if name in known:
-            return name
-    raise CubeError(f"the cube holds none of {', '.join(DRAWN)}; name a variable; {choose_from('', known)}")
 
 
 def _step(image: ShownImage) -> int:
@@ -173,6 +153,23 @@ def _contact_sheet(dataset: xr.Dataset, image: ShownImage, frames: int, path: Pa
         figure.savefig(draft, dpi=110, format="png")
 
 
+def axes_of_frame(dataset: xr.Dataset, image: ShownImage, frame: int, axis: Any) -> Any:
+    """Draw one frame with its colour bar and scale bar into axes of matplotlib; returns them."""
+    step = _step(image)
+    values = image.values([frame], step)
+    scale = ColourScale.of(values, image.colours, image.flags, is_stretched(image.name))
+    norm, colours = _norm(scale)
+    drawn = axis.imshow(values[0], origin="lower", cmap=colours, norm=norm, interpolation="nearest")
+    axis.set(facecolor=MISSING, xticks=[], yticks=[])
+    words = (str(dataset.attrs.get("title", "")), image.part, time_label(image.times[frame], image.times[0]))
+    axis.set_title(", ".join(word for word in words if word), fontsize=10)
+    where = Orientation.of(dataset)
+    if where is not None:
+        _scale_bar(axis, where, image.shape[1], step)
+    _scaled_bar(axis.figure.colorbar(drawn, ax=axis, **_bar_options(scale)), scale, image)
+    return axis
+
+
 def _norm(scale: ColourScale) -> tuple[Any, Any]:
     """Return the scale as a norm and a colour map of matplotlib."""
     from matplotlib.colors import BoundaryNorm, FuncNorm
@@ -187,20 +184,25 @@ def _norm(scale: ColourScale) -> tuple[Any, Any]:
 def _colour_bar(figure: Any, place: Any, drawn: Any, scale: ColourScale, image: ShownImage) -> None:
     place.set_axis_off()
     axis = place.inset_axes((0.0, 0.02, 0.13, 0.96))
-    missing = "; blue: no value" if scale.missing else ""
+    _scaled_bar(figure.colorbar(drawn, cax=axis, **_bar_options(scale)), scale, image)
+
+
+def _bar_options(scale: ColourScale) -> dict[str, Any]:
     if scale.flags:
-        bar = figure.colorbar(drawn, cax=axis, ticks=range(len(scale.flags)))
-        axis.set_yticklabels(scale.flags, fontsize=8)
-        bar.set_label(image.label + missing, fontsize=9)
-        return
+        return {"ticks": range(len(scale.flags))}
     ends = scale.below, scale.above
     extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(ends, "neither")
-    ticks = scale.ticks()
-    bar = figure.colorbar(drawn, cax=axis, extend=extend, ticks=ticks)
-    axis.minorticks_off()
-    axis.set_yticklabels(tick_texts(ticks), fontsize=8)
+    return {"ticks": scale.ticks(), "extend": extend}
+
+
+def _scaled_bar(bar: Any, scale: ColourScale, image: ShownImage) -> None:
+    """Label a colour bar: values where they are on the scale, or meanings of flags."""
+    missing = "; blue: no value" if scale.missing else ""
+    bar.ax.minorticks_off()
+    bar.ax.set_yticklabels(scale.flags or tick_texts(scale.ticks()), fontsize=8)
     stretched = "\nfrequent values have more contrast" if scale.knots else ""
-    bar.set_label(Figures.axis_label(image.label, image.units) + missing + stretched, fontsize=9)
+    units = "" if scale.flags else image.units
+    bar.set_label(Figures.axis_label(image.label, units) + missing + stretched, fontsize=9)
 
 
 def _scale_bar(axis: Any, where: Orientation, columns: int, step: int) -> None:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.core.errors import HcssError
+from hcss_twin.core.errors import CubeError, HcssError, choose_from
+from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
 from hcss_twin.engine.cube_temperature import ToKelvin, kelvin_by_band
 from hcss_twin.reports.colour_scale import band_limits_um, colours_of, sight_rank
 
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 KELVIN = "brightness_temperature"
+
+DRAWN = (KELVIN, "radiance", "cloud_thickness", "cloud_mask")
+"""Default variable: the first of these in the cube; brightness temperature is computed from radiance."""
 
 PLANE = ("time", "y", "x")
 
@@ -110,6 +114,21 @@ def with_kelvin(dataset: xr.Dataset, required: bool = False) -> dict[str, ShownV
             if required:
                 raise
     return shown
+
+
+def require_variable(images: Mapping[str, object], requested: str | None) -> str:
+    """Return the variable to draw: that requested, or the first of ``DRAWN``; raises CubeError."""
+    known = list(images)
+    if requested in known:
+        return str(requested)
+    if requested is not None:
+        exists = requested.startswith(TERM_PREFIX) or requested in {spec.name for spec in VARIABLES}
+        run = f"; run the scenario with --set 'output.variables=[\"{requested}\"]'" if exists else ""
+        raise CubeError(f"the cube holds no '{requested}'; {choose_from(requested, known)}{run}")
+    for name in DRAWN:
+        if name in known:
+            return name
+    raise CubeError(f"the cube holds none of {', '.join(DRAWN)}; name a variable; {choose_from('', known)}")
 
 
 @dataclass(frozen=True)

@@ -80,13 +80,13 @@ class Scenario(ScenarioModel):
 
     def __repr__(self) -> str:
         """Return the scene in a few lines, instead of all values."""
-        return as_text(*summary(self))
+        return as_text(*summary(self, self.sections))
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
         """Return the same as a table for notebooks, with all values folded below."""
-        return as_html(*summary(self), folded=("All values", self.to_json()))
+        return as_html(*summary(self, self.sections), folded=("All values", self.to_json()))
 
     @property
     def base(self) -> Path:

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 from hcss_twin.scenario.models import ScenarioModel
 
 
-def summary(scenario: ScenarioModel) -> tuple[str, list[tuple[str, str]]]:
-    """Return the title of a scenario, and labelled lines about it."""
-    return f"Scenario: {scenario.title or 'without a title'}", list(_rows(scenario))
+def summary(scenario: ScenarioModel, sections: Collection[str]) -> tuple[str, list[tuple[str, str]]]:
+    """Return the title of a scenario, and labelled lines about it.
+
+    Parameters
+    ----------
+    scenario : ScenarioModel
+    sections : collection of str
+        Those of plugins, which may give other rays than the scenario's view and image.
+    """
+    return f"Scenario: {scenario.title or 'without a title'}", list(_rows(scenario, sections))
 
 
-def _rows(scenario: ScenarioModel) -> Iterator[tuple[str, str]]:
+def _rows(scenario: ScenarioModel, sections: Collection[str]) -> Iterator[tuple[str, str]]:
     place, image, frames = scenario.place, scenario.image, scenario.frames
     north, east = "N" if place.latitude >= 0 else "S", "E" if place.longitude >= 0 else "W"
     yield "time", scenario.time.isoformat(" ")
     yield "place", f"{abs(place.latitude):g}° {north}, {abs(place.longitude):g}° {east}"
-    yield "view", f"{scenario.view.zenith:g}° from the zenith, bearing {scenario.view.azimuth:g}°"
-    yield "image", f"{image.rows} rows x {image.columns} columns, pixels of {image.pixel_size:g} m"
+    if sections:
+        yield "of plugins", ", ".join(sorted(sections))
+    else:
+        yield "view", f"{scenario.view.zenith:g}° from the zenith, bearing {scenario.view.azimuth:g}°"
+    yield (
+        "plane" if sections else "image",
+        f"{image.rows} rows x {image.columns} columns, pixels of {image.pixel_size:g} m",
+    )
     yield "frames", f"{frames.count}, {frames.interval:g} s apart" if frames.count > 1 else "1"
     yield "bands", ", ".join(map(_band, scenario.bands))
     layers = scenario.clouds.layers
