@@ -34,8 +34,8 @@ MISSING = "#9dc3e6"
 LEAST_NOISE_K = 0.05
 """Noise in kelvin that is assumed where an image has less: that of a good infrared camera."""
 
-WARMEST = "#262626"
-"""Colour of the warm end in kelvin."""
+DARKEST = "#262626"
+"""Colour of the dark end: warm in kelvin, clear in a mask."""
 
 _STOPS = 17
 _TICK_GAP = 0.11
@@ -48,15 +48,16 @@ def colours_of(name: str, shortest_um: float = 0.0) -> str:
     """Return the colour map of a quantity: in kelvin, and of thermal radiation, cold is white, as from satellites."""
     if name == "brightness_temperature" or (name == "radiance" and shortest_um >= _THERMAL_UM):
         return "gray_r"
-    return "gray" if name.startswith("radiance") else "viridis"
+    return "gray" if name.startswith("radiance") or name.endswith("_mask") else "viridis"
 
 
 def colour_map(name: str) -> Any:
-    """Return a colour map of matplotlib; that of cold and warm ends in a grey whose shades can still be told apart."""
+    """Return a colour map of matplotlib; those in grey have no black, so that all their shades can be told apart."""
     from matplotlib import colormaps
     from matplotlib.colors import LinearSegmentedColormap
 
-    return LinearSegmentedColormap.from_list(name, ["#ffffff", WARMEST]) if name == "gray_r" else colormaps[name]
+    greys = {"gray": [DARKEST, "#ffffff"], "gray_r": ["#ffffff", DARKEST]}
+    return LinearSegmentedColormap.from_list(name, greys[name]) if name in greys else colormaps[name]
 
 
 def band_limits_um(dataset: xr.Dataset, data: xr.DataArray) -> list[tuple[float, float]]:
