@@ -25,8 +25,11 @@ SMALLEST_CLASS = 1e-3
 """Share of the pixels below which the warmer or colder class is taken for outliers, such as faulty detectors."""
 
 _INTERVALS = 128
+_EVEN = 0.4
+"""Part of a stretched scale that is linear; the rest follows the values, each class of pixels with the same part."""
+
 _CONTRAST = 16.0
-"""Contrast of the most frequent values of a stretched scale over that of the rarest."""
+"""Largest contrast over that of a linear scale between the same ends."""
 
 MISSING = "#9dc3e6"
 """Colour of pixels without a value, distinct from grey."""
@@ -238,10 +241,10 @@ def _classes(known: NDArray[Any]) -> tuple[NDArray[Any], ...]:
 
 
 def _knots(classes: tuple[NDArray[Any], ...], low: float, high: float) -> tuple[tuple[float, float], ...]:
-    """Return a scale on which the frequent values of each class have more room, none more than ``_CONTRAST`` times."""
+    """Return a scale on which the frequent values of each class have more contrast, at most ``_CONTRAST`` times."""
     edges = np.linspace(low, high, _INTERVALS + 1)
-    frequent = sum(np.histogram(values, edges)[0] / max(1, values.size) for values in classes) / len(classes)
-    room = 1.0 + np.minimum(_INTERVALS * frequent, _CONTRAST - 1.0)
+    frequent = sum(np.histogram(values, edges)[0] / values.size for values in classes) / len(classes)
+    room = np.minimum(_EVEN / _INTERVALS + (1.0 - _EVEN) * frequent, _CONTRAST / _INTERVALS)
     shares = np.concatenate([[0.0], np.cumsum(room) / room.sum()])
     return tuple(zip(edges.tolist(), shares.tolist(), strict=True))
 

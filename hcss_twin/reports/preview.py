@@ -244,18 +244,17 @@ def _animation(image: ShownImage, path: Path) -> None:
 
     numbers = np.arange(0, image.frames, max(1, -(-image.frames // _FRAMES_ANIMATED)))
     step = _step(image)
-    planes = image.values(numbers, step)
-    sample = planes[:: max(1, numbers.size // 8)]
+    sample = image.values(numbers[:: max(1, numbers.size // 8)], step)
     scale = ColourScale.of(sample, image.colours, stretched=is_stretched(image.name) and not image.flags)
     # The step in time may vary, so each frame shows its own time.
     labels = [time_label(image.times[number], image.times[0]) for number in numbers]
     font = ImageFont.load_default(LABEL_PIXELS)
-    rows, columns = planes.shape[1:]
+    rows, columns = sample.shape[1:]
     width = max(columns, *(math.ceil(font.getlength(label)) + 4 for label in labels))
     strip = LABEL_PIXELS + 6
     images = []
-    for index, label in enumerate(labels):
-        grey = scale.share_of(planes[index, ::-1].astype(np.float64))
+    for number, label in zip(numbers, labels, strict=True):  # frame by frame, because a film may be long
+        grey = scale.share_of(image.values([int(number)], step)[0, ::-1].astype(np.float64))
         grey = 1.0 - grey if image.colours == "gray_r" else grey
         picture = Image.new("L", (width, rows + strip), 0)
         picture.paste(Image.fromarray((np.nan_to_num(grey) * 255).round().astype(np.uint8)), (0, strip))
