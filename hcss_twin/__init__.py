@@ -1,8 +1,8 @@
 """hcss_twin: calibrated infrared image sequences of clouds over sea, seen from space.
 
     >>> import hcss_twin
-    >>> scenario = hcss_twin.Scenario.load("stratus")
-    >>> cube = hcss_twin.simulate(scenario)          # an xarray.Dataset
+    >>> cube = hcss_twin.simulate("stratus")         # an xarray.Dataset
+    >>> cube.hcss.plot()                             # or .brightness_temperature(), .at(lat, lon), .to_ground()
 
 The names in ``__all__`` are imported on first use, so that ``import hcss_twin`` is quick.
 """
@@ -74,6 +74,8 @@ def __getattr__(name: str) -> Any:
     }
     if name not in homes:
         raise AttributeError(f"module 'hcss_twin' has no attribute '{name}'")
+    if name in ("open_cube", "sense", "simulate"):  # what returns datasets, which have the accessor ``.hcss``
+        import_module("hcss_twin.reports.accessor")
     return getattr(import_module(f"hcss_twin.{homes[name]}"), name)
 
 

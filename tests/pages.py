@@ -100,3 +100,11 @@ def ends(bar):
     """Lowest and highest value of a colour bar."""
     found = re.search(r'class="ends">(\S+) to ([^\s<;]+)', bar)
     return float(found[1]), float(found[2])
+
+
+def ticks(bar):
+    """Values at the ticks of a colour bar, with their shares of its length."""
+    return [
+        (float(value), float(percent) / 100.0)
+        for percent, value in re.findall(r'<span style="left:([\d.]+)%"[^>]*>([^<]*)</span>', bar)
+    ]

@@ -168,8 +168,10 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
 @cli.command()
 @click.argument("cube", type=Existing())
 @click.option("-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder; default: that of CUBE.")
-@click.option("--kelvin", is_flag=True, help="Show brightness temperature instead of radiance.")
-@click.option("--variable", help="Variable to show, for example cloud_thickness.")
+@click.option(
+    "--kelvin", is_flag=True, help="Insist on brightness temperature; without it, radiance where the cube has none."
+)
+@click.option("--variable", help="Variable to show, for example cloud_thickness; default: brightness temperature.")
 @click.option("--frames", default=4, type=click.IntRange(1, 64), help="Frames per contact sheet.")
 @click.option("--animation/--no-animation", default=True, help="Also write a GIF per band.")
 @Shared.force
@@ -184,7 +186,7 @@ def preview(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Draw a contact sheet and an animation for each band of CUBE."""
+    """Draw a contact sheet and an animation for each band of CUBE, the band with most to see first."""
     from hcss_twin.reports.preview import draw_preview
 
     paths = draw_preview(

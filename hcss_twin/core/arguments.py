@@ -102,7 +102,7 @@ def _fits(value: Any, hint: Any) -> bool:
         kinds = [inner[0]] * len(value) if same and _is_sequence(value) else inner
         return _is_sequence(value) and len(value) == len(kinds) and all(map(_fits, value, kinds))
     if origin is not None and issubclass(origin, collections.abc.Mapping):
-        return isinstance(value, Mapping) and all(
+        return isinstance(value, dict if origin is dict else Mapping) and all(
             _fits(name, inner[0]) and _fits(item, inner[1]) for name, item in value.items()
         )
     if origin is not None and issubclass(origin, collections.abc.Iterable) and not _is_array(origin):

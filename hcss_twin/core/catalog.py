@@ -96,6 +96,8 @@ class Catalog:
         for root in roots:
             named = root / folder / f"{name}{suffix}"
             if "/" not in name:
+                if root is not self.root:
+                    named = self._own(named.relative_to(root))
                 if _is_file(named):
                     return self._record(named)
                 require_no_stream(named, CatalogError)
@@ -172,17 +174,25 @@ class Catalog:
         return {name: column.copy() for name, column in self.shelf.parsed(path, read_columns).items()}
 
     def _own(self, path: str | Path) -> Path:
-        """Resolve a user's path against the scenario's folder."""
+        """Resolve a user's path against the scenario's folder, or among the files that its cube stores."""
         try:
-            return self.base / Path(path).expanduser()
+            given = Path(path).expanduser()
         except RuntimeError as error:  # ~ of an unknown user
             raise CatalogError(f"'{path}': {error}") from error
+        resolved, stored = self.base / given, self.shelf.stored
+        if stored is None or (_is_file(resolved) and self.shelf.may_read(resolved)):
+            return resolved
+        return stored.find(given) or stored.find(resolved) or resolved
 
     def _record(self, path: Path, shipped: bool = False) -> Path:
         inside = path.is_relative_to(self.root) and ".." not in path.relative_to(self.root).parts
         if not inside and not shipped and not self.shelf.may_read(path):
             raise CatalogError(f"{path}: not read, because it is not under the cube's folder; name it with --data")
         key = path.relative_to(self.root).as_posix() if inside else str(path.resolve())
+        if self.shelf.stored is not None:
+            key = self.shelf.stored.name_of(path) or key
+        if not inside and (path.is_relative_to(self.base) or not _is_in_package(path)):
+            self.shelf.user_files[key] = path
         if key not in self._used:
             self._used[key] = self.shelf.sha256(path)
         return path
@@ -197,6 +207,11 @@ def _is_file(path: Path) -> bool:
         return path.is_file()
     except (OSError, ValueError):  # not a possible file name, so there is no such file
         return False
+
+
+def _is_in_package(path: Path) -> bool:
+    """Whether a plugin ships a file; known also of files that a kept result was computed from."""
+    return any((folder / "__init__.py").is_file() for folder in path.parents)
 
 
 def read_toml(path: Path) -> dict[str, Any]:

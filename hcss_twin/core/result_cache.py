@@ -13,6 +13,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.core.code_fingerprint import code_fingerprint
 from hcss_twin.core.environment import versions
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
+from hcss_twin.core.stored_files import StoredFiles
 
 __all__ = ["ResultCache"]
 
@@ -122,6 +123,10 @@ class ResultCache:
     ----------
     own_files : set of Path
         The user's files that were read, if they are restricted.
+    user_files : dict of str to Path
+        All files of the user that were read, shipped neither here nor by a plugin, by the names in ``Catalog.used``.
+    stored : StoredFiles or None
+        Files of the cube that is recomputed, which may always be read.
     arrays : ArrayMemory
         Large arrays, such as solved clouds.
     air : ArrayMemory or None
@@ -132,12 +137,14 @@ class ResultCache:
         self._results: OrderedDict[Hashable, Any] = OrderedDict()
         self._within = None if within is None else tuple(path.resolve() for path in within)
         self.own_files: set[Path] = set()
+        self.user_files: dict[str, Path] = {}
+        self.stored: StoredFiles | None = None
         self.arrays = ArrayMemory()
         self.air = ArrayMemory() if several else None
 
     def may_read(self, path: Path) -> bool:
         """Return whether a file of the user may be read; if so, it is added to a restricted cache's ``own_files``."""
-        if self._within is None:
+        if self._within is None or (self.stored is not None and self.stored.name_of(path) is not None):
             return True
         if any(path.resolve().is_relative_to(folder) for folder in self._within):
             self.own_files.add(path)

@@ -52,6 +52,8 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "Laws of the conformance kit by outcome for each such provider: `probes`, tried before the first frame of this "
         "run, and the last `hcss check` of the same version and parameters, or \"not checked\"."),
     AttributeSpec("hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read, by catalog name or path."),
+    AttributeSpec("hcss_input_files", "JSON", "files of the user are read",
+        "Those of at most 256 kB by SHA-256: compressed (zlib), in base64."),
     AttributeSpec("hcss_filled_in", "JSON", ALWAYS,
         "Values that the scenario left open: list of `field`, `value` and `why`."),
     AttributeSpec("hcss_skipped", "JSON", ALWAYS,

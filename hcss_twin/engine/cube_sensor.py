@@ -21,7 +21,7 @@ from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.cube.variables import ELEMENT_PLACE, ELEMENT_POINT_RADIANCE, ELEMENT_RATE
-from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, Recorded
+from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, STORED, Recorded, stored_attribute
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.plan.builder import numbered, scene_of
 from hcss_twin.plan.description import describe_providers
@@ -198,7 +198,8 @@ def bands_of(dataset: xr.Dataset, name: str, base: Path | None = None) -> list[S
     catalog = Catalog(base=base or recorded.base)
     try:
         given = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
-        known = {band.name: band for band in (spectral_band(section, catalog) for section in given)}
+        with recorded.stored_files(name) as catalog.shelf.stored:
+            known = {band.name: band for band in (spectral_band(section, catalog) for section in given)}
     except (KeyError, TypeError, ValueError) as error:
         raise _contradicted(name, error) from error
     names = [str(label) for label in dataset["band"].to_numpy()]
@@ -257,7 +258,7 @@ def _speed_m_s(dataset: xr.Dataset, times_s: NDArray[np.float64], expected_m_s: 
 
 
 def sensor_attributes(
-    clean: Mapping[str, Any], sensor: BuiltSensor, files: Mapping[str, str], clean_name: str
+    clean: Mapping[str, Any], sensor: BuiltSensor, catalog: Catalog, clean_name: str
 ) -> dict[str, Attribute | None]:
     """Return global attributes that differ from those of the clean cube; None: to be removed.
 
@@ -267,8 +268,8 @@ def sensor_attributes(
     ----------
     clean : mapping
         Global attributes of the clean cube.
-    files : mapping of str to str
-        SHA-256 of the files read for the sensor, by name.
+    catalog : Catalog
+        Knows the files read for the sensor.
     clean_name : str
         File name of the clean cube, without folder; empty if it has no file.
     """
@@ -280,6 +281,7 @@ def sensor_attributes(
     kinds = [numbered(Kind.SENSORS, index, len(entries)) for index in range(len(entries))]
     models = ", ".join(f"'{entry.name}'" for entry in entries)
     providers = json.loads(str(clean["hcss_providers"]))
+    files = {**json.loads(str(clean["hcss_files_sha256"])), **catalog.used}
     providers |= describe_providers(dict(zip(kinds, entries, strict=True)))
     identifier = hashlib.sha256(f"{clean.get('id', '')}\n{about}".encode()).hexdigest()[:16]
     title = str(clean.get("title", ""))
@@ -298,8 +300,9 @@ def sensor_attributes(
         SENSOR_ATTRIBUTE: about,
         "hcss_providers": json.dumps(providers),
         "hcss_versions": json.dumps({**json.loads(str(clean["hcss_versions"])), **versions()}),
-        "hcss_files_sha256": json.dumps(dict(sorted({**json.loads(str(clean["hcss_files_sha256"])), **files}.items()))),
+        "hcss_files_sha256": json.dumps(dict(sorted(files.items()))),
     }
+    attributes |= stored_attribute(catalog, clean.get(STORED))
     if "hcss_certificate" in clean:
         attributes[CLEAN_CERTIFICATE] = str(clean["hcss_certificate"])
     return {**attributes, **{name: None for name in CERTIFICATE if name in clean}}

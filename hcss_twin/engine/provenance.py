@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 from typing import Any
@@ -16,6 +17,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.environment import installed_version, versions
 from hcss_twin.core.errors import CubeError, ProviderError
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.core.stored_files import StoredFiles, packed
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, SCENARIO_ATTRIBUTE
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.description import describe_particles, describe_providers
@@ -28,6 +30,9 @@ LAWS = "hcss_provider_laws"
 """Attribute of cubes made with providers of other packages: laws of the conformance kit by outcome."""
 
 VERSIONS, PROVIDERS, FILES = "hcss_versions", "hcss_providers", "hcss_files_sha256"
+
+STORED = "hcss_input_files"
+"""Attribute with the small files of the user that were read."""
 
 CERTIFICATE = (
     "hcss_certificate",
@@ -66,6 +71,7 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         "hcss_particles": json.dumps([describe_particles(layer) for layer in plan.layers]),
         "hcss_notes": json.dumps(plan.notes),
     }
+    attributes |= stored_attribute(plan.catalog)
     laws = _laws_of_plugins(plan)
     if laws:
         attributes[LAWS] = json.dumps(laws)
@@ -83,6 +89,15 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         attributes["hcss_wavenumbers_used"] = int(tables.spectrum.nodes.wavenumber_cm1.size)
         attributes["hcss_wavenumbers_known"] = tables.spectrum.dense
     return attributes
+
+
+def stored_attribute(catalog: Catalog, before: Any = None) -> dict[str, str]:
+    """Return the attribute with the small files of the user that a catalog opened, and those stored before, if any."""
+    used = catalog.used
+    paths = {name: path for name, path in catalog.shelf.user_files.items() if name in used}
+    if not paths and before is None:
+        return {}
+    return {STORED: json.dumps(json.loads(str(before or "{}")) | packed(paths, used), sort_keys=True)}
 
 
 def _as_stored(filled_in: Mapping[str, str]) -> dict[str, str]:
@@ -230,6 +245,10 @@ class Recorded:
         known = [folder for folder in folders if folder.is_dir()]
         return known[0] if len(known) == 1 else Path.cwd()
 
+    def stored_files(self, cube: str) -> AbstractContextManager[StoredFiles]:
+        """Unpack the input files that the cube stores as long as they are needed; raises CubeError if altered."""
+        return StoredFiles.unpacked(self.attributes.get(STORED), self.files, cube)
+
     def version_changes(self) -> tuple[Change, ...]:
         """Return the distributions with another installed version."""
         now = versions()
@@ -278,7 +297,9 @@ class Recorded:
             alike = [file for file in new if Path(file).is_absolute() and Path(file).name == Path(name).name]
             if now is None and Path(name).is_absolute() and len(alike) == 1:
                 at, now = alike[0], new.pop(alike[0])
-            if now is None and Path(name).is_absolute() and not shelf.may_read(Path(name)):
+            if used is None and shelf.stored is not None and name in shelf.stored.paths:
+                continue
+            if now is None and _is_elsewhere(name) and not shelf.may_read(Path(name)):
                 state = "not read, because it is not under the cube's folder; name it with --data"
             elif now is None:
                 now = _digest(name)
@@ -301,6 +322,7 @@ class Recorded:
             VERSIONS,
             PROVIDERS,
             FILES,
+            STORED,
             LAWS,
             FORMAT_ATTRIBUTE,
             *CERTIFICATE,
@@ -325,6 +347,14 @@ def _is_table_of_texts(table: Any, nested: bool) -> bool:
         wanted = {"name", "distribution", "version"}
         return all(_is_table_of_texts(entry, False) and wanted <= set(entry) for entry in table.values())
     return isinstance(table, dict) and all(isinstance(text, str) for text in table.values())
+
+
+def _is_elsewhere(name: str) -> bool:
+    """Whether a recorded file is no catalog file, and exists."""
+    try:
+        return Path(name).is_absolute() and Path(name).is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def _digest(name: str) -> str | None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.catalog import used_paths
+from hcss_twin.core.catalog import Catalog, used_paths
 from hcss_twin.core.errors import CubeError, Problem, ScenarioError
 from hcss_twin.core.files import Writing, require_not_read
 from hcss_twin.core.reading import Reading
@@ -98,7 +98,7 @@ def sense_run(
         scene, points = around.frame(index, read(RADIANCE))
         return around.sensor.measure(scene, first + index, float(plan.frame_times_s[index]), points)
 
-    _write_measured(clean_path, path, sensor, plan.catalog.used, measure, progress)
+    _write_measured(clean_path, path, sensor, plan.catalog, measure, progress)
     return path
 
 
@@ -106,13 +106,13 @@ def _write_measured(
     clean_path: Path,
     path: Path,
     sensor: BuiltSensor,
-    files: Mapping[str, str],
+    catalog: Catalog,
     measure: Callable[[int, Read], dict[str, NDArray[Any]]],
     progress: Progress | None,
 ) -> None:
     with stored_arrays(clean_path) as stored:  # not by xarray, whose import takes as long as 30 frames
         clean = {name: stored.getncattr(name) for name in stored.ncattrs()}
-    attributes = sensor_attributes(clean, sensor, files, clean_path.name)
+    attributes = sensor_attributes(clean, sensor, catalog, clean_path.name)
     with measured_cube(clean_path, path, sensor.variables, attributes) as pair:
         frames: Iterable[int] = range(pair.frames)
         if progress is not None:
@@ -191,7 +191,7 @@ def sense_file(
     files = cube.inputs.catalog
     require_not_read(path, used_paths(files), CubeError)
     Writing(path, CubeError, "NetCDF").check()
-    _write_measured(clean_path, path, sensor, files.used, partial(_measure, sensor, cube, str(clean_path)), progress)
+    _write_measured(clean_path, path, sensor, files, partial(_measure, sensor, cube, str(clean_path)), progress)
     return path
 
 
@@ -320,7 +320,7 @@ def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Pat
         variable.encoding.update({key: value for key, value in clean.encoding.items() if key in _CF_ENCODING})
         measured[spec.name] = variable
     clean_name = Path(name).name if os.path.isfile(name) else ""
-    changed = sensor_attributes(dataset.attrs, sensor, cube.inputs.catalog.used, clean_name)
+    changed = sensor_attributes(dataset.attrs, sensor, cube.inputs.catalog, clean_name)
     attributes = {**dataset.attrs, **changed}
     measured.attrs = {key: value for key, value in attributes.items() if value is not None}
     return measured

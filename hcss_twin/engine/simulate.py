@@ -7,7 +7,7 @@ import logging
 import tempfile
 import warnings
 import weakref
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -216,17 +216,24 @@ def _warn(certificate: Certificate) -> None:
 
 @checked
 @naming_memory()
-def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset:
+def simulate(
+    scenario: Scenario | str | Path | dict[str, Any],
+    output: str | Path | None = None,
+    *,
+    overrides: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
     """Compute the cube of a scenario and open it.
 
     Parameters
     ----------
-    scenario : Scenario
-        What to simulate.
+    scenario : Scenario, str, Path or dict
+        What to simulate: a scenario, the name of a shipped one, a scenario file, or its tables.
     output : path, optional
         File for the cube. By default the cube is in memory or, beyond 512 MiB, in a temporary file that is deleted
         with the dataset. The clean cube is returned; the sensor cube of a scenario with a sensor is written next to
         ``output``. For a cube in memory, use :func:`hcss_twin.sense`.
+    overrides : mapping, optional
+        Dotted key to value, for example ``{"frames.count": 1}``.
 
     The first call on a machine compiles kernels and logs a message.
 
@@ -241,7 +248,7 @@ def simulate(scenario: Scenario, output: str | Path | None = None) -> xr.Dataset
         As :func:`make_plan` and :func:`run`.
     """
     with announce_compilation(logging.getLogger(__name__).warning):
-        plan = make_plan(scenario)
+        plan = make_plan(Scenario.of(scenario, overrides))
         if output is not None:
             return open_cube(run(plan, output))
         return _in_memory(plan)

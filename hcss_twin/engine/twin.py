@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -53,8 +54,9 @@ class Twin:
 
     Parameters
     ----------
-    scenario : Scenario
-        What to simulate. Its sensor, if any, is not applied: frames are those of the clean cube.
+    scenario : Scenario, str, Path or dict
+        What to simulate, as for :func:`hcss_twin.simulate`. Its sensor, if any, is not applied: frames are those of
+        the clean cube.
 
     Attributes
     ----------
@@ -68,7 +70,7 @@ class Twin:
     """
 
     @checked
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario | str | Path | dict[str, Any]) -> None:
         self.plan = make_plan(scenario)
 
     @checked

@@ -132,7 +132,8 @@ def verify_cube(
     optics, are not used, and nothing is written.
 
     The cube may come from an unknown source, so its scenario can read only files in the cube's folder, ``base`` and
-    ``data``; messages do not quote their contents. Rows and columns are compared before anything is computed.
+    ``data``, and in place of files that are not there those that the cube stores; messages do not quote the contents of
+    others. Rows and columns are compared before anything is computed.
 
     Parameters
     ----------
@@ -169,23 +170,24 @@ def verify_cube(
     base = recorded.base if base is None else base
     outcome = Verification(os.fspath(path), str(base), axes["time"].size, versions=recorded.version_changes())
     plan: Plan | None = None
-    try:
-        scenario = Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(path), shelf=shelf)
-        if not scenario.sections:  # the size of other rays is compared with their cube
-            outcome = replace(outcome, layout=_other_size(size, scenario))
-        if not outcome.layout:
-            rays = partial(_rays_then, recorded.attributes)
-            plan = make_plan(scenario, keeps_results=False, shelf=shelf, rays=rays)
-            if SENSOR_ATTRIBUTE in recorded.attributes:
-                plan = replace(plan, sensor=_sensor_then(plan, recorded.attributes))
-            outcome = _compare(outcome, plan, recorded, axes, frames, progress)
-    except CubeError:
-        raise
-    except ScenarioError as error:
-        problems = (replace(problem, message=_unquoted(problem.message, shelf)) for problem in error.problems)
-        outcome = replace(outcome, problems=tuple(map(str, problems)))
-    except HcssError as error:
-        outcome = replace(outcome, problems=(_unquoted(str(error), shelf),))
+    with recorded.stored_files(os.fspath(path)) as shelf.stored:
+        try:
+            scenario = Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(path), shelf=shelf)
+            if not scenario.sections:  # the size of other rays is compared with their cube
+                outcome = replace(outcome, layout=_other_size(size, scenario))
+            if not outcome.layout:
+                rays = partial(_rays_then, recorded.attributes)
+                plan = make_plan(scenario, keeps_results=False, shelf=shelf, rays=rays)
+                if SENSOR_ATTRIBUTE in recorded.attributes:
+                    plan = replace(plan, sensor=_sensor_then(plan, recorded.attributes))
+                outcome = _compare(outcome, plan, recorded, axes, frames, progress)
+        except CubeError:
+            raise
+        except ScenarioError as error:
+            problems = (replace(problem, message=_unquoted(problem.message, shelf)) for problem in error.problems)
+            outcome = replace(outcome, problems=tuple(map(str, problems)))
+        except HcssError as error:
+            outcome = replace(outcome, problems=(_unquoted(str(error), shelf),))
     # Files are read on demand, so a failed plan may not have read all of them.
     return replace(
         outcome,
@@ -273,7 +275,7 @@ def _rays_then(attributes: Mapping[str, Any], scenario: Scenario, catalog: Catal
 
 
 def _measured_header(plan: Plan, sensor: BuiltSensor, clean: CubeHeader) -> CubeHeader:
-    changed = sensor_attributes(clean.attributes, sensor, plan.catalog.used, "")
+    changed = sensor_attributes(clean.attributes, sensor, plan.catalog, "")
     kept = (
         variable
         for variable in clean.variables

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import timedelta
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -66,7 +67,7 @@ _SMALL_IMAGE = 2**22
 @naming_memory()
 @in_one_thread
 def make_plan(
-    scenario: Scenario,
+    scenario: Scenario | str | Path | dict[str, Any],
     *,
     keeps_results: bool = True,
     shelf: ResultCache | None = None,
@@ -77,8 +78,8 @@ def make_plan(
 
     Parameters
     ----------
-    scenario : Scenario
-        The scene and output to simulate.
+    scenario : Scenario, str, Path or dict
+        The scene and output to simulate, or what :meth:`Scenario.of` makes one from.
     keeps_results : bool
         Whether to use results of earlier runs in the user's cache, and store new ones there.
     shelf : ResultCache, optional
@@ -95,8 +96,7 @@ def make_plan(
     ProviderError
         If a selected provider is broken.
     """
-    if not isinstance(scenario, Scenario):
-        raise TypeError(f"a Scenario is needed, not {scenario!r}; Scenario.load reads names and files")
+    scenario = Scenario.of(scenario)
     try:
         catalog = (Catalog if keeps_results else SecludedCatalog)(base=scenario.base)
         catalog.shelf = shelf or catalog.shelf

@@ -12,6 +12,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.notebook import as_html, as_text
 from hcss_twin.cube.variables import LAYER, VariableSpec
 from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
 from hcss_twin.physics.geodesy import Ellipsoid
@@ -78,7 +79,7 @@ class IndependentColumns(PlannedLight):
 COLUMNS = IndependentColumns("columns", "", None)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Plan:
     """Immutable, checked description of a run.
 
@@ -179,6 +180,31 @@ class Plan:
     probes: tuple[Probed, ...] = ()
     light: PlannedLight = COLUMNS
     point_effects: tuple[PlannedPointEffect, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return the plan in a few lines, instead of all its parts."""
+        return as_text(*self._summary())
+
+    def _repr_html_(self) -> str:
+        """Return the same as a table for notebooks."""
+        return as_html(*self._summary())
+
+    def _summary(self) -> tuple[str, list[tuple[str, str]]]:
+        rows, columns = self.pixels
+        asked = f"{100 * self.accuracy.relative:g} %"
+        if self.accuracy.kelvin is not None:
+            asked = f"{self.accuracy.kelvin:g} K"
+        lines = [
+            ("cube", f"{len(self.frame_times_s)} x {rows} x {columns} pixels, {self.uncompressed_bytes / 1e6:.3g} MB"),
+            ("bands", ", ".join(f"{band.name} ({band.lower_um:g}-{band.upper_um:g} um)" for band in self.bands)),
+            ("clouds", ", ".join(layer.name for layer in reversed(self.layers)) or "none"),
+            ("variables", ", ".join(variable.name for variable in self.variables)),
+            ("accuracy", f"{asked} asked for" if self.needs_radiance else "no radiance is computed"),
+        ]
+        lines += [("assumed", f"{item.field} = {item.value}") for item in self.filled_in]
+        known = sorted((item for item in self.omissions if item.bound), key=lambda item: -(item.bound or 0.0))
+        lines += [("left out", f"{item.what}, at most {100 * (item.bound or 0.0):.2g} %") for item in known[:3]]
+        return f"Plan: {self.scenario.title or self.scenario.origin}", lines
 
     def toward(self, view: View) -> Plan:
         """Return the plan of the same scene in orthographic view from another direction."""

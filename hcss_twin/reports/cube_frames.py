@@ -18,16 +18,15 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ImageError
 from hcss_twin.cube.variables import TERM_PREFIX
-from hcss_twin.reports.colour_scale import ColourScale, band_limits_um, colours_of
+from hcss_twin.reports.colour_scale import ColourScale, is_stretched
 from hcss_twin.reports.power_spectrum import Rings
+from hcss_twin.reports.shown_image import KELVIN, ShownVariable, with_kelvin
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 __all__ = ["Reader"]
-
-PLANE = ("time", "y", "x")
 
 SPECTRUM_SIDE = 32
 """Shortest side of an image with a spectrum, pixels."""
@@ -45,7 +44,7 @@ PICTURE_BYTES = 6_400_000
 """Budget of all frame pictures in bytes; base64 in the page adds a third."""
 
 FRAMES = 24
-"""Frames shown of radiance, or of the first quantity."""
+"""Frames shown of brightness temperature, or of the first quantity."""
 
 OTHER_FRAMES = 8
 """Frames shown of every other quantity."""
@@ -67,7 +66,7 @@ class Reader:
         Quantities with a histogram, a spectrum and a time series of the mean; they are shown first.
     """
 
-    CURVES: ClassVar = ("radiance", "brightness_temperature")
+    CURVES: ClassVar = (KELVIN, "radiance")
 
     @dataclass(frozen=True)
     class Quantity:
@@ -85,8 +84,8 @@ class Reader:
             Names along this dimension; one empty name without it.
         flags : tuple of str
             Meanings of 0, 1, ... of a variable of flags.
-        colours : tuple of str
-            Colour map of each part.
+        shown : ShownVariable
+            What its planes are read from.
         """
 
         name: str
@@ -94,8 +93,8 @@ class Reader:
         units: str
         dim: str | None
         parts: tuple[str, ...]
-        flags: tuple[str, ...] = ()
-        colours: tuple[str, ...] = ()
+        flags: tuple[str, ...]
+        shown: ShownVariable
 
     dataset: xr.Dataset
     step: int
@@ -121,36 +120,24 @@ class Reader:
         return self._read(quantity, part, frame, rows, columns)
 
     def _read(self, quantity: Quantity, part: int, frame: int, rows: slice, columns: slice) -> NDArray[Any]:
-        where: dict[str, Any] = {"time": frame, "y": rows, "x": columns}
-        if quantity.dim is not None:
-            where[quantity.dim] = part
-        plane: NDArray[Any] = self.dataset[quantity.name].isel(where).transpose("y", "x").to_numpy()
-        return plane
+        return quantity.shown.read(part, time=frame, y=rows, x=columns)
 
     def bytes_moved(self, quantity: Quantity) -> int:
         """Number of bytes read for one frame of all parts: whole tiles, else the selected rows."""
-        data = self.dataset[quantity.name]
+        data = quantity.shown.data
         whole = data.dtype.itemsize * data.size // max(1, data.sizes["time"])
         tiled = bool(data.encoding.get("chunks") or data.encoding.get("chunksizes"))
         return whole if tiled or self.step == 1 else whole // self.step
 
     @staticmethod
     def quantities(dataset: xr.Dataset) -> list[Reader.Quantity]:
-        """Return all variables with frames, ordered: radiance and brightness temperature, terms, others."""
+        """Return all variables with frames, ordered: brightness temperature and radiance, terms, others."""
         listed = []
-        for key, data in dataset.data_vars.items():
-            others = [str(dim) for dim in data.dims if dim not in PLANE]
-            if not set(PLANE) <= set(data.dims) or len(others) > 1:
-                continue
-            name, dim = str(key), others[0] if others else None
-            parts = tuple(str(part) for part in dataset[dim].to_numpy()) if dim is not None else ("",)
-            flags = tuple(word.replace("_", " ") for word in str(data.attrs.get("flag_meanings", "")).split())
+        for name, shown in with_kelvin(dataset).items():
             is_term = name.startswith(TERM_PREFIX)
             label = (f"{name.removeprefix(TERM_PREFIX)} (term)" if is_term else name).replace("_", " ")
-            units = str(data.attrs.get("units", ""))
-            limits = band_limits_um(dataset, data) or [(0.0, 0.0)] * len(parts)
-            colours = tuple(colours_of(name, low) for low, _ in limits)
-            listed.append(Reader.Quantity(name, label, _UNITS.get(units, units), dim, parts, flags, colours))
+            units = _UNITS.get(shown.units, shown.units)
+            listed.append(Reader.Quantity(name, label, units, shown.dim, shown.parts, shown.flags, shown))
         order = {name: number for number, name in enumerate(Reader.CURVES)}
         return sorted(
             listed, key=lambda quantity: order.get(quantity.name, 2 if quantity.name.startswith(TERM_PREFIX) else 3)
@@ -159,7 +146,8 @@ class Reader:
     @staticmethod
     def scale(quantity: Quantity, part: int, planes: NDArray[Any]) -> ColourScale:
         """Return the colour scale of planes (..., y, x) of one part."""
-        return ColourScale.of(planes, quantity.colours[part], quantity.flags)
+        colours, stretched = quantity.shown.colours(part), is_stretched(quantity.name)
+        return ColourScale.of(planes, colours, quantity.flags, stretched)
 
     @staticmethod
     def spread(count: int, wanted: int) -> list[int]:
@@ -335,7 +323,7 @@ def _select(reader: Reader, group: Sequence[Reader.Quantity], budget: float, mos
 
 
 def _read(reader: Reader, group: Sequence[Reader.Quantity], selection: FrameSelection) -> list[Series]:
-    return [_series(reader, quantity, part, selection) for quantity in group for part in range(len(quantity.parts))]
+    return [_series(reader, quantity, part, selection) for quantity in group for part in quantity.shown.order()]
 
 
 def _series(reader: Reader, quantity: Reader.Quantity, part: int, selection: FrameSelection) -> Series:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hcss_twin.reports.cube_frames import FrameSelection, Reader, Series, png_size
+from hcss_twin.reports.orientation import Orientation, length_text
 from hcss_twin.reports.page import Markup, data_address, resource
 from hcss_twin.reports.preview import FRAME_DURATION_MS, time_label
 from hcss_twin.reports.tables import Table
@@ -30,6 +31,7 @@ COARSE_PIXELS = 300
 def viewer(reader: Reader, series: Sequence[Series], first: FrameSelection, others: FrameSelection) -> Markup:
     """Return the pictures and their controls, which need :func:`viewer_script` to work."""
     dataset = reader.dataset
+    where = Orientation.of(dataset)
     controls = Markup.element(
         "div",
         Markup.element("label", "show", Markup.element("select", class_="quantity")),
@@ -60,15 +62,13 @@ def viewer(reader: Reader, series: Sequence[Series], first: FrameSelection, othe
     stage = Markup.element(
         "div",
         _sky(dataset, "data:,", "", coarse=False),
-        Markup.element("div", Markup.element("div", class_="scale"), about, class_="beside-sky"),
+        Markup.element("div", Markup.element("div", class_="scale"), about, _compass(where), class_="beside-sky"),
         class_="stage",
     )
     stills = (_still(dataset, one) for one in series if one.quantity == series[0].quantity)
-    width, height = _side(dataset, "x") / 1e3, _side(dataset, "y") / 1e3
     hint = (
-        "Keys, once this box is clicked: ← and → step, space plays, b is the next band, q the next quantity. North is "
-        f"up, east to the right; {width:.4g} km east to west and {height:.4g} km north to south. "
-        f"{_selection_text(reader, first, others, series)}"
+        "Keys, once this box has the focus: ← and → step, space plays, b is the next band, q the next quantity. "
+        f"{_size_text(dataset, where)}{_selection_text(reader, first, others, series)}"
     )
     content = (
         controls,
@@ -76,32 +76,59 @@ def viewer(reader: Reader, series: Sequence[Series], first: FrameSelection, othe
         Markup.element("div", *stills, class_="stills beside"),
         Markup.element("p", hint, class_="hint"),
     )
-    return Markup.element("div", *content, class_="viewer", tabindex="0")
+    return Markup.element("div", *content, class_="viewer", tabindex="0", role="group", aria_label="frames")
 
 
 def _sky(dataset: xr.Dataset, address: str, alternative: str, coarse: bool) -> Markup:
-    """Return a picture with a scale bar: 1, 2 or 5 times a power of ten, at most a quarter of the width."""
-    width_m = _side(dataset, "x")
-    decade = 10.0 ** math.floor(math.log10(width_m / 4.0))
-    length_m = max(factor * decade for factor in (1, 2, 5) if factor * decade <= width_m / 4.0 * (1 + 1e-9))
-    text = f"{length_m / 1e3:g} km" if length_m >= 1e3 else f"{length_m:g} m"
+    """Return a picture, with a scale bar if its middle is on the ground."""
+    where, columns = Orientation.of(dataset), dataset.sizes["x"]
+    content = [Markup.element("img", src=address, alt=alternative)]
+    if where is not None:
+        length_m = where.bar_m(columns)
+        width = f"width:{100 * length_m / (where.column_m * columns):.2f}%"
+        label = Markup.element("b", length_text(length_m))
+        content.append(Markup.element("span", label, class_="length", style=width))
     return Markup.element(
-        "div",
-        Markup.element("img", src=address, alt=alternative),
-        Markup.element(
-            "span", Markup.element("b", text), class_="length", style=f"width:{100 * length_m / width_m:.2f}%"
-        ),
-        class_="sky coarse" if coarse else "sky",
-        style=f"--aspect:{width_m / _side(dataset, 'y'):.4f}",
+        "div", *content, class_="sky coarse" if coarse else "sky", style=f"--aspect:{_aspect(dataset, where):.4f}"
     )
 
 
-def _side(dataset: xr.Dataset, dim: str) -> float:
-    """Length of the image along a dimension, m; for a single pixel that of the other dimension, or one metre."""
-    for name in (dim, "x", "y"):
-        if dataset.sizes[name] > 1:
-            return abs(float(dataset[name][1] - dataset[name][0])) * dataset.sizes[dim]
-    return 1.0
+def _aspect(dataset: xr.Dataset, where: Orientation | None) -> float:
+    """Width over height of the pictures."""
+    pixel = where.ground[0, 0] / where.ground[1, 1] if where is not None and where.is_map else 1.0
+    return float(pixel) * dataset.sizes["x"] / dataset.sizes["y"]
+
+
+def _size_text(dataset: xr.Dataset, where: Orientation | None) -> str:
+    if where is None:
+        return ""
+    if not where.is_map:
+        return f"In the middle of the image a pixel is {where.column_m:.3g} m wide. "
+    width, height = (where.ground[axis, axis] * dataset.sizes[dim] / 1e3 for axis, dim in enumerate("xy"))
+    return f"North is up, east to the right; {width:.4g} km east to west and {height:.4g} km north to south. "
+
+
+def _compass(where: Orientation | None) -> Markup:
+    """Return a drawing of where north, the sun and the sensor are in the image, with their angles in words."""
+    if where is None:
+        return Markup("")
+    words = where.words()
+    arrows = []
+    for name, (right, up) in where.arrows():
+        x, y = 30.0 * right, -30.0 * up
+        line = Markup.element("line", x1="0", y1="0", x2=f"{x:.2f}", y2=f"{y:.2f}")
+        corners = " ".join(
+            f"{x - 8 * along * right + side * up:.2f},{y + 8 * along * up + side * right:.2f}"
+            for along, side in ((0, 0), (1, 3.5), (1, -3.5))
+        )
+        parts = [line, Markup.element("polygon", points=corners)]
+        if name == "N":
+            parts.append(Markup.element("text", name, x=f"{40 * right:.2f}", y=f"{4 - 40 * up:.2f}"))
+        arrows.append(Markup.element("g", *parts, class_=f"to-{name}"))
+    title = Markup.element("title", "; ".join(["north, sun and sensor in the image", *words.values()]))
+    drawing = Markup.element("svg", title, *arrows, viewBox="-48 -48 96 96", role="img", class_="compass")
+    lines = [Markup.element("span", text, class_=f"to-{name}") for name, text in words.items()]
+    return Markup.element("div", drawing, Markup.element("p", *lines), class_="where")
 
 
 def _is_coarse(one: Series) -> bool:
@@ -171,6 +198,7 @@ def _part(one: Series, in_page: bool) -> dict[str, Any]:
         pictures[0] = ""  # it is in the page already, for browsers without JavaScript
     return {
         "name": one.part,
+        "number": one.quantity.parts.index(one.part),
         "bar": one.scale.bar(one.quantity.units),
         "pictures": pictures,
         "numbers": [

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.errors import CubeError, choose_from
+from hcss_twin.core.errors import CubeError
 from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.cube.reader import open_cube
-from hcss_twin.cube.variables import TERM_PREFIX, VARIABLES
-from hcss_twin.engine.cube_temperature import brightness_temperature
-from hcss_twin.reports.colour_scale import MISSING, ColourScale, band_limits_um, colours_of
+from hcss_twin.reports.colour_scale import MISSING, ColourScale, colour_map, is_stretched, tick_texts
 from hcss_twin.reports.figures import Figures
+from hcss_twin.reports.orientation import Orientation, length_text
+from hcss_twin.reports.shown_image import KELVIN, ShownImage, require_variable, with_kelvin
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,13 +30,12 @@ PIXELS_SHOWN = 800
 
 FRAME_DURATION_MS = 250
 
-DRAWN = ("radiance", "brightness_temperature", "cloud_thickness", "cloud_mask")
-"""Default variable: the first of these in the cube."""
-
 LABEL_PIXELS = 12
 """Font size of the title of each frame in an animation."""
 
 _FRAMES_ANIMATED = 200
+_SIDE_IN = 1.9
+_ARROWS = {"N": "black", "sun": "#a86400", "sensor": "#0b5c97"}
 _FORBIDDEN = re.compile(r"[^A-Za-z0-9.]+")
 
 
@@ -53,7 +51,7 @@ def draw_preview(
     variable: str | None = None,
     replace: bool = False,
 ) -> list[Path]:
-    """Draw a variable of a cube, each band or cloud layer separately; of thermal radiation, cold is white.
+    """Draw a variable of a cube, each band or cloud layer separately, the band with most to see first.
 
     Parameters
     ----------
@@ -62,13 +60,13 @@ def draw_preview(
     folder : path
         Folder of the pictures; created if missing.
     kelvin : bool
-        Show brightness temperature instead of radiance, computed from it if the cube does not hold it.
+        Show brightness temperature, and raise if the cube has none; without it, radiance is drawn then.
     frames : int
         Frames per contact sheet, spread evenly over the cube.
     animation : bool
         Also write a GIF of all frames (at most 200) per band.
     variable : str, optional
-        Default: radiance, or the first of ``DRAWN`` in the cube.
+        Default: brightness temperature, or the first of ``DRAWN`` in the cube.
     replace : bool
         Replace existing files.
 
@@ -96,102 +94,142 @@ def draw_preview(
 
     with open_cube(cube) as opened:
         dataset = FrameSelection.as_seen(opened)
-        if kelvin and "brightness_temperature" not in dataset and "radiance" in dataset:
-            dataset = dataset.assign(brightness_temperature=brightness_temperature(dataset))
-        name = _variable(dataset, "brightness_temperature" if kelvin else variable)
+        wanted = KELVIN if kelvin else variable
+        images = with_kelvin(dataset, required=wanted == KELVIN)
+        name = require_variable(images, wanted)
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise CubeError(f"cannot write to {folder}: {error.strerror}") from error
-        suffix = {"radiance": "", "brightness_temperature": "kelvin"}.get(name, name)
-        limits = band_limits_um(dataset, dataset[name])
-        for number, (part, data) in enumerate(_parts(dataset[name])):
-            stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", word) for word in (part, suffix) if word)])
+        suffix = {"radiance": "", KELVIN: "kelvin"}.get(name, name)
+        for image in ShownImage.ordered(images[name]):
+            stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", word) for word in (image.part, suffix) if word)])
             if any(path.stem == stem for path in written):  # differs only in characters not allowed in names
                 stem += f"_{len(written)}"
-            low, high = limits[number] if limits else (0.0, 0.0)
-            title = f"{part} ({low:.4g}-{high:.4g} um)" if limits else part or name
-            grey = "gray_r" if colours_of(name, low) == "gray_r" else "gray"
-            _contact_sheet(dataset, data, title, frames, grey, drawn(folder / f"{stem}.png"))
-            if animation and data.sizes["time"] > 1:
-                _animation(data, grey, drawn(folder / f"{stem}.gif"))
+            _contact_sheet(dataset, image, frames, drawn(folder / f"{stem}.png"))
+            if animation and image.frames > 1:
+                _animation(image, drawn(folder / f"{stem}.gif"))
     return written
 
 
-def _variable(dataset: xr.Dataset, requested: str | None) -> str:
-    """Return the variable to draw."""
-    known = [str(name) for name, data in dataset.data_vars.items() if {"time", "y", "x"} <= set(data.dims)]
-    if requested in known:
-        return str(requested)
-    if requested is not None:
-        exists = requested.startswith(TERM_PREFIX) or requested in {spec.name for spec in VARIABLES}
-        run = f"; run the scenario with --set 'output.variables=[\"{requested}\"]'" if exists else ""
-        raise CubeError(f"the cube holds no '{requested}'; {choose_from(requested, known)}{run}")
-    for name in DRAWN:
-        if name in known:
-            return name
-    raise CubeError(f"the cube holds none of {', '.join(DRAWN)}; name a variable; {choose_from('', known)}")
+def _step(image: ShownImage) -> int:
+    return max(1, -(-max(image.shape) // PIXELS_SHOWN))
 
 
-def _parts(data: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
-    """Yield each band or layer (time, y, x) with its name; without them, all data with an empty name."""
-    others = [dim for dim in data.dims if dim not in ("time", "y", "x")]
-    if not others:
-        yield "", data
-        return
-    for index, name in enumerate(data[others[0]].to_numpy()):
-        yield str(name), data.isel({others[0]: index})
-
-
-def _thin(data: xr.DataArray) -> xr.DataArray:
-    step = max(1, -(-max(data.sizes["x"], data.sizes["y"]) // PIXELS_SHOWN))
-    return data.isel(x=slice(None, None, step), y=slice(None, None, step))
-
-
-def _contact_sheet(dataset: xr.Dataset, data: xr.DataArray, band: str, frames: int, grey: str, path: Path) -> None:
-    count = min(frames, data.sizes["time"])
-    chosen = np.unique(np.linspace(0, data.sizes["time"] - 1, count).round().astype(int))
-    shown = _thin(data.isel(time=chosen)).load()
+def _contact_sheet(dataset: xr.Dataset, image: ShownImage, frames: int, path: Path) -> None:
+    count = min(frames, image.frames)
+    chosen = np.unique(np.linspace(0, image.frames - 1, count).round().astype(int))
+    step = _step(image)
+    shown = image.values(chosen, step)
     columns = min(4, chosen.size)
     rows = -(-chosen.size // columns)
     # A single frame gets a large panel; many frames share the page width.
     panel = 5.5 if chosen.size == 1 else 3.0
-    height = panel * min(max(data.sizes["y"] / data.sizes["x"], 0.3), 3.0)
-    figure = Figures.new(panel * columns + 1.6, (height + 0.3) * rows + 0.9)
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    scale = ColourScale.of(shown.to_numpy(), grey)
-    limits = {"vmin": scale.low, "vmax": scale.high}
-    on_ground = dataset["x"].attrs.get("units") == "m"
-    unit = 1e3 if on_ground else 1.0
-    x, y = shown["x"].to_numpy() / unit, shown["y"].to_numpy() / unit
-    half = float(dataset["x"][1] - dataset["x"][0]) / (2.0 * unit) if dataset.sizes["x"] > 1 else 0.5
-    up = half if on_ground else -half
-    extent = (x[0] - half, x[-1] + half, y[0] - up, y[-1] + up)
+    height = panel * min(max(image.shape[0] / image.shape[1], 0.3), 3.0)
+    figure = Figures.new(panel * columns + _SIDE_IN, max((height + 0.3) * rows + 0.5, 3.6))
+    grid = figure.add_gridspec(rows, columns + 1, width_ratios=[panel] * columns + [_SIDE_IN])
+    scale = ColourScale.of(shown, image.colours, image.flags, is_stretched(image.name))
+    norm, colours = _norm(scale)
     start = dataset["time"].to_numpy()[0]
-    for axis, position in zip(axes, range(chosen.size), strict=False):
-        frame = shown.isel(time=position)
-        image = axis.imshow(
-            frame.to_numpy(), origin="lower", extent=extent, cmap=grey, interpolation="nearest", **limits
-        )
+    where = Orientation.of(dataset)
+    for number, frame in enumerate(chosen):
+        axis = figure.add_subplot(grid[number // columns, number % columns])
+        drawn = axis.imshow(shown[number], origin="lower", cmap=colours, norm=norm, interpolation="nearest")
         axis.set_facecolor(MISSING)
-        axis.set_title(f"frame {chosen[position]}, {time_label(frame['time'].to_numpy(), start)}", fontsize=9)
-        axis.tick_params(labelsize=7)
-        axis.locator_params(nbins=5)
-    for axis in axes[chosen.size :]:
-        axis.set_visible(False)
-    figure.supxlabel("x (km, east)" if on_ground else "column", fontsize=9)
-    figure.supylabel("y (km, north)" if on_ground else "row", fontsize=9)
-    ends = scale.below, scale.above
-    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(ends, "neither")
-    bar = figure.colorbar(image, ax=axes[: chosen.size].tolist(), shrink=0.85, extend=extend)
-    units = str(shown.attrs.get("units", ""))
-    units = {"W m-2 sr-1": "W m$^{-2}$ sr$^{-1}$", "1": ""}.get(units, units)
-    missing = "; blue: no value" if scale.missing else ""
-    bar.set_label(Figures.axis_label(str(shown.name).replace("_", " "), units) + missing)
-    title = f"{dataset.attrs.get('title', '')} — {band} — t from {np.datetime_as_string(start, unit='ms')}Z"
-    figure.suptitle(textwrap.fill(title, int(13 * figure.get_figwidth())), fontsize=10)
+        axis.set_xticks([])
+        axis.set_yticks([])
+        axis.set_title(f"frame {frame}, {time_label(dataset['time'].to_numpy()[frame], start)}", fontsize=9)
+        if where is not None and number == 0:
+            _scale_bar(axis, where, image.shape[1], step)
+    side = grid[:, columns].subgridspec(2, 1, height_ratios=[1.7, 1.0])
+    _colour_bar(figure, figure.add_subplot(side[0]), drawn, scale, image)
+    if where is not None:
+        _compass(figure.add_subplot(side[1]), where)
+    band = f"{image.part} ({image.limits_um[0]:.4g}-{image.limits_um[1]:.4g} µm)" if image.limits_um else image.part
+    what = ", ".join(word for word in (image.label, band, f"from {np.datetime_as_string(start, unit='s')}Z") if word)
+    title = textwrap.fill(str(dataset.attrs.get("title", "")), int(13 * figure.get_figwidth()))
+    figure.suptitle(f"{title}\n{what}", fontsize=10)
     with Writing(path, CubeError) as draft:
         figure.savefig(draft, dpi=110, format="png")
+
+
+def axes_of_frame(dataset: xr.Dataset, image: ShownImage, frame: int, axis: Any) -> Any:
+    """Draw one frame with its colour bar and scale bar into axes of matplotlib; returns them."""
+    step = _step(image)
+    values = image.values([frame], step)
+    scale = ColourScale.of(values, image.colours, image.flags, is_stretched(image.name))
+    norm, colours = _norm(scale)
+    drawn = axis.imshow(values[0], origin="lower", cmap=colours, norm=norm, interpolation="nearest")
+    axis.set(facecolor=MISSING, xticks=[], yticks=[])
+    words = (str(dataset.attrs.get("title", "")), image.part, time_label(image.times[frame], image.times[0]))
+    axis.set_title(", ".join(word for word in words if word), fontsize=10)
+    where = Orientation.of(dataset)
+    if where is not None:
+        _scale_bar(axis, where, image.shape[1], step)
+    _scaled_bar(axis.figure.colorbar(drawn, ax=axis, **_bar_options(scale)), scale, image)
+    return axis
+
+
+def _norm(scale: ColourScale) -> tuple[Any, Any]:
+    """Return the scale as a norm and a colour map of matplotlib."""
+    from matplotlib.colors import BoundaryNorm, FuncNorm
+
+    colours = colour_map(scale.colours)
+    if scale.flags:
+        count = len(scale.flags)
+        return BoundaryNorm(np.arange(count + 1) - 0.5, count), colours.resampled(count)
+    return FuncNorm((scale.share_of, scale.value_at), vmin=scale.low, vmax=scale.high), colours
+
+
+def _colour_bar(figure: Any, place: Any, drawn: Any, scale: ColourScale, image: ShownImage) -> None:
+    place.set_axis_off()
+    axis = place.inset_axes((0.0, 0.02, 0.13, 0.96))
+    _scaled_bar(figure.colorbar(drawn, cax=axis, **_bar_options(scale)), scale, image)
+
+
+def _bar_options(scale: ColourScale) -> dict[str, Any]:
+    if scale.flags:
+        return {"ticks": range(len(scale.flags))}
+    ends = scale.below, scale.above
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(ends, "neither")
+    return {"ticks": scale.ticks(), "extend": extend}
+
+
+def _scaled_bar(bar: Any, scale: ColourScale, image: ShownImage) -> None:
+    """Label a colour bar: values where they are on the scale, or meanings of flags."""
+    missing = "; blue: no value" if scale.missing else ""
+    bar.ax.minorticks_off()
+    bar.ax.set_yticklabels(scale.flags or tick_texts(scale.ticks()), fontsize=8)
+    stretched = "\nfrequent values have more contrast" if scale.knots else ""
+    units = "" if scale.flags else image.units
+    bar.set_label(Figures.axis_label(image.label, units) + missing + stretched, fontsize=9)
+
+
+def _scale_bar(axis: Any, where: Orientation, columns: int, step: int) -> None:
+    """Draw a white bar with a dark edge, legible on any picture, in a corner of the first frame."""
+    from matplotlib.patheffects import withStroke
+
+    length_m = where.bar_m(columns)
+    share = length_m / (where.column_m * columns)
+    edge = [withStroke(linewidth=4.5, foreground="black")]
+    line = {"color": "white", "linewidth": 2.5, "solid_capstyle": "butt", "transform": axis.transAxes}
+    axis.plot([0.04, 0.04 + share], [0.05, 0.05], path_effects=edge, **line)
+    edge = [withStroke(linewidth=2.0, foreground="black")]
+    text = length_text(length_m) + ("" if where.is_map else " in the middle")
+    axis.text(0.04, 0.075, text, color="white", fontsize=8, transform=axis.transAxes, path_effects=edge)
+
+
+def _compass(axis: Any, where: Orientation) -> None:
+    """Draw the directions of north, sun and sensor in the image."""
+    axis.set_axis_off()
+    axis.set(xlim=(-1.4, 3.0), ylim=(-2.6, 1.6), aspect="equal", anchor="SW")
+    for name, (right, up) in where.arrows():
+        arrow = {"arrowstyle": "-|>", "color": _ARROWS[name], "shrinkA": 0, "shrinkB": 0, "linewidth": 1.5}
+        axis.annotate("", (right, up), (0.0, 0.0), arrowprops=arrow)
+        if name == "N":
+            axis.text(1.35 * right, 1.35 * up, name, fontsize=8, ha="center", va="center")
+    for line, (name, words) in enumerate(where.words().items()):
+        axis.text(-1.3, -1.5 - 0.5 * line, words, color=_ARROWS[name], fontsize=7.5, va="top")
 
 
 def time_label(time: np.datetime64 | NDArray[Any], start: np.datetime64) -> str:
@@ -201,24 +239,24 @@ def time_label(time: np.datetime64 | NDArray[Any], start: np.datetime64) -> str:
     return f"t = {text} s"
 
 
-def _animation(data: xr.DataArray, colours: str, path: Path) -> None:
+def _animation(image: ShownImage, path: Path) -> None:
     from PIL import Image, ImageDraw, ImageFont
 
-    step = max(1, -(-data.sizes["time"] // _FRAMES_ANIMATED))
-    chosen = _thin(data.isel(time=slice(None, None, step)))
-    scale = ColourScale.of(chosen.isel(time=slice(None, None, max(1, chosen.sizes["time"] // 8))).to_numpy(), colours)
+    numbers = np.arange(0, image.frames, max(1, -(-image.frames // _FRAMES_ANIMATED)))
+    step = _step(image)
+    sample = image.values(numbers[:: max(1, numbers.size // 8)], step)
+    scale = ColourScale.of(sample, image.colours, stretched=is_stretched(image.name) and not image.flags)
     # The step in time may vary, so each frame shows its own time.
-    start = data["time"].to_numpy()[0]
-    labels = [time_label(time, start) for time in chosen["time"].to_numpy()]
+    labels = [time_label(image.times[number], image.times[0]) for number in numbers]
     font = ImageFont.load_default(LABEL_PIXELS)
-    width = max(chosen.sizes["x"], *(math.ceil(font.getlength(label)) + 4 for label in labels))
+    rows, columns = sample.shape[1:]
+    width = max(columns, *(math.ceil(font.getlength(label)) + 4 for label in labels))
     strip = LABEL_PIXELS + 6
     images = []
-    for index, label in enumerate(labels):
-        frame = chosen.isel(time=index).to_numpy()[::-1]
-        grey = np.clip((frame - scale.low) / (scale.high - scale.low), 0, 1)
-        grey = 1.0 - grey if colours == "gray_r" else grey
-        picture = Image.new("L", (width, chosen.sizes["y"] + strip), 0)
+    for number, label in zip(numbers, labels, strict=True):  # frame by frame, because a film may be long
+        grey = scale.share_of(image.values([int(number)], step)[0, ::-1].astype(np.float64))
+        grey = 1.0 - grey if image.colours == "gray_r" else grey
+        picture = Image.new("L", (width, rows + strip), 0)
         picture.paste(Image.fromarray((np.nan_to_num(grey) * 255).round().astype(np.uint8)), (0, strip))
         ImageDraw.Draw(picture).text((2, 2), label, fill=255, font=font)
         images.append(picture)

@@ -10,6 +10,7 @@ import numpy as np
 
 from hcss_twin.core.errors import HcssError
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
+from hcss_twin.reports import orientation
 from hcss_twin.reports.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -47,16 +48,17 @@ class SceneGeometry:
 
 
 def geometry_of(dataset: xr.Dataset) -> SceneGeometry | None:
-    """Return the angles of a cube, or None if it lacks them."""
-    names = ("sensor_zenith_angle", "sensor_azimuth_angle", "solar_zenith_angle", "solar_azimuth_angle")
-    if any(name not in dataset.coords for name in names):
+    """Return the angles of a cube, of a camera's those in the middle of its image; None if it lacks them."""
+    view = orientation.middle_angles(dataset, "sensor_zenith_angle", "sensor_azimuth_angle")
+    view = view or orientation.middle_angles(dataset, "pixel_view_zenith", "pixel_view_azimuth")
+    names = ("solar_zenith_angle", "solar_azimuth_angle")
+    if view is None or any(name not in dataset.coords for name in names):
         return None
-    zenith, azimuth, sun_zenith, sun_azimuth = (np.atleast_1d(dataset[name].to_numpy()) for name in names)
+    sun_zenith, sun_azimuth = (np.atleast_1d(dataset[name].to_numpy()) for name in names)
     motion = _scenario_section(dataset, "motion")
     displacement = np.atleast_1d(dataset["centre_displacement"]) if "centre_displacement" in dataset.coords else [0]
     return SceneGeometry(
-        float(zenith[0]),
-        float(azimuth[0]),
+        *view,
         (float(sun_zenith[0]), float(sun_zenith[-1])),
         (float(sun_azimuth[0]), float(sun_azimuth[-1])),
         layers_of(dataset),

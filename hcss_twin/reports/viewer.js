@@ -36,7 +36,7 @@
     find(".stage .units").textContent = one.units;
     slider.max = one.frames.length - 1;
     slider.value = state.place;
-    slider.disabled = play.disabled = one.frames.length < 2;
+    slider.disabled = play.disabled = find(".controls .time").hidden = one.frames.length < 2;
     slider.setAttribute("aria-valuetext", told(one, state.place));
     select.value = state.quantity;
     bands.value = state.part;
@@ -99,7 +99,8 @@
     const chosen = number < 0 ? state.quantity : number;
     const names = VIEW.quantities[chosen].parts.map((each) => each.name);
     const band = asked.get("band");
-    choose(chosen, names.includes(band) || band === null ? band ?? undefined : names[Number(band)]);
+    const numbered = VIEW.quantities[chosen].parts.find((each) => each.number === Number(band));
+    choose(chosen, names.includes(band) || band === null ? band ?? undefined : numbered?.name);
     if (asked.has("frame")) state.place = nearest(quantity(), Number(asked.get("frame")));
     show();
   }

@@ -14,6 +14,7 @@ from pydantic import BaseModel, PrivateAttr, ValidationError
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ScenarioError, choose_from
+from hcss_twin.core.notebook import as_html, as_text
 from hcss_twin.core.own_packages import COMMANDS, how_to_install
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.models.parameters import DEFAULT_COEFFICIENTS
@@ -30,6 +31,7 @@ from hcss_twin.scenario.problems import problems_from
 from hcss_twin.scenario.section_types import selected
 from hcss_twin.scenario.sensor import fill_bands
 from hcss_twin.scenario.skies import with_skies
+from hcss_twin.scenario.summary import summary
 from hcss_twin.scenario.viewing import as_given, viewing_problems, with_viewing
 
 _Scenario = TypeVar("_Scenario", bound=ScenarioModel)
@@ -76,6 +78,16 @@ class Scenario(ScenarioModel):
 
     __hash__ = None  # type: ignore[assignment]
 
+    def __repr__(self) -> str:
+        """Return the scene in a few lines, instead of all values."""
+        return as_text(*summary(self, self.sections))
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """Return the same as a table for notebooks, with all values folded below."""
+        return as_html(*summary(self, self.sections), folded=("All values", self.to_json()))
+
     @property
     def base(self) -> Path:
         """Folder against which relative paths are resolved."""
@@ -107,6 +119,31 @@ class Scenario(ScenarioModel):
     def field_as_typed(self, field: str) -> str:
         """Convert a field path to the user's notation: short form of a single layer, keys of the instrument."""
         return _typed_fields(self._short, {}, self._renamed)(field)
+
+    @classmethod
+    @checked
+    def of(cls, source: Scenario | str | Path | dict[str, Any], overrides: Mapping[str, Any] | None = None) -> Scenario:
+        """Return a scenario from whatever describes one: itself, a shipped name, a path, or nested tables.
+
+        Parameters
+        ----------
+        source : Scenario, str, Path or dict
+            Text and paths are read as by :meth:`load`; relative paths in a dict refer to the working folder.
+        overrides : mapping, optional
+            Dotted key to value, for example ``{"view.zenith": 40}``.
+
+        Raises
+        ------
+        ScenarioError
+            With all problems.
+        """
+        if isinstance(source, dict):
+            return cls.from_dict(source, overrides)
+        if not isinstance(source, Scenario):
+            return cls.load(source, overrides)
+        if not overrides:
+            return source
+        return cls.from_dict(json.loads(source.to_json()), overrides, base=source.base, origin=source.origin)
 
     @classmethod
     @checked

@@ -18,9 +18,12 @@ TYPES = {"text": str, "JSON": str, "number": float, "integer": int}
 
 
 @pytest.fixture(scope="module")
-def all_that_is_told():
-    """Of a cube with all attributes: terms, an accuracy in kelvin, and a sea that knows its waves."""
-    asked = {"accuracy": "0.5 K", "output.variables": ["all"], "sea.model": "rough-sea"}
+def all_that_is_told(tmp_path_factory):
+    """Of a cube with all attributes: terms, accuracy in kelvin, a sea that knows its waves, a file of the user."""
+    response = tmp_path_factory.mktemp("files") / "response.csv"
+    response.write_text("wavelength_um,response\n10.4,0\n10.5,1\n11.0,1\n11.1,0\n")
+    bands = [{"name": "mine", "response": str(response)}]
+    asked = {"accuracy": "0.5 K", "output.variables": ["all"], "sea.model": "rough-sea", "bands": bands}
     return simulate(Scenario.load("stratus", {**SMALL, **asked})).attrs
 
 

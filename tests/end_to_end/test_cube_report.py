@@ -9,7 +9,7 @@ import pytest
 from cheap import CHEAP, NARROW
 from click.testing import CliRunner
 from example_cube import example_frame, example_header
-from pages import ends, read_page, view_of
+from pages import ends, read_page, ticks, view_of
 
 import hcss_twin
 from hcss_twin import HcssError, Scenario, open_cube, sense, simulate
@@ -76,23 +76,34 @@ def test_a_page_is_one_file_beside_its_cube_that_needs_nothing_else(cube, page):
 
 
 def test_every_pixel_shown_is_the_cubes_within_half_a_shade(cube, page):
+    """On linear scales; on stretched ones every pixel is on the right side of every tick of its colour bar."""
     view = view_of(page)
     shades = LEVELS - 1
     with open_cube(cube) as data:
         assert set(view) - {"frames"} == set(data.data_vars)
         for name in data.data_vars:
-            dims = [dim for dim in data[name].dims if dim not in ("time", "y", "x")]
-            for number, part in enumerate(view[name]["parts"]):
-                planes = data[name].isel(dict.fromkeys(dims, number)).to_numpy().astype(float)
-                flags = "flag_values" in data[name].attrs
-                low, high = (0.0, 1.0) if flags else ends(part["bar"])
-                share = np.clip((planes - low) / (high - low), 0.0, 1.0)
+            for part in view[name]["parts"]:
+                planes = data[name].isel(which(view[name], part)).to_numpy().astype(float)
                 shown = np.stack(part["pictures"]).astype(float)
                 missing = np.isnan(planes)
                 np.testing.assert_array_equal(shown[missing], LEVELS)
+                if "more contrast" in part["bar"]:
+                    for value, share in ticks(part["bar"]):
+                        assert np.all(shown[planes <= value] <= shades * share + 0.51), name
+                        assert np.all(shown[planes >= value] >= shades * share - 0.51), name
+                    order = np.argsort(planes, axis=None)
+                    assert np.all(np.diff(shown.ravel()[order]) >= 0.0), name
+                    continue
+                flags = "flag_values" in data[name].attrs
+                low, high = (0.0, 1.0) if flags else ends(part["bar"])
+                share = np.clip((planes - low) / (high - low), 0.0, 1.0)
                 # the ends are printed with five digits
                 slack = 0.501 + shades * 1e-4 * max(abs(low), abs(high)) / (high - low)
                 assert np.abs(shown - shades * share)[~missing].max() <= slack, name
+
+
+def which(quantity, part):
+    return {} if part["name"] == "" else {quantity["dim"]: part["number"]}
 
 
 def test_numbers_of_each_frame_and_of_all_are_the_cubes(cube, page):
@@ -100,9 +111,8 @@ def test_numbers_of_each_frame_and_of_all_are_the_cubes(cube, page):
     rows = {(row[0], row[1]): row[2:] for row in read_page(page).table("quantity", "band or layer")}
     with open_cube(cube) as data:
         for name in data.data_vars:
-            for number, part in enumerate(view[name]["parts"]):
-                which = {} if part["name"] == "" else {view[name]["dim"]: number}
-                planes = data[name].isel(which).to_numpy().astype(float)
+            for part in view[name]["parts"]:
+                planes = data[name].isel(which(view[name], part)).to_numpy().astype(float)
                 for plane, numbers in zip(planes, part["numbers"], strict=True):
                     assert numbers["mean"] == f"{np.nanmean(plane):.5g}"
                     assert numbers["lowest"] == f"{np.nanmin(plane):.5g}"
@@ -125,7 +135,8 @@ def test_frames_are_told_with_their_time_and_sun(cube, page):
 def test_without_a_script_the_first_frame_of_every_band_is_there(page):
     found = read_page(page)
     stills = [attributes for tag, attributes in found.elements if tag == "img" and "first frame" in attributes["alt"]]
-    assert [still["alt"] for still in stills] == ["radiance mwir, first frame", "radiance lwir, first frame"]
+    bands = ("lwir", "mwir")  # that with most to see first
+    assert [still["alt"] for still in stills] == [f"brightness temperature {band}, first frame" for band in bands]
     assert ".viewer:not(.live) .controls" in page.read_text(encoding="utf-8")
 
 
@@ -299,6 +310,7 @@ def test_of_frames_that_would_take_too_long_to_read_fewer_are_shown(tmp_path, mo
 def test_where_space_is_short_pictures_are_means_over_squares(tmp_path, monkeypatch):
     path = written(tmp_path / "c.nc", rows=50, columns=71, variables=tuple(expand(["radiance", "cloud_mask"], {})))
     monkeypatch.setattr(cube_frames, "PICTURE_BYTES", 6000)
+    monkeypatch.setattr(cube_frames, "is_stretched", lambda name: False)
     page = hcss_twin.report(path)
     view = view_of(page)
     total = sum(len(png) * 3 / 4 for q in ("radiance", "cloud_mask") for p in view[q]["parts"] for png in p["png"])

@@ -33,9 +33,10 @@ def drawn(cube, folder, variable, **options):
 @pytest.mark.parametrize(
     ("variable", "names"),
     [
-        (None, ["all_mwir.png", "all_lwir.png"]),
+        (None, ["all_lwir_kelvin.png", "all_mwir_kelvin.png"]),
+        ("radiance", ["all_mwir.png", "all_lwir.png"]),
         ("radiance_sea_emission", ["all_mwir_radiance-sea-emission.png", "all_lwir_radiance-sea-emission.png"]),
-        ("brightness_temperature", ["all_mwir_kelvin.png", "all_lwir_kelvin.png"]),
+        ("brightness_temperature", ["all_lwir_kelvin.png", "all_mwir_kelvin.png"]),
         ("cloud_mask", ["all_cloud-mask.png"]),
         (
             "cloud_layer_thickness",

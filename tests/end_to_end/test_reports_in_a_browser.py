@@ -92,15 +92,21 @@ def expect(found, page, quantity, part, frame):
 @pytest.mark.parametrize(
     ("fragment", "state"),
     [
-        ("", ("radiance", "SWIR", 0)),
-        ("#frame=3&band=1", ("radiance", "MWIR", 3)),
+        ("", ("brightness_temperature", None, 0)),
+        ("#frame=3&band=1", ("brightness_temperature", "MWIR", 3)),
         ("#frame=5&band=MWIR&show=brightness_temperature", ("brightness_temperature", "MWIR", 5)),
         ("#show=cloud_mask&frame=2", ("cloud_mask", "", 2)),
-        ("#frame=99&band=none&show=nothing", ("radiance", "SWIR", 5)),
+        ("#frame=99&band=none&show=nothing", ("brightness_temperature", None, 5)),
     ],
 )
-def test_the_address_says_what_is_shown(page, tmp_path, fragment, state):
-    expect(shown(page, tmp_path, fragment), page, *state)
+def test_the_address_says_what_is_shown_and_without_one_the_band_with_most_to_see(page, tmp_path, fragment, state):
+    quantity, part, frame = state
+    expect(shown(page, tmp_path, fragment), page, quantity, opening(page)[0] if part is None else part, frame)
+
+
+def opening(page):
+    """Bands of the brightness temperature in the order of the page."""
+    return [part["name"] for part in view_of(page)["brightness_temperature"]["parts"]]
 
 
 def test_slider_switches_and_keys_show_what_they_say(page, tmp_path):
@@ -122,20 +128,23 @@ def test_slider_switches_and_keys_show_what_they_say(page, tmp_path):
     found = shown(page, tmp_path, script=steps)
     body = next(attributes for tag, attributes in found.elements if tag == "body")
     states = json.loads(body["data-states"])
+    first, second = opening(page)
+    radiance = [part["name"] for part in view_of(page)["radiance"]["parts"]]
+    after = radiance[(radiance.index(second) + 1) % 2]
     assert [tuple(state[:3]) for state in states] == [
-        ("radiance", "SWIR", 4),
-        ("radiance", "MWIR", 4),
-        ("brightness_temperature", "MWIR", 4),
-        ("brightness_temperature", "MWIR", 5),
-        ("brightness_temperature", "MWIR", 0),
-        ("brightness_temperature", "MWIR", 5),
-        ("brightness_temperature", "MWIR", 0),
-        ("brightness_temperature", "MWIR", 5),
-        ("brightness_temperature", "SWIR", 5),
+        ("brightness_temperature", first, 4),
+        ("brightness_temperature", second, 4),
+        ("radiance", second, 4),
+        ("radiance", second, 5),
+        ("radiance", second, 0),
+        ("radiance", second, 5),
+        ("radiance", second, 0),
+        ("radiance", second, 5),
+        ("radiance", after, 5),
         ("cloud_mask", "", 5),
     ]
     assert all(int(state[3]) == state[2] for state in states)
-    assert states[2][4] == "#frame=4&show=brightness_temperature&band=MWIR"
+    assert states[2][4] == f"#frame=4&show=radiance&band={second}"
     expect(found, page, "cloud_mask", "", 5)
 
 
@@ -161,7 +170,7 @@ def test_paper_has_the_frame_that_was_chosen_in_every_band(page, tmp_path):
         for tag, attributes in found.elements
         if tag == "img" and "first frame" in attributes.get("alt", "")
     ]
-    assert stills == [part["png"][4] for part in view_of(page)["radiance"]["parts"]]
+    assert stills == [part["png"][4] for part in view_of(page)["brightness_temperature"]["parts"]]
     browse(f"file://{page}", tmp_path, "--no-pdf-header-footer", f"--print-to-pdf={tmp_path / 'page.pdf'}")
     content = (tmp_path / "page.pdf").read_bytes()
     assert content.startswith(b"%PDF")

@@ -14,6 +14,7 @@ from example_cube import example_frame, example_header
 from hcss_twin.cli.main import cli
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError
+from hcss_twin.core.stored_files import LARGEST_BYTES
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.writer import CubeWriter
 from hcss_twin.engine import verification
@@ -242,13 +243,32 @@ def test_a_file_that_changed_since_is_named_with_both_hashes(tmp_path, monkeypat
     assert change.recorded_sha256 in shown
     assert change.now_sha256 in shown
 
-    image.unlink()
+    image.unlink()  # the copy in the cube is left
+    found = verify_cube(cube)
+    assert (found.verdict, found.files) == (Verdict.IDENTICAL, ())
+
+
+def test_a_file_too_large_to_travel_is_named_where_it_is_missing(tmp_path, monkeypatch):
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    image = folder / "clouds.npy"
+    np.save(image, np.random.default_rng(1).random((200, 200)))
+    assert image.stat().st_size > LARGEST_BYTES
+    imagery = {"clouds.generator": "imagery", "clouds.parameters": {"image": "clouds.npy"}}
+    cube = simulated(tmp_path / "cube.nc", MASKS | imagery | {"frames.count": 1}, folder)
+    assert json.loads(attribute(cube, "hcss_input_files")) == {}
+    moved = shutil.move(folder, tmp_path / "moved")
     found = verify_cube(cube)
     assert found.verdict is Verdict.NOT_RECOMPUTED
     assert "clouds.npy" in found.problems[0]
-    assert [each.state for each in found.files] == ["missing"]
+    assert [(each.name, each.state) for each in found.files] == [(str(image), "missing")]
     assert "--base" in command(cube).output
     assert command(cube, "--base", moved).exit_code == 0
+
+
+def attribute(path, name):
+    with netCDF4.Dataset(path) as file:
+        return file.getncattr(name)
 
 
 def test_a_hostile_cube_reads_only_what_the_user_named_and_quotes_nothing(masks, tmp_path_factory):

@@ -222,7 +222,7 @@ class SweepSummary:
     points : sequence of PointSummary
         Summaries of the points read.
     looks : sequence of Look
-        Pictures for each band of radiance, or of the first quantity.
+        Pictures for each band of the first quantity, that with most to see first.
     columns : mapping of (quantity, band) to Reader.Quantity
         Quantities and bands with means.
     step : int
@@ -261,14 +261,15 @@ def read(points: Sequence[PointEntry]) -> SweepSummary:
                 frames = Reader.spread(dataset.sizes["time"], READ_FRAMES)
                 means: dict[tuple[str, str], float] = {}
                 for quantity in [quantity for quantity in present if quantity.name in _MEANS_OF] or present[:1]:
-                    for part, name in enumerate(quantity.parts):
+                    for part in quantity.shown.order():
+                        name = quantity.parts[part]
                         numbers = [reader.mean(quantity, part, frame) for frame in frames]
                         means[quantity.name, name] = float(np.mean(numbers))
                         columns.setdefault((quantity.name, name), quantity)
                 summaries.append(PointSummary(point, means, str(dataset.attrs.get("hcss_certificate", ""))))
                 step, most = max(step, reader.step), max(most, len(frames))
                 if point.number in shown and present:
-                    for part in range(len(present[0].parts)):
+                    for part in present[0].shown.order():
                         look = looks.setdefault((present[0].name, part), Look(present[0], part))
                         look.planes.append((point, _small(reader, present[0], part)))
         except HcssError as error:

@@ -1,0 +1,131 @@
+"""A cube is recomputed where the files that it was made from do not exist: small ones travel in it."""
+
+import base64
+import json
+import shutil
+import zlib
+
+import netCDF4
+import numpy as np
+import pytest
+from cheap import CHEAP
+
+import hcss_twin
+from hcss_twin.core.errors import CubeError
+from hcss_twin.engine.verification import Verdict, verify_cube
+
+SCENE = CHEAP | {"image.rows": 12, "image.columns": 12, "frames.count": 1, "output.certificate": 0}
+
+RESPONSE = "wavelength_um,response\n3.7,0\n3.8,1\n3.9,0.9\n4.0,0\n"
+
+
+def scenario(folder):
+    """A scenario above a spectral response, in folders that are nobody's business."""
+    (folder / "inputs").mkdir(parents=True)
+    (folder / "inputs" / "response.csv").write_text(RESPONSE)
+    raw = json.loads(hcss_twin.Scenario.load("stratus", SCENE).to_json())
+    raw["bands"] = [{"name": "mine", "response": "inputs/response.csv"}]
+    (folder / "scene.json").write_text(json.dumps(raw))
+    return folder / "scene.json"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("home") / "user" / "secret-programme"
+    cube = tmp_path_factory.mktemp("made") / "cube.nc"
+    hcss_twin.simulate(hcss_twin.Scenario.load(scenario(folder)), cube).close()
+    shutil.rmtree(folder)
+    return cube
+
+
+@pytest.fixture
+def cube(made, tmp_path, monkeypatch):
+    """The cube on another machine: its inputs are gone, and the working folder is another one."""
+    monkeypatch.chdir(tmp_path)
+    return shutil.copy(made, tmp_path / "cube.nc")
+
+
+def stored(path):
+    with netCDF4.Dataset(path) as file:
+        return json.loads(file.getncattr("hcss_input_files"))
+
+
+def store(path, table):
+    with netCDF4.Dataset(path, "a") as file:
+        file.setncattr("hcss_input_files", table if isinstance(table, str) else json.dumps(table))
+
+
+def test_a_moved_cube_is_verified_without_the_files_it_was_made_from(cube):
+    found = verify_cube(cube)
+    assert (found.verdict, found.problems, found.files) == (Verdict.IDENTICAL, (), ())
+
+
+def test_its_brightness_temperature_and_a_sensor_need_no_files_either(cube):
+    kelvin = hcss_twin.brightness_temperature(cube)
+    assert np.all((kelvin > 250.0) & (kelvin < 330.0))
+    measured = cube.with_name("measured.nc")
+    hcss_twin.sense(cube, sensor="generic-mwir", output=measured).close()
+    assert stored(measured) == stored(cube)
+    assert hcss_twin.brightness_temperature(measured).dims == kelvin.dims
+
+
+def test_the_stored_files_have_no_names_and_no_folders(cube):
+    with netCDF4.Dataset(cube) as file:
+        text = file.getncattr("hcss_input_files")
+        recorded = json.loads(file.getncattr("hcss_files_sha256"))
+    [digest] = [digest for name, digest in recorded.items() if name.endswith("response.csv")]
+    assert list(json.loads(text)) == [digest]
+    assert not any(part in text for part in ("secret-programme", "response", "inputs"))
+
+
+def test_a_file_that_is_there_and_may_be_read_goes_before_the_copy(cube, tmp_path):
+    (tmp_path / "inputs").mkdir()
+    (tmp_path / "inputs" / "response.csv").write_text(RESPONSE.replace("0.9", "0.5"))
+    found = verify_cube(cube, base=tmp_path)
+    assert found.verdict is Verdict.DIFFERENT
+    assert [change.state for change in found.files] == ["changed"]
+
+
+def altered(table):
+    [(digest, content)] = table.items()
+    return {digest: content[:-8] + "AAAAAAA="}
+
+
+def exchanged(table):
+    """Content that is whole, but not the one that was read."""
+    other = base64.b64encode(zlib.compress(RESPONSE.replace("0.9", "0.5").encode())).decode()
+    return dict.fromkeys(table, other)
+
+
+def bomb(table):
+    return dict.fromkeys(table, base64.b64encode(zlib.compress(bytes(10_000_000))).decode())
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (altered, "stored input files are damaged"),
+        (exchanged, "a stored input file was altered"),
+        (bomb, "larger than 262144 bytes"),
+        (lambda table: "[1", "stored input files are damaged"),
+        (lambda table: "[1]", "stored input files are damaged"),
+        (lambda table: dict.fromkeys(table, "no base64!"), "stored input files are damaged"),
+        (lambda table: dict.fromkeys(table, 7), "stored input files are damaged"),
+    ],
+)
+def test_an_altered_copy_is_refused(cube, change, told):
+    store(cube, change(stored(cube)))
+    with pytest.raises(CubeError, match=told):
+        verify_cube(cube)
+
+
+def test_recorded_names_that_lead_out_of_a_folder_are_not_unpacked(cube, tmp_path):
+    with netCDF4.Dataset(cube, "a") as file:
+        recorded = json.loads(file.getncattr("hcss_files_sha256"))
+        names = {
+            f"/../../../..{tmp_path}/out.csv" if name.endswith(".csv") else name: value
+            for name, value in recorded.items()
+        }
+        file.setncattr("hcss_files_sha256", json.dumps(names))
+    assert verify_cube(cube).verdict is Verdict.NOT_RECOMPUTED
+    assert not (tmp_path / "out.csv").exists()
