@@ -82,15 +82,27 @@ def run(
 
     Output.require_writable([output], force, form="Zarr" if is_zarr(output) else "NetCDF")
     measured = measured_beside(output, loaded, force)
+    from hcss_twin.cli.progress import shown_progress
+    from hcss_twin.core.stages import StageTimes, watched
+    from hcss_twin.engine.predicted_time import learn, predict
     from hcss_twin.engine.simulate import run as run_plan
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
 
     found: list[Any] = []
-    with announce_compilation(partial(click.echo, err=True)):
+    compiled: list[str] = []
+    times = StageTimes()
+    with (
+        announce_compilation(lambda text: (compiled.append(text), click.echo(text, err=True))),
+        shown_progress(context.ensure_object(Stop).check, quiet) as progress,
+        watched(times),
+    ):
         plan = make_plan(loaded)
-        shown = None if quiet else partial(context.ensure_object(Stop).progress)
-        run_plan(plan, output, shown, found.append, workers, scheduler, force)
+        prediction = predict(plan)
+        progress.expect(prediction.seconds)
+        run_plan(plan, output, progress.each, found.append, workers, scheduler, force)
+    if workers == 1 and scheduler is None and not compiled:
+        learn(plan, prediction.is_kept, times.seconds)
     if as_json:
         told = {
             "certificate": {name: value for certificate in found for name, value in certificate.as_dict().items()}
@@ -118,20 +130,27 @@ def run(
 
 @cli.command()
 @scenario_options
+@click.option("--verbose", is_flag=True, help="Print all inputs, assumptions, omissions and errors.")
 @Shared.json
-def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
-    """Show what a run of SCENARIO would compute, omit and need."""
+def plan(scenario: str, assignments: tuple[str, ...], verbose: bool, as_json: bool) -> None:
+    """Show what a run of SCENARIO would need, compute and omit."""
     from hcss_twin.core.environment import announce_compilation
+    from hcss_twin.engine.predicted_time import predict
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
-    from hcss_twin.reports.plan_text import plan_text
 
     with announce_compilation(partial(click.echo, err=True)):
         made = make_plan(Shared.load(scenario, assignments))
     if as_json:
-        Shared.write_json(describe(made))
-    else:
+        Shared.write_json({"predicted": predict(made).as_dict(), **describe(made)})
+    elif verbose:
+        from hcss_twin.reports.plan_text import plan_text
+
         click.echo(plan_text(made))
+    else:
+        from hcss_twin.reports.plan_brief import plan_brief
+
+        click.echo(plan_brief(made, predict(made), scenario))
 
 
 @cli.command()

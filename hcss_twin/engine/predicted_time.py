@@ -1,0 +1,167 @@
+"""Processor time and memory that a run will take, from constants of a reference machine and earlier runs on this one.
+
+The work of each stage follows from the plan. Its time on the reference machine was fitted to random scenes
+(``benchmarks/predicted_time.py``); what earlier runs on this machine took, relative to that, is kept in the user's
+cache and corrects it. Neither is part of a cube.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import statistics
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from hcss_twin.core.cache import CacheError, cache_root, cached_file, in_use
+from hcss_twin.core.files import Writing
+from hcss_twin.core.stages import STAGES, Stage
+from hcss_twin.core.trust import make_private, withhold
+from hcss_twin.engine.compile import tables_are_kept
+from hcss_twin.engine.tables.scene_axes import point_axes
+from hcss_twin.plan.plan import Plan
+
+__all__ = ["Prediction"]
+
+FILE = "stage-times.json"
+"""In the cache folder: measured over predicted times of the latest runs, by stage."""
+
+LATEST = 9
+"""Runs of which the median corrects a stage."""
+
+WORTH_MEASURING_S = 0.1
+"""Stages that are predicted to take less say nothing of the machine."""
+
+NAMES = {"planning": "start and planning"}
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Time and memory of a run.
+
+    Attributes
+    ----------
+    seconds : mapping of Stage to float
+        Processor time of each stage of the next run with its start, with what the cache holds now.
+    again_s : float
+        Processor time of a run that finds all in the cache.
+    memory_bytes : float
+        Largest memory.
+    runs : int
+        Earlier runs on this machine that corrected the times.
+    is_kept : bool
+        Whether the tables are in the cache.
+    """
+
+    seconds: Mapping[Stage, float]
+    again_s: float
+    memory_bytes: float
+    runs: int
+    is_kept: bool
+
+    @property
+    def total_s(self) -> float:
+        """Processor time of the next run."""
+        return sum(self.seconds.values())
+
+    @property
+    def time_text(self) -> str:
+        """Both times in words, for a plan."""
+        parts = [f"{NAMES.get(name, name)} {_time(taken)}" for name, taken in self.seconds.items() if taken >= 0.05 * self.total_s]
+        text = f"about {_time(self.total_s)} of processor time ({', '.join(parts)})"
+        if self.again_s < 0.8 * self.total_s:
+            text += f"; again, from the cache, about {_time(self.again_s)}"
+        return text
+
+    @property
+    def memory_text(self) -> str:
+        """The memory in words."""
+        megabytes = self.memory_bytes / 1e6
+        return f"about {megabytes / 1e3:.1f} GB" if megabytes >= 1e3 else f"about {10.0 * round(megabytes / 10.0):.0f} MB"
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain values, for ``--json``."""
+        return {
+            "processor_s": {**self.seconds, "total": self.total_s, "again": self.again_s},
+            "memory_bytes": self.memory_bytes,
+            "earlier_runs": self.runs,
+        }
+
+
+def predict(plan: Plan) -> Prediction:
+    """Predict time and memory of the next run of a plan in one process."""
+    factors = _read_factors()
+    kept = plan.needs_radiance and tables_are_kept(plan)
+    cold, warm = (
+        {
+            name: taken * (statistics.median(factors[name]) if factors.get(name) else 1.0)
+            for name, taken in _reference_seconds(plan, is_kept).items()
+        }
+        for is_kept in (False, True)
+    )
+    return Prediction(
+        warm if kept else cold, sum(warm.values()), _memory_bytes(plan), max(map(len, factors.values()), default=0), kept
+    )
+
+
+def learn(plan: Plan, was_kept: bool, measured: Mapping[Stage, float]) -> None:
+    """Keep how long the stages of a run took on this machine; a cache that cannot be written changes nothing.
+
+    Parameters
+    ----------
+    was_kept : bool
+        Whether the tables were in the cache.
+    measured : mapping of Stage to float
+        Processor time of each stage of a run in one process that compiled no kernels.
+    """
+    folder = in_use(cache_root())
+    if folder is None:
+        return
+    factors = _read_factors()
+    for name, expected in _reference_seconds(plan, was_kept).items():
+        if name == "planning" and not was_kept:
+            continue  # its analysis may have been new
+        if name in measured and min(expected, measured[name]) >= WORTH_MEASURING_S:
+            factors[name] = [*factors.get(name, []), measured[name] / expected][-LATEST:]
+    with contextlib.suppress(OSError, CacheError):
+        make_private(folder)
+        with Writing(folder / FILE, CacheError) as draft:
+            draft.write_text(json.dumps(factors), encoding="utf-8")
+            withhold(draft)
+
+
+def _reference_seconds(plan: Plan, is_kept: bool) -> dict[Stage, float]:
+    """Return the processor time of each stage on the reference machine, start of the process included."""
+    points = math.prod(plan.pixels) * plan.samples_per_pixel**2 * plan.frame_times_s.size
+    seconds: dict[Stage, float] = {"planning": 1.4, "frames": 0.1 + 1e-7 * points}
+    if plan.needs_radiance:
+        seconds["tables"] = 0.01 if is_kept else 1.0
+        if plan.scenario.output.certificate:
+            seconds["certificate"] = 0.06 if is_kept else 0.5
+    return {name: seconds[name] for name in STAGES if name in seconds}
+
+
+def _memory_bytes(plan: Plan) -> float:
+    """Return the largest memory of a run in one process."""
+    return 4e8
+
+
+def _read_factors() -> dict[Stage, list[float]]:
+    """Return measured over predicted times of earlier runs; none where the file is missing or not ours."""
+    folder = in_use(cache_root())
+    path = None if folder is None else cached_file(folder, FILE)
+    if path is None:
+        return {}
+    with contextlib.suppress(OSError, ValueError, AttributeError, TypeError):
+        read = json.loads(path.read_text(encoding="utf-8"))
+        return {
+            name: [float(ratio) for ratio in read[name] if 0.01 < float(ratio) < 100.0] for name in STAGES if name in read
+        }
+    return {}
+
+
+def _time(seconds: float) -> str:
+    if seconds < 10.0:
+        return f"{seconds:.1f} s"
+    return f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"
