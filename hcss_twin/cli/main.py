@@ -19,8 +19,9 @@ import click
 
 from hcss_twin.cli.atmosphere import atmosphere
 from hcss_twin.cli.cubes import cache, measured_beside, report_command, sense, verify, volume
+from hcss_twin.cli.doctor import doctor
 from hcss_twin.cli.group import CommandGroup
-from hcss_twin.cli.options import Existing, Output, Shared, Stop, only_answers, scenario_options
+from hcss_twin.cli.options import Announcement, Existing, Output, Shared, Stop, only_answers, scenario_options
 from hcss_twin.core.errors import CacheWarning, HcssError, OptionError, ScenarioError
 from hcss_twin.version import __version__
 
@@ -90,10 +91,10 @@ def run(
     from hcss_twin.plan.make_plan import make_plan
 
     found: list[Any] = []
-    compiled: list[str] = []
+    compiled = Announcement()
     times = StageTimes()
     with (
-        announce_compilation(lambda text: (compiled.append(text), click.echo(text, err=True))),
+        announce_compilation(compiled),
         shown_progress(context.ensure_object(Stop).check, quiet) as progress,
         watched(times),
     ):
@@ -101,7 +102,7 @@ def run(
         prediction = predict(plan)
         progress.expect(prediction.seconds)
         run_plan(plan, output, progress.each, found.append, workers, scheduler, force)
-    if workers == 1 and scheduler is None and not compiled:
+    if workers == 1 and scheduler is None and not compiled.made:
         learn(plan, prediction.is_kept, times.seconds)
     if as_json:
         told = {
@@ -300,7 +301,7 @@ def schema() -> None:
         Shared.write_json(json_schema(owned_schemas()), indent=1)
 
 
-for _command in (atmosphere, cache, report_command, sense, verify, volume):
+for _command in (atmosphere, cache, doctor, report_command, sense, verify, volume):
     cli.add_command(_command)
 
 

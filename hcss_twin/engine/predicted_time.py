@@ -19,7 +19,6 @@ from hcss_twin.core.files import Writing
 from hcss_twin.core.stages import STAGES, Stage
 from hcss_twin.core.trust import make_private, withhold
 from hcss_twin.engine.compile import tables_are_kept
-from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.plan.plan import Plan
 
 __all__ = ["Prediction"]
@@ -68,7 +67,11 @@ class Prediction:
     @property
     def time_text(self) -> str:
         """Both times in words, for a plan."""
-        parts = [f"{NAMES.get(name, name)} {_time(taken)}" for name, taken in self.seconds.items() if taken >= 0.05 * self.total_s]
+        parts = [
+            f"{NAMES.get(name, name)} {_time(taken)}"
+            for name, taken in self.seconds.items()
+            if taken >= 0.05 * self.total_s
+        ]
         text = f"about {_time(self.total_s)} of processor time ({', '.join(parts)})"
         if self.again_s < 0.8 * self.total_s:
             text += f"; again, from the cache, about {_time(self.again_s)}"
@@ -78,7 +81,9 @@ class Prediction:
     def memory_text(self) -> str:
         """The memory in words."""
         megabytes = self.memory_bytes / 1e6
-        return f"about {megabytes / 1e3:.1f} GB" if megabytes >= 1e3 else f"about {10.0 * round(megabytes / 10.0):.0f} MB"
+        return (
+            f"about {megabytes / 1e3:.1f} GB" if megabytes >= 1e3 else f"about {10.0 * round(megabytes / 10.0):.0f} MB"
+        )
 
     def as_dict(self) -> dict[str, object]:
         """Return plain values, for ``--json``."""
@@ -101,7 +106,11 @@ def predict(plan: Plan) -> Prediction:
         for is_kept in (False, True)
     )
     return Prediction(
-        warm if kept else cold, sum(warm.values()), _memory_bytes(plan), max(map(len, factors.values()), default=0), kept
+        warm if kept else cold,
+        sum(warm.values()),
+        _memory_bytes(plan),
+        max(map(len, factors.values()), default=0),
+        kept,
     )
 
 
@@ -156,7 +165,9 @@ def _read_factors() -> dict[Stage, list[float]]:
     with contextlib.suppress(OSError, ValueError, AttributeError, TypeError):
         read = json.loads(path.read_text(encoding="utf-8"))
         return {
-            name: [float(ratio) for ratio in read[name] if 0.01 < float(ratio) < 100.0] for name in STAGES if name in read
+            name: [float(ratio) for ratio in read[name] if 0.01 < float(ratio) < 100.0]
+            for name in STAGES
+            if name in read
         }
     return {}
 

@@ -33,7 +33,9 @@ def plan_brief(plan: Plan, prediction: Prediction, name: str) -> str:
     lines = [plan.scenario.title or plan.scenario.origin]
     for label, text in _first(plan, prediction):
         lines += Table.labelled(label, text, _LABEL).splitlines()
-    last = Table.labelled("next", f"hcss run {name}; hcss plan {name} --verbose has all inputs, omissions and errors", _LABEL)
+    last = Table.labelled(
+        "next", f"hcss run {name}; hcss plan {name} --verbose has all inputs, omissions and errors", _LABEL
+    )
     for label, text in _details(plan):
         row = Table.labelled(label, text, _LABEL).splitlines()
         if len(lines) + len(row) + len(last.splitlines()) <= MOST_LINES:
