@@ -87,8 +87,9 @@ class Prediction:
 
     def as_dict(self) -> dict[str, object]:
         """Return plain values, for ``--json``."""
+        stages = {str(name): taken for name, taken in self.seconds.items()}
         return {
-            "processor_s": {**self.seconds, "total": self.total_s, "again": self.again_s},
+            "processor_s": {**stages, "total": self.total_s, "again": self.again_s},
             "memory_bytes": self.memory_bytes,
             "earlier_runs": self.runs,
         }
@@ -98,20 +99,15 @@ def predict(plan: Plan) -> Prediction:
     """Predict time and memory of the next run of a plan in one process."""
     factors = _read_factors()
     kept = plan.needs_radiance and tables_are_kept(plan)
-    cold, warm = (
-        {
+
+    def seconds(is_kept: bool) -> dict[Stage, float]:
+        return {
             name: taken * (statistics.median(factors[name]) if factors.get(name) else 1.0)
             for name, taken in _reference_seconds(plan, is_kept).items()
         }
-        for is_kept in (False, True)
-    )
-    return Prediction(
-        warm if kept else cold,
-        sum(warm.values()),
-        _memory_bytes(plan),
-        max(map(len, factors.values()), default=0),
-        kept,
-    )
+
+    again_s, runs = sum(seconds(True).values()), max(map(len, factors.values()), default=0)
+    return Prediction(seconds(kept), again_s, _memory_bytes(plan), runs, kept)
 
 
 def learn(plan: Plan, was_kept: bool, measured: Mapping[Stage, float]) -> None:
