@@ -110,7 +110,8 @@ def run(
             or None,
             **({} if measured is None else {"sensor_cube": str(measured)}),
         }
-        Shared.write_json({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)})
+        took = {"processor_s": times.seconds, "predicted": prediction.as_dict()}
+        Shared.write_json({"cube": str(output), "bytes": cube_bytes(output), **told, **took, **describe(plan)})
     elif not quiet:
         from hcss_twin.reports.run_text import run_text
 

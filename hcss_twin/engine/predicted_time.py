@@ -19,6 +19,7 @@ from hcss_twin.core.files import Writing
 from hcss_twin.core.stages import STAGES, Stage
 from hcss_twin.core.trust import make_private, withhold
 from hcss_twin.engine.compile import tables_are_kept
+from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.plan.plan import Plan
 
 __all__ = ["Prediction"]
@@ -33,6 +34,27 @@ WORTH_MEASURING_S = 0.1
 """Stages that are predicted to take less say nothing of the machine."""
 
 NAMES = {"planning": "start and planning"}
+
+PLANNING_S = 1.5
+"""Start of a process, and planning of a scene whose analysis is in the cache."""
+
+TABLES_LAW = {
+    "constant": -0.57, "wavenumbers": 0.24, "bands": 0.49, "sunlit": 0.17, "level": 0.19, "layers": 1.56, "views": 0.73,
+    "axes": 1.0, "waves": 0.47, "texture": 0.0, "hour": 0.19,
+}  # fmt: skip
+CERTIFICATE_LAW = {
+    "constant": -0.64, "wavenumbers": 0.06, "bands": 0.11, "sunlit": 0.94, "level": 0.0, "layers": 1.63, "views": 0.75,
+    "axes": 0.3, "waves": 0.0, "texture": 0.0, "hour": 0.02,
+}  # fmt: skip
+"""Logarithms of seconds on the reference machine by :func:`work`, of a certificate of 24 pixels."""
+
+KEPT_S: Mapping[Stage, float] = {"tables": 0.01, "certificate": 0.07}
+"""The same with tables and reference columns in the cache."""
+
+FRAMES = {"constant": 0.08, "waves": 0.25, "points": 0.06, "effects": 0.03}
+"""Seconds of all frames; ``points`` and ``effects``, of each effect, for a million points."""
+
+SENSOR = {"constant": 0.3, "points": 0.3}
 
 
 @dataclass(frozen=True)
@@ -136,14 +158,52 @@ def learn(plan: Plan, was_kept: bool, measured: Mapping[Stage, float]) -> None:
             withhold(draft)
 
 
+def work(plan: Plan) -> dict[str, float]:
+    """Return what the time of a run depends on, as numbers of which logarithms of times are sums.
+
+    Only ratios matter: the spectral grid, streams by day, cloud layers, nodes of views and other axes, and the points
+    of the frames.
+    """
+    assembly, sunlit = plan.assembly, plan.sun_matters
+    over = math.prod(len(axis.nodes) for axis in point_axes(plan))
+    return {
+        "wavenumbers": math.log(assembly.spectral_grid.wavenumber_cm1.size / 100.0),
+        "bands": math.log(len(plan.bands)),
+        "sunlit": float(sunlit),
+        "level": float(assembly.numerical_level + assembly.sunlight_steps) if sunlit else 0.0,
+        "layers": float(sum(assembly.cloudy_layers) - 1),
+        "views": math.log(len(plan.views.places)) if plan.views.varies else 0.0,
+        "axes": math.log(max(over, 1)),
+        "waves": float(plan.waves.varies),
+        "texture": float(plan.texture.varies),
+        "hour": math.log1p(abs(float(plan.frame_times_s[-1] - plan.frame_times_s[0])) / 600.0) if sunlit else 0.0,
+    }
+
+
+def points(plan: Plan) -> float:
+    """Return the number of points of all frames, counted for each cloud layer, in millions."""
+    count = math.prod(plan.pixels) * plan.samples_per_pixel**2 * plan.frame_times_s.size
+    return count * max(len(plan.layers), 1) / 1e6
+
+
+def _seconds_of(law: Mapping[str, float], of_plan: Mapping[str, float]) -> float:
+    return math.exp(law["constant"] + sum(law[name] * value for name, value in of_plan.items()))
+
+
 def _reference_seconds(plan: Plan, is_kept: bool) -> dict[Stage, float]:
     """Return the processor time of each stage on the reference machine, start of the process included."""
-    points = math.prod(plan.pixels) * plan.samples_per_pixel**2 * plan.frame_times_s.size
-    seconds: dict[Stage, float] = {"planning": 1.4, "frames": 0.1 + 1e-7 * points}
+    varied = plan.waves.varies + plan.has_shadows + plan.views.varies + plan.texture.varies
+    frames = FRAMES["constant"] + FRAMES["waves"] * plan.waves.varies
+    seconds: dict[Stage, float] = {"planning": PLANNING_S}
     if plan.needs_radiance:
-        seconds["tables"] = 0.01 if is_kept else 1.0
+        of_plan = work(plan)
+        seconds["tables"] = KEPT_S["tables"] if is_kept else _seconds_of(TABLES_LAW, of_plan)
         if plan.scenario.output.certificate:
-            seconds["certificate"] = 0.06 if is_kept else 0.5
+            one = KEPT_S["certificate"] if is_kept else _seconds_of(CERTIFICATE_LAW, of_plan)
+            seconds["certificate"] = one * (1.0 if is_kept else max(plan.scenario.output.certificate / 24.0, 0.5))
+    seconds["frames"] = frames + points(plan) * (FRAMES["points"] + FRAMES["effects"] * varied)
+    if plan.sensor.stages:
+        seconds["sensor"] = SENSOR["constant"] + SENSOR["points"] * points(plan)
     return {name: seconds[name] for name in STAGES if name in seconds}
 
 
