@@ -3,9 +3,10 @@
     python benchmarks/predicted_time.py [--scenes 20] [--first 0] [--rows FILE] [--fit]
 
 Each scene is planned by ``hcss plan`` and run twice by ``hcss run``, each command a process of its own, in a cache of
-its own that begins empty but for the stage times of the scenes before. ``cold``: the plan is in the cache, tables are not;
-``warm``: both are. Times are of whole processes of ``hcss run``. ``--fit`` prints the constants of ``hcss_twin/engine/predicted_time.py``
-by least squares over the rows of FILE, as JSON lines; draw other scenes for a comparison.
+its own that begins empty but for the stage times of the scenes before. ``cold``: the plan is in the cache, tables are
+not; ``warm``: both are. Times are of whole processes of ``hcss run``. ``--fit`` prints the constants of
+``hcss_twin/engine/predicted_time.py`` by least squares over the rows of FILE, as JSON lines; draw other scenes for a
+comparison.
 """
 
 from __future__ import annotations

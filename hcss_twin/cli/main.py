@@ -140,11 +140,12 @@ def plan(scenario: str, assignments: tuple[str, ...], verbose: bool, as_json: bo
     from hcss_twin.engine.predicted_time import predict
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
+    from hcss_twin.plan.provider_cost import provider_costs
 
     with announce_compilation(partial(click.echo, err=True)):
         made = make_plan(Shared.load(scenario, assignments))
     if as_json:
-        Shared.write_json({"predicted": predict(made).as_dict(), **describe(made)})
+        Shared.write_json({"predicted": predict(made, provider_costs(made)).as_dict(), **describe(made)})
     elif verbose:
         from hcss_twin.reports.plan_text import plan_text
 
@@ -152,7 +153,7 @@ def plan(scenario: str, assignments: tuple[str, ...], verbose: bool, as_json: bo
     else:
         from hcss_twin.reports.plan_brief import plan_brief
 
-        click.echo(plan_brief(made, predict(made), scenario))
+        click.echo(plan_brief(made, predict(made, provider_costs(made)), scenario))
 
 
 @cli.command()

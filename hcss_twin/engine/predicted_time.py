@@ -11,7 +11,7 @@ import contextlib
 import json
 import math
 import statistics
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from hcss_twin.core.cache import CacheError, cache_root, cached_file, in_use
@@ -21,6 +21,8 @@ from hcss_twin.core.trust import make_private, withhold
 from hcss_twin.engine.compile import tables_are_kept
 from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.provider_cost import ProviderCost
+from hcss_twin.providers.registry.specs import Kind
 
 __all__ = ["Prediction"]
 
@@ -117,16 +119,28 @@ class Prediction:
         }
 
 
-def predict(plan: Plan) -> Prediction:
-    """Predict time and memory of the next run of a plan in one process."""
+def predict(plan: Plan, costs: Sequence[ProviderCost] = ()) -> Prediction:
+    """Predict time and memory of the next run of a plan in one process.
+
+    Parameters
+    ----------
+    costs : sequence of ProviderCost
+        Of providers of other packages, of which the constants know nothing.
+    """
     factors = _read_factors()
     kept = plan.needs_radiance and tables_are_kept(plan)
 
     def seconds(is_kept: bool) -> dict[Stage, float]:
-        return {
+        taken = {
             name: taken * (statistics.median(factors[name]) if factors.get(name) else 1.0)
             for name, taken in _reference_seconds(plan, is_kept).items()
         }
+        for cost in costs:
+            if cost.label.startswith(Kind.CLOUDS):
+                taken["frames"] += cost.seconds
+            elif not is_kept:
+                taken["tables"] += cost.seconds
+        return taken
 
     again_s, runs = sum(seconds(True).values()), max(map(len, factors.values()), default=0)
     return Prediction(seconds(kept), again_s, _memory_bytes(plan), runs, kept)
