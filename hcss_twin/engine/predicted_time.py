@@ -19,6 +19,7 @@ from hcss_twin.core.files import Writing
 from hcss_twin.core.stages import STAGES, Stage
 from hcss_twin.core.trust import make_private, withhold
 from hcss_twin.engine.compile import tables_are_kept
+from hcss_twin.engine.parts import parts_of
 from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.provider_cost import ProviderCost
@@ -57,6 +58,10 @@ FRAMES = {"constant": 0.08, "waves": 0.25, "points": 0.06, "effects": 0.03}
 """Seconds of all frames; ``points`` and ``effects``, of each effect, for a million points."""
 
 SENSOR = {"constant": 0.3, "points": 0.3}
+"""The same of a sensor."""
+
+MEMORY = {"constant": 220e6, "points": 60e6, "tables": 50e6, "wavenumbers": 0.25e6, "sunlit": 70e6}
+"""Bytes: of the program, for a million points of a frame or tile, and of tables for each wavenumber and by day."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +148,7 @@ def predict(plan: Plan, costs: Sequence[ProviderCost] = ()) -> Prediction:
         return taken
 
     again_s, runs = sum(seconds(True).values()), max(map(len, factors.values()), default=0)
-    return Prediction(seconds(kept), again_s, _memory_bytes(plan), runs, kept)
+    return Prediction(seconds(kept), again_s, _memory_bytes(plan, kept), runs, kept)
 
 
 def learn(plan: Plan, was_kept: bool, measured: Mapping[Stage, float]) -> None:
@@ -221,9 +226,14 @@ def _reference_seconds(plan: Plan, is_kept: bool) -> dict[Stage, float]:
     return {name: seconds[name] for name in STAGES if name in seconds}
 
 
-def _memory_bytes(plan: Plan) -> float:
-    """Return the largest memory of a run in one process."""
-    return 4e8
+def _memory_bytes(plan: Plan, is_kept: bool) -> float:
+    """Return the largest memory of a run in one process, which holds one frame, or one tile of a large one."""
+    of_part = MEMORY["points"] * points(plan) / parts_of(plan)
+    if not plan.needs_radiance or is_kept:
+        return MEMORY["constant"] + of_part
+    wavenumbers = plan.spectral_grid.wavenumber_cm1.size
+    tables = MEMORY["tables"] + MEMORY["wavenumbers"] * wavenumbers + MEMORY["sunlit"] * plan.sun_matters
+    return MEMORY["constant"] + of_part + tables
 
 
 def _read_factors() -> dict[Stage, list[float]]:
