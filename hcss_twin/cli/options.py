@@ -19,7 +19,7 @@ from hcss_twin.core.files import is_device
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
-__all__ = ["Existing", "Number", "Output", "ScenarioName", "Shared", "Stop"]
+__all__ = ["Existing", "Number", "Output", "Shared", "Stop"]
 
 
 class Existing(click.Path):
@@ -245,6 +245,8 @@ class Shared:
         ``--json``, as the parameter ``as_json``: the command prints nothing but its answer, with :meth:`write_json`.
     json_file
         ``--json FILE``, as the parameter ``json_file``, which may be ``-``.
+    scenario
+        The argument ``SCENARIO``, of which shells complete the names.
     """
 
     at = click.option(
@@ -270,6 +272,8 @@ class Shared:
         callback=_answers_only,
         help="JSON file for all numbers; - prints them instead of the table.",
     )
+
+    scenario = click.argument("scenario", type=ScenarioName())
 
     @staticmethod
     def length(*names: str, help: str) -> Any:
@@ -327,7 +331,7 @@ class Shared:
 
 def scenario_options(command: Any) -> Any:
     """Add the arguments SCENARIO and ``--set``."""
-    return click.argument("scenario", type=ScenarioName())(Shared.changes(command))
+    return Shared.scenario(Shared.changes(command))
 
 
 def _read_by_command() -> Iterator[Path]:

@@ -142,9 +142,12 @@ class Certificate:
         Light between columns against a reference of its plugin, also as ``text``; empty for independent columns.
     CLEAR : str
         Name of the stratum without cloud.
+    NOT_AS_SPECIFIED : str
+        First words of the text where a pixel exceeds the requested error.
     """
 
     CLEAR: ClassVar = "clear"
+    NOT_AS_SPECIFIED: ClassVar = NOT_AS_SPECIFIED
 
     requested: RequestedAccuracy
     estimated: float

@@ -8,11 +8,11 @@ from typing import Any
 import click
 import numpy as np
 
-from hcss_twin.cli.options import Output, ScenarioName, Shared
+from hcss_twin.cli.options import Output, Shared
 
 
 @click.command()
-@click.argument("scenario", type=ScenarioName())
+@Shared.scenario
 @Shared.changes
 @click.option("--pixels", default=16, type=click.IntRange(1, 10_000), help="Random pixels.")
 @click.option("--photons", default=20_000, type=click.IntRange(1000), help="For each pixel and band.")

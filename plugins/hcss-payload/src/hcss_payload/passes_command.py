@@ -7,11 +7,11 @@ from datetime import UTC, datetime, timedelta
 
 import click
 
-from hcss_twin.cli.options import Number, ScenarioName, Shared
+from hcss_twin.cli.options import Number, Shared
 
 
 @click.command()
-@click.argument("scenario", type=ScenarioName())
+@Shared.scenario
 @Shared.changes
 @click.option(
     "--days", default=1.0, show_default=True, type=Number(min=0.0, max=366.0), help="From the first frame on."

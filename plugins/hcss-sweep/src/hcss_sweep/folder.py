@@ -18,7 +18,7 @@ from hcss_sweep.errors import SweepError
 from hcss_sweep.points import PointOutcome, SweepPoint, sha256_of
 from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
-from hcss_twin.cube.metadata import NOT_AS_SPECIFIED
+from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.providers import CubeError
 
 PointState = Literal["pending", "done", "failed"]
@@ -254,7 +254,9 @@ def _certificate_error(path: Path) -> str | None:
 
     with open_cube(path) as cube:
         text = str(cube.attrs.get("hcss_certificate", ""))
-    return f"certificate {text}" if text.startswith((NOT_AS_SPECIFIED, "FAILED")) else None  # earlier versions
+    return (
+        f"certificate {text}" if text.startswith((Certificate.NOT_AS_SPECIFIED, "FAILED")) else None
+    )  # earlier versions
 
 
 @contextmanager

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import click
 
-from hcss_twin.cli.options import Existing, Output, ScenarioName, Shared, Stop
+from hcss_twin.cli.options import Existing, Output, Shared, Stop
 from hcss_twin.core.errors import CertificateWarning
 
 EXIT_FAILED = 1
 
 
 @click.command("propagate")
-@click.argument("scenario", type=ScenarioName())
+@Shared.scenario
 @Shared.changes
 @click.option("--draws", type=int, default=200, help="Number of random draws of the inputs, each with two seeds.")
 @click.option("--posterior", type=Existing(dir_okay=False), help="File of `hcss fit` for the cloud parameters.")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hcss_payload.checks import PayloadError, require_within
-from hcss_twin.cli.options import Number, ScenarioName, Shared
+from hcss_twin.cli.options import Number, Shared
 
 if TYPE_CHECKING:
     from hcss_payload.live.twin import Method
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("scenario", type=ScenarioName())
+@Shared.scenario
 @Shared.changes
 @click.option("--start", "start_s", type=Number(), help="First time of poses, s; default: that of the first frame.")
 @click.option("--end", "end_s", type=Number(), help="Last time of poses, s; default: that of the last frame.")
