@@ -96,12 +96,19 @@ class BarProgress(Progress):
 
             def render(self, task: Task) -> Text:
                 expected = task.fields["expected"]
-                left = task.time_remaining if task.total else expected and expected - (task.elapsed or 0.0)
+                left = task.time_remaining if task.total else expected and pace() * expected - (task.elapsed or 0.0)
                 if task.finished:
                     return Text(_time(task.finished_time or 0.0))
                 if left is None:
                     return Text(f"{task.elapsed or 0.0:.0f} s")
-                return Text(f"about {_time(left)} left" if left > 0.0 else "a little longer than predicted")
+                return Text(f"about {_time(left)} left" if left > 0.0 else "longer than predicted")
+
+        began, began_processor = time.monotonic(), time.process_time()
+
+        def pace() -> float:
+            """Return the time that passes in a second of processor time: what is predicted, on a busy machine."""
+            used = time.process_time() - began_processor
+            return max((time.monotonic() - began) / used, 1.0) if used > 1.0 else 1.0
 
         columns = TextColumn("{task.description:<12}"), BarColumn(), TextColumn("{task.fields[count]}"), Left()
         self.bars = Bars(*columns, console=Console(stderr=True), transient=True)
