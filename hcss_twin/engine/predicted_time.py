@@ -42,11 +42,11 @@ PLANNING_S = 1.35
 """Start of a process, and planning of a scene whose analysis is in the cache."""
 
 TABLES_LAW = {
-    "constant": -0.75, "wavenumbers": 0.18, "bands": 0.45, "sunlit": 0.66, "level": 0.09, "layers": 1.3, "views": 0.72,
+    "constant": -0.75, "wavenumbers": 0.18, "bands": 0.45, "sunlit": 0.66, "level": 0.09, "layers": 1.55, "views": 0.72,
     "axes": 1.0, "waves": 0.88, "hours": 0.3,
 }  # fmt: skip
 CERTIFICATE_LAW = {
-    "constant": -0.76, "wavenumbers": 0.09, "bands": 0.27, "sunlit": 0.82, "level": -0.05, "layers": 1.3, "views": 0.82,
+    "constant": -0.76, "wavenumbers": 0.09, "bands": 0.27, "sunlit": 0.82, "level": -0.05, "layers": 1.6, "views": 0.82,
     "axes": 0.3, "waves": 0.0, "hours": 0.05,
 }  # fmt: skip
 """Logarithms of seconds on the reference machine by :func:`work`, of a certificate of 24 pixels."""
