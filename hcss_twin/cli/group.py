@@ -16,7 +16,7 @@ TOPICS = {
     "Clouds from images": ("import", "clouds", "match", "fit", "evaluate"),
     "Inputs": ("scenarios", "schema", "atmosphere", "atmosphere import", "atmosphere plot"),
     "Plugins": ("plugins", "new-plugin", "check"),
-    "This machine": ("cache",),
+    "This machine": ("doctor", "cache"),
 }
 """Headings of ``hcss --help`` and their commands, installed plugins' included; others go under "Other"."""
 

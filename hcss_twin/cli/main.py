@@ -19,8 +19,9 @@ import click
 
 from hcss_twin.cli.atmosphere import atmosphere
 from hcss_twin.cli.cubes import cache, measured_beside, report_command, sense, verify, volume
+from hcss_twin.cli.doctor import doctor
 from hcss_twin.cli.group import CommandGroup
-from hcss_twin.cli.options import Existing, Output, Shared, Stop, only_answers, scenario_options
+from hcss_twin.cli.options import Announcement, Existing, Output, Shared, Stop, only_answers, scenario_options
 from hcss_twin.core.errors import CacheWarning, HcssError, OptionError, ScenarioError
 from hcss_twin.version import __version__
 
@@ -82,22 +83,35 @@ def run(
 
     Output.require_writable([output], force, form="Zarr" if is_zarr(output) else "NetCDF")
     measured = measured_beside(output, loaded, force)
+    from hcss_twin.cli.progress import shown_progress
+    from hcss_twin.core.stages import StageTimes, watched
+    from hcss_twin.engine.predicted_time import learn, predict
     from hcss_twin.engine.simulate import run as run_plan
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
 
     found: list[Any] = []
-    with announce_compilation(partial(click.echo, err=True)):
+    compiled = Announcement()
+    times = StageTimes()
+    with (
+        announce_compilation(compiled),
+        shown_progress(context.ensure_object(Stop).check, quiet) as progress,
+        watched(times),
+    ):
         plan = make_plan(loaded)
-        shown = None if quiet else partial(context.ensure_object(Stop).progress)
-        run_plan(plan, output, shown, found.append, workers, scheduler, force)
+        prediction = predict(plan)
+        progress.expect(prediction.seconds)
+        run_plan(plan, output, progress.each, found.append, workers, scheduler, force)
+    if workers == 1 and scheduler is None and not compiled.made:
+        learn(plan, prediction.is_kept, times.seconds)
     if as_json:
         told = {
             "certificate": {name: value for certificate in found for name, value in certificate.as_dict().items()}
             or None,
             **({} if measured is None else {"sensor_cube": str(measured)}),
         }
-        Shared.write_json({"cube": str(output), "bytes": cube_bytes(output), **told, **describe(plan)})
+        took = {"processor_s": times.seconds, "predicted": prediction.as_dict()}
+        Shared.write_json({"cube": str(output), "bytes": cube_bytes(output), **told, **took, **describe(plan)})
     elif not quiet:
         from hcss_twin.reports.run_text import run_text
 
@@ -118,20 +132,28 @@ def run(
 
 @cli.command()
 @scenario_options
+@click.option("--verbose", is_flag=True, help="Print all inputs, assumptions, omissions and errors.")
 @Shared.json
-def plan(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
-    """Show what a run of SCENARIO would compute, omit and need."""
+def plan(scenario: str, assignments: tuple[str, ...], verbose: bool, as_json: bool) -> None:
+    """Show what a run of SCENARIO would need, compute and omit."""
     from hcss_twin.core.environment import announce_compilation
+    from hcss_twin.engine.predicted_time import predict
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
-    from hcss_twin.reports.plan_text import plan_text
+    from hcss_twin.plan.provider_cost import provider_costs
 
     with announce_compilation(partial(click.echo, err=True)):
         made = make_plan(Shared.load(scenario, assignments))
     if as_json:
-        Shared.write_json(describe(made))
-    else:
+        Shared.write_json({"predicted": predict(made, provider_costs(made)).as_dict(), **describe(made)})
+    elif verbose:
+        from hcss_twin.reports.plan_text import plan_text
+
         click.echo(plan_text(made))
+    else:
+        from hcss_twin.reports.plan_brief import plan_brief
+
+        click.echo(plan_brief(made, predict(made, provider_costs(made)), scenario))
 
 
 @cli.command()
@@ -283,7 +305,7 @@ def schema() -> None:
         Shared.write_json(json_schema(owned_schemas()), indent=1)
 
 
-for _command in (atmosphere, cache, report_command, sense, verify, volume):
+for _command in (atmosphere, cache, doctor, report_command, sense, verify, volume):
     cli.add_command(_command)
 
 

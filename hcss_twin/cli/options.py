@@ -10,11 +10,14 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
 from hcss_twin.core.files import is_device
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 __all__ = ["Existing", "Number", "Output", "Shared", "Stop"]
 
@@ -37,6 +40,31 @@ class Existing(click.Path):
         if is_device(path):
             self.fail(f"'{path}' is a pipe, socket or device; allowed: on disk", param, ctx)
         return path
+
+
+class ScenarioName(click.types.StringParamType):
+    """Name of a shipped scenario, or a TOML file."""
+
+    @staticmethod
+    def shipped() -> list[str]:
+        """Return the names of the shipped scenarios."""
+        from hcss_twin.core.catalog import Catalog
+
+        return Catalog().names("scenarios", ".toml")
+
+    def get_missing_message(self, param: click.Parameter, ctx: click.Context | None) -> str:
+        """List the names, and say what to try first."""
+        return (
+            f"Name a shipped scenario ({', '.join(self.shipped())}), or a TOML file of your own; for example: "
+            f"{ctx.command_path if ctx else 'hcss run'} trade-cumulus"
+        )
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Return names that begin like what is typed; the shell adds files."""
+        from click.shell_completion import CompletionItem
+
+        names = [CompletionItem(name) for name in self.shipped() if name.startswith(incomplete)]
+        return [*names, CompletionItem(incomplete, type="file")]
 
 
 class Number(click.FloatRange):
@@ -217,6 +245,8 @@ class Shared:
         ``--json``, as the parameter ``as_json``: the command prints nothing but its answer, with :meth:`write_json`.
     json_file
         ``--json FILE``, as the parameter ``json_file``, which may be ``-``.
+    scenario
+        The argument ``SCENARIO``, of which shells complete the names.
     """
 
     at = click.option(
@@ -242,6 +272,8 @@ class Shared:
         callback=_answers_only,
         help="JSON file for all numbers; - prints them instead of the table.",
     )
+
+    scenario = click.argument("scenario", type=ScenarioName())
 
     @staticmethod
     def length(*names: str, help: str) -> Any:
@@ -299,7 +331,7 @@ class Shared:
 
 def scenario_options(command: Any) -> Any:
     """Add the arguments SCENARIO and ``--set``."""
-    return click.argument("scenario")(Shared.changes(command))
+    return Shared.scenario(Shared.changes(command))
 
 
 def _read_by_command() -> Iterator[Path]:
@@ -310,6 +342,17 @@ def _read_by_command() -> Iterator[Path]:
         for argument in given if isinstance(given, tuple) else (given,):
             if isinstance(argument, str | Path) and len(str(argument)) < 255 and Path(argument).exists():
                 yield Path(argument)
+
+
+class Announcement:
+    """Prints that kernels are compiled, and remembers it: such a run says nothing of the time of others."""
+
+    made = False
+
+    def __call__(self, text: str) -> None:
+        """Print it."""
+        self.made = True
+        click.echo(text, err=True)
 
 
 def with_size(path: Path) -> str:

@@ -87,6 +87,11 @@ def kernel(*, inner: bool = False, **options: Any) -> Callable[[Callable[..., An
     return compiled
 
 
+def kernels_folder() -> str:
+    """Return where compiled kernels are kept; empty if no folder may be written, so that each process compiles."""
+    return str(kernel()(_silently).stats.cache_path or "")
+
+
 @contextmanager
 def compiling_meanwhile(work: Callable[[], object]) -> Iterator[None]:
     """Let a copy of this process do ``work`` as soon as the block compiles a kernel, to compile those of ``work``, too.

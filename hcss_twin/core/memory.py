@@ -41,7 +41,7 @@ def naming_memory() -> Iterator[None]:
 def out_of_memory(cause: BaseException | None = None) -> str:
     """Return a message: what was asked for, what there is, and the keys that need less."""
     asked = " ".join(str(cause).split()) if cause is not None and str(cause) else "an array did not fit"
-    there = "; ".join(_there())
+    there = "; ".join(available())
     return f"memory ran out: {asked}; {there + '; ' if there else ''}{LESS}"
 
 
@@ -58,7 +58,7 @@ def _cause(error: BaseException) -> BaseException | None:
     return None
 
 
-def _there() -> Iterator[str]:
+def available() -> Iterator[str]:
     """Yield what there is: the limit of this process and its use, and what the machine or container has free."""
     with suppress(OSError, ValueError, ImportError, IndexError):
         import resource

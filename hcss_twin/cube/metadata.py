@@ -16,6 +16,9 @@ from hcss_twin.core.errors import CubeError
 from hcss_twin.cube.geometry import Footprint, footprint
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE, Attribute, CubeHeader
 
+AS_SPECIFIED, NOT_AS_SPECIFIED, NOT_CHECKED = "computed as specified", "NOT as specified", "NOT CHECKED"
+"""First words of the certificate."""
+
 ALWAYS = "always"
 _RADIANCE = "radiance is computed"
 _CHECKED = "pixels are checked"
@@ -76,8 +79,8 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec("hcss_wavenumbers_used", "integer", _RADIANCE, "Weighted wavenumbers computed."),
     AttributeSpec("hcss_wavenumbers_known", "integer", _RADIANCE, "Wavenumbers of the full grid that they represent."),
     AttributeSpec("hcss_certificate", "text", _CHECKED,
-        "Whether random pixels, recomputed without tables, meet the requested accuracy; begins with PASSED, "
-        "FAILED or NOTHING CHECKED."),
+        "Whether random pixels, recomputed without tables, meet the requested accuracy: begins with `computed as "
+        "specified`, `NOT as specified` or `NOT CHECKED`; then the largest error in per cent and kelvin."),
     AttributeSpec("hcss_accuracy_achieved", "JSON", _CHECKED,
         "Largest relative error of the checked pixels by band; null: undefined."),
     AttributeSpec("hcss_accuracy_achieved_kelvin", "JSON", "pixels are checked and `accuracy` is in kelvin",

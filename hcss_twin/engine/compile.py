@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.cache import TABLES, recall_or_compute
+from hcss_twin.core.cache import TABLES, Store, recall_or_compute
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.engine.tables.columns import Axes, BandColumns
 from hcss_twin.engine.tables.over_views import plans_over_views
@@ -276,3 +276,12 @@ def tables_of(plan: Plan, new: Callable[[Plan], object] | None = None) -> Radian
         return compile_tables(plan)
 
     return recall_or_compute(TABLES, table_key(plan), plan.catalog, compute, CLASSES)
+
+
+def tables_are_kept(plan: Plan) -> bool:
+    """Return whether the cache has the tables of a plan, of which those of the first view and state stand for all."""
+    for axis in point_axes(plan):
+        return tables_are_kept(axis.plan_in(plan, axis.nodes[0]))
+    if not plan.views.together(plan.assembly):
+        return tables_are_kept(next(iter(plans_over_views(plan))))
+    return Store(*TABLES).find(table_key(plan)) is not None

@@ -22,6 +22,7 @@ from hcss_twin.core.files import require_not_read
 from hcss_twin.core.kernels import wait_for_kernels
 from hcss_twin.core.memory import naming_memory
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
+from hcss_twin.core.stages import stage
 from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.streamed_writer import BackgroundWriter, frame_bytes
@@ -129,7 +130,8 @@ def run(
     if plan.sensor.stages:
         from hcss_twin.engine.sense import sense_run  # only for scenes with a sensor
 
-        sense_run(plan, tables, output, progress)
+        with stage("sensor"):
+            sense_run(plan, tables, output, progress)
     if certificate is not None:
         (report or _warn)(certificate)
     return Path(output)
@@ -146,7 +148,10 @@ def _write_clean(
 ) -> tuple[Certificate | None, RadianceTables | None]:
     """Write the cube of a planned scene; return its certificate, if pixels were checked, and its tables, if any."""
     writer_of, compression = cube_writer(output), plan.scenario.output.compression or None
-    tables = tables_of(plan) if plan.needs_radiance else None
+    tables: RadianceTables | None = None
+    if plan.needs_radiance:
+        with stage("tables"):
+            tables = tables_of(plan)
     sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
     certificate: Certificate | None = None
     header = cube_header(plan, tables)
@@ -159,14 +164,15 @@ def _write_clean(
         parts: Iterable[Part] = stream_parts(plan, tables, sample, pool.executor, pool.count)
         if progress is not None:
             parts = progress(parts, parts_of(plan))
-        with BackgroundWriter(writer) if overlaps(plan) else nullcontext(writer) as sink:
+        with stage("frames"), BackgroundWriter(writer) if overlaps(plan) else nullcontext(writer) as sink:
             for first, window, frames in _batches(parts):
                 if len(frames) > 1:
                     sink.write_frames(first, frames)
                 else:
                     sink.write_tile(first, window, frames[0])
         if tables is not None and sample is not None:
-            certificate = with_verdict(plan, certify(plan, tables, sample.frames, from_curves))
+            with stage("certificate"):
+                certificate = with_verdict(plan, certify(plan, tables, sample.frames, from_curves))
             writer.set_attributes(certificate.attributes())
     return certificate, tables
 

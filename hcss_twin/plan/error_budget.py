@@ -24,7 +24,7 @@ from hcss_twin.plan.few_columns import OMISSION_SHARE, Omission
 from hcss_twin.plan.plan import Plan
 
 ENGINE, NUMERICS = "engine", "numerics"
-"""Contributions for which ``PASSED`` stands: tables and interpolation; streams, modes and grids."""
+"""Contributions that "computed as specified" is about: tables and interpolation; streams, modes and grids."""
 
 COLUMNS, SIDES = "plane-parallel clouds", "clouds with sides"
 """Error of independent columns, and that of the light between them which takes its place."""

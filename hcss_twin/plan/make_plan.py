@@ -19,6 +19,7 @@ from hcss_twin.core.kernels import compiling_meanwhile
 from hcss_twin.core.memory import naming_memory
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.core.stages import stage
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.plan.assemble import assemble
 from hcss_twin.plan.assembly import Assembly
@@ -100,7 +101,8 @@ def make_plan(
     try:
         catalog = (Catalog if keeps_results else SecludedCatalog)(base=scenario.base)
         catalog.shelf = shelf or catalog.shelf
-        return _make_plan(scenario, catalog, family, rays(scenario, catalog))
+        with stage("planning"):
+            return _make_plan(scenario, catalog, family, rays(scenario, catalog))
     except ScenarioError as error:
         typed = [Problem(_key_of_instrument(scenario, each.field), each.message) for each in error.problems]
         raise ScenarioError(typed, scenario.origin) from error

@@ -216,7 +216,7 @@ def _certificate(attributes: Mapping[str, Any]) -> Iterator[Markup.Block]:
     requested = attributes.get("hcss_accuracy_requested")
     words = attributes.get("hcss_certificate")
     none = Markup.badge("no certificate", "plain" if requested is None else "fair")
-    yield Markup.element("p", Provenance.badge(words, "certificate ") or none)
+    yield Markup.element("p", Provenance.badge(words) or none)
     if words is None:
         unchecked = "No pixel was checked: the scenario's output.certificate is 0."
         yield Markup.note("The cube holds no radiance that could be checked." if requested is None else unchecked)

@@ -47,7 +47,7 @@ def evidence_page(path: Path) -> Page:
 
 def _summary(evidence: Evidence) -> Iterator[Markup.Block]:
     words = str(evidence.attributes.get("hcss_certificate", ""))
-    badge = Provenance.badge(words, "certificate ") or Markup.badge("no certificate", "fair")
+    badge = Provenance.badge(words) or Markup.badge("no certificate", "fair")
     yield Markup.element("p", badge)
     kinds = Counter(row.kind for row in evidence.comparisons)
     measured = [row for row in evidence.comparisons if row.kind == "measurement"]

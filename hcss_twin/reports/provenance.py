@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from datetime import datetime
 from typing import Any, TypeVar
 
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
-from hcss_twin.cube.metadata import creation_time
+from hcss_twin.cube.metadata import AS_SPECIFIED, NOT_AS_SPECIFIED, NOT_CHECKED, creation_time
 from hcss_twin.reports.page import Markup
 from hcss_twin.reports.tables import Table
 
-_VERDICTS: Mapping[str, Markup.Tone] = {"PASSED": "good", "FAILED": "bad", "NOTHING CHECKED": "fair"}
+_VERDICTS: Mapping[str, tuple[str, Markup.Tone]] = {
+    AS_SPECIFIED: (AS_SPECIFIED, "good"),
+    NOT_AS_SPECIFIED: (NOT_AS_SPECIFIED, "bad"),
+    NOT_CHECKED: (NOT_CHECKED, "fair"),
+    "PASSED": (AS_SPECIFIED, "good"),
+    "FAILED": (NOT_AS_SPECIFIED, "bad"),
+    "NOTHING CHECKED": (NOT_CHECKED, "fair"),
+}
+"""First words of a certificate, those of cubes of earlier versions included: what they mean, and how they look."""
+
+_KELVIN = re.compile(r"differ by at most [^(;]*?([\d.e-]+ K)")
 
 __all__ = ["Provenance"]
 
@@ -33,10 +44,12 @@ class Provenance:
 
     @staticmethod
     def badge(certificate: object, prefix: str = "") -> Markup | None:
-        """Return the verdict of a certificate (its first words); None without a certificate."""
-        for verdict, tone in _VERDICTS.items():
-            if str(certificate or "").startswith(verdict):
-                return Markup.badge(f"{prefix}{verdict.lower()}", tone)
+        """Return the verdict of a certificate, with the largest error in kelvin; None without a certificate."""
+        words = str(certificate or "")
+        for verdict, (meaning, tone) in _VERDICTS.items():
+            if words.startswith(verdict):
+                kelvin = _KELVIN.search(words)
+                return Markup.badge(f"{prefix}{meaning}{f', within {kelvin[1]}' if kelvin else ''}", tone)
         return None
 
     @staticmethod

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from hcss_twin.engine.certificate.certificate import Certificate
-from hcss_twin.plan.error_budget import ENGINE, ErrorBudget
+from hcss_twin.plan.error_budget import ErrorBudget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, SWITCHED_OFF, Omission
 from hcss_twin.plan.plan import Plan
 
@@ -28,7 +28,7 @@ def run_text(plan: Plan, certificate: Certificate | None, output: Path, written:
     """
     yield from written
     if certificate is not None:
-        yield _verdict(certificate)
+        yield certificate.verdict
         if certificate.budget is not None:
             yield from _errors(certificate.budget)
     elif plan.needs_radiance:
@@ -51,31 +51,6 @@ def _left_out(plan: Plan, certificate: Certificate | None) -> Iterator[str]:
     for heading, by_user in (("switched off by you", True), ("left out for its time", False)):
         if chosen := [_omitted(omission) for omission in large if (omission.decision == SWITCHED_OFF) == by_user]:
             yield f"{heading}: {_first(chosen)}"
-
-
-def _verdict(certificate: Certificate) -> str:
-    if not certificate.checked:
-        return "computed, NOT CHECKED: no pixel of the drawn frames can be computed without tables"
-    asked = certificate.requested
-    accuracy = f"{asked.kelvin:g} K" if asked.kelvin is not None else f"{100.0 * asked.relative:g} %"
-    if not certificate.passed:
-        return (
-            f"NOT as specified: {certificate.exceeding} of {certificate.checked} random pixels, recomputed without "
-            f"tables, differ by more than {accuracy}"
-        )
-    largest = f"{100.0 * max(certificate.achieved.values()):.2g} %"
-    kelvin = [
-        contribution.kelvin
-        for contributions in (certificate.budget.contributions.values() if certificate.budget else ())
-        for contribution in contributions
-        if contribution.name == ENGINE and contribution.kelvin is not None
-    ]
-    if kelvin:
-        largest += f", {max(kelvin):.2g} K"
-    return (
-        f"computed as specified: {certificate.checked} random pixels, recomputed without tables, differ by at most "
-        f"{largest} ({accuracy} asked for)"
-    )
 
 
 def _errors(budget: ErrorBudget) -> Iterator[str]:

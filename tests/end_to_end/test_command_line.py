@@ -106,7 +106,7 @@ def test_a_process_ends_with_the_code_of_its_command(tmp_path, command, code, me
 
 
 def test_plan_answers_without_computing(tmp_path):
-    text = hcss("plan", "baseline", cwd=tmp_path)
+    text = hcss("plan", "baseline", "--verbose", cwd=tmp_path)
     assert text.returncode == 0
     assert "24.389" in text.stdout
     assert "198.721" in text.stdout

@@ -148,7 +148,7 @@ def test_certificate_and_ledger_are_those_of_the_cube(cube, page):
     asked, estimated = (f"{attributes[f'hcss_{key}']:.3g}" for key in ("accuracy_requested", "table_error_estimated"))
     rows = found.table("band", "requested", "estimated", "achieved")
     assert rows == [[band, asked, estimated, f"{error:.3g}"] for band, error in achieved.items()]
-    assert "certificate passed" in found.text
+    assert "computed as specified" in found.text
     for part in attributes["hcss_certificate"].split("; "):
         assert part in found.text
     strata = json.loads(attributes["hcss_certificate_strata"])
@@ -170,12 +170,17 @@ def test_certificate_and_ledger_are_those_of_the_cube(cube, page):
             assert share == pytest.approx(each["bound"], rel=0.06)
 
 
-def test_a_failed_certificate_is_told_at_once(tmp_path):
-    header = {"hcss_certificate": "FAILED: 3 of 24 pixels exceed; mwir", "hcss_accuracy_requested": 1e-3}
+@pytest.mark.parametrize("verdict", ["NOT as specified", "FAILED"], ids=["now", "earlier version"])
+def test_a_cube_not_as_specified_is_marked_at_once(tmp_path, verdict):
+    header = {"hcss_certificate": f"{verdict}: 3 of 24 pixels exceed; mwir", "hcss_accuracy_requested": 1e-3}
     path = written(tmp_path / "c.nc", attributes=header, variables=MASK)
     found = read_page(hcss_twin.report(path))
-    assert "certificate failed" in found.text
+    assert "NOT as specified" in found.text
     assert any(attributes.get("class") == "badge bad" for _, attributes in found.elements)
+
+
+def test_the_page_of_a_cube_says_how_many_kelvin_computed_as_specified_is(page):
+    assert re.search(r"computed as specified, within [\d.e-]+ K", read_page(page).text)
 
 
 def test_provenance_is_whole(cube, page):

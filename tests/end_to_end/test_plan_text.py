@@ -1,4 +1,4 @@
-"""What ``hcss plan`` prints: one screen that has what is looked at, and nothing about what the scene does not have."""
+"""What ``hcss plan --verbose`` prints: one screen, and nothing about what the scene does not have."""
 
 import json
 from dataclasses import replace

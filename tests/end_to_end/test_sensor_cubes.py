@@ -203,7 +203,7 @@ def test_a_run_does_not_replace_a_measured_cube(folder, tmp_path):
 
 def test_plan_and_preview_know_the_sensor(folder, tmp_path):
     # Lines are wrapped.
-    told = " ".join(hcss("plan", folder / "pair.toml", *CHEAP_OPTIONS).output.split())
+    told = " ".join(hcss("plan", folder / "pair.toml", "--verbose", *CHEAP_OPTIONS).output.split())
     assert "sensor radiometer" in told
     assert "note: blur at the edges sees the scene as it goes on beyond them" in told
     plan = json.loads(hcss("plan", folder / "pair.toml", "--json", *CHEAP_OPTIONS).stdout)

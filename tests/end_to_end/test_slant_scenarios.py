@@ -116,7 +116,7 @@ def test_clouds_beyond_an_image_cast_their_shadows_into_it(tmp_path, beyond, mod
     of_image = thin | {"clouds.parameters": parameters | {"beyond": beyond}}
     output = {"output.variables": ["radiance", "cloud_mask", "shadow_mask"], "output.certificate": 16}
     cube = simulate(scenario(**of_image, **ON, **output, **{"frames.count": 1, "accuracy": 1e-2}))
-    assert cube.attrs["hcss_certificate"].startswith("PASSED")
+    assert cube.attrs["hcss_certificate"].startswith("computed as specified")
     cloud, room = cube.cloud_mask.values[0], 30
     around = np.pad(cloud, room, mode=mode)
     sun = np.radians((float(cube.solar_zenith_angle[0]), float(cube.solar_azimuth_angle[0])))

@@ -38,7 +38,7 @@ def test_the_plan_tells_the_extinction_of_large_particles():
     assert told["large_particle_extinction_m1"] == pytest.approx(1.5 * 0.3e-3 / (1000.0 * 12e-6), rel=1e-4)
     assert (told["material"], told["effective_radius_um"]) == ("water", pytest.approx(12.0, rel=1e-5))
     given = ["--set", "clouds.effective_radius=12", "--set", 'bands=[{name="lwir", limits=[10.5, 11.0]}]']
-    done = CliRunner().invoke(cli, ["plan", "stratus", *CHEAP_OPTIONS, *given])
+    done = CliRunner().invoke(cli, ["plan", "stratus", "--verbose", *CHEAP_OPTIONS, *given])
     assert "stratus: water, effective radius 12 um, variance 0.129, 0.302 g m-3, extinction" in done.output
 
 

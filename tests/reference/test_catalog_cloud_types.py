@@ -68,7 +68,7 @@ def test_types_beyond_the_papers_are_certified_and_as_cold_as_their_air(name, pi
     image = {"rows": 64, "columns": 64, "pixel_size": pixel_m}
     simulate(Scenario.from_toml(SEA, {"clouds.type": name, "image": image}), tmp_path / "cube.nc")
     with netCDF4.Dataset(tmp_path / "cube.nc") as cube:
-        assert cube.hcss_certificate.startswith("PASSED")
+        assert cube.hcss_certificate.startswith("computed as specified")
         kelvin = np.asarray(cube["brightness_temperature"][0, 0])
         cloudy = np.asarray(cube["cloud_thickness"][0]).reshape(kelvin.shape) > 0.0
     assert coldest_K[0] < kelvin.min() < coldest_K[1]

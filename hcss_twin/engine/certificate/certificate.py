@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.json_numbers import json_value
+from hcss_twin.cube.metadata import AS_SPECIFIED, NOT_AS_SPECIFIED, NOT_CHECKED
 from hcss_twin.plan.accuracy import RequestedAccuracy
-from hcss_twin.plan.error_budget import ErrorBudget, error_budget
+from hcss_twin.plan.error_budget import ENGINE, ErrorBudget, error_budget
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import pixel_sums
 from hcss_twin.providers import CloudLayer
@@ -141,9 +142,12 @@ class Certificate:
         Light between columns against a reference of its plugin, also as ``text``; empty for independent columns.
     CLEAR : str
         Name of the stratum without cloud.
+    NOT_AS_SPECIFIED : str
+        First words of the text where a pixel exceeds the requested error.
     """
 
     CLEAR: ClassVar = "clear"
+    NOT_AS_SPECIFIED: ClassVar = NOT_AS_SPECIFIED
 
     requested: RequestedAccuracy
     estimated: float
@@ -255,7 +259,7 @@ class Certificate:
     def summary(self) -> tuple[str, ...]:
         """The certificate in a few lines: the verdict, the error, omitted physics, and the total error."""
         error = self._kelvin if self.requested.kelvin is not None else self._relative
-        return (self._verdict, f"{error}; reference {self.reference}", *self._omitted, *self._world)
+        return (self.verdict, f"{error}; reference {self.reference}", *self._omitted, *self._world)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -269,7 +273,7 @@ class Certificate:
             if count
         )
         return (
-            self._verdict,
+            self.verdict,
             *((self._kelvin,) if self.requested.kelvin is not None else ()),
             self._relative,
             *((f"error of terms, relative to the total: {terms}",) if terms else ()),
@@ -338,11 +342,17 @@ class Certificate:
         }
 
     @property
-    def _verdict(self) -> str:
+    def verdict(self) -> str:
+        """Whether the cube is computed as specified, with the largest error: the first sentence of the certificate."""
         if not self.checked:
-            return "NOTHING CHECKED: no pixel of the drawn frames can be computed on the reference path"
+            return f"{NOT_CHECKED}: no pixel of the drawn frames can be computed on the reference path"
+        asked = self.requested
+        accuracy = f"{asked.kelvin:g} K" if asked.kelvin is not None else f"{100.0 * asked.relative:g} %"
         if self.passed:
-            return f"PASSED: {self.checked} random pixels recomputed without tables are within the requested accuracy"
+            return (
+                f"{AS_SPECIFIED}: {self.checked} random pixels, recomputed without tables, differ by at most "
+                f"{self._largest} ({accuracy} asked for)"
+            )
         worst = ", ".join(
             f"{stratum.name} ({stratum.exceeding} of {stratum.checked}, error up to {max(stratum.error):.{DIGITS}g} in "
             f"{self.bands[int(np.argmax(stratum.error))]})"
@@ -350,9 +360,21 @@ class Certificate:
             if stratum.exceeding
         )
         return (
-            f"FAILED: {self.exceeding} of {self.checked} random pixels recomputed without tables exceed the "
-            f"requested accuracy: {worst}"
+            f"{NOT_AS_SPECIFIED}: {self.exceeding} of {self.checked} random pixels, recomputed without tables, differ "
+            f"by more than the {accuracy} asked for: {worst}"
         )
+
+    @property
+    def _largest(self) -> str:
+        """The largest error of a checked pixel, also in kelvin where that is known."""
+        largest = f"{100.0 * max(self.achieved.values()):.2g} %"
+        kelvin = list(self.achieved_K.values()) or [
+            contribution.kelvin
+            for contributions in (self.budget.contributions.values() if self.budget else ())
+            for contribution in contributions
+            if contribution.name == ENGINE and contribution.kelvin is not None
+        ]
+        return f"{largest}, {max(kelvin):.2g} K" if kelvin else largest
 
     @property
     def _omitted(self) -> tuple[str, ...]:

@@ -39,6 +39,20 @@ def test_a_range_of_instants_keeps_their_zone():
     )
 
 
+def test_random_values_of_a_list_are_drawn_equally_often_and_depend_on_the_seed():
+    drawn = values({"choice": ["stratus", "cumulus", "cirrus"], "samples": MANY, "seed": 3}, "clouds.type")
+    for name in ("stratus", "cumulus", "cirrus"):
+        assert drawn.count(name) / MANY == pytest.approx(1 / 3, abs=0.03)
+    assert drawn == values({"choice": ["stratus", "cumulus", "cirrus"], "samples": MANY, "seed": 3}, "clouds.type")
+    assert drawn != values({"choice": ["stratus", "cumulus", "cirrus"], "samples": MANY, "seed": 4}, "clouds.type")
+
+
+@pytest.mark.parametrize("listed", [[], "stratus", 3])
+def test_a_choice_needs_a_list(listed):
+    with pytest.raises(ValueError, match=r"choice = .*; allowed: a list of at least one value"):
+        values({"choice": listed, "samples": 3})
+
+
 def test_an_ensemble_counts_seeds():
     assert values({"count": 3, "first": 5}, "seed") == (5, 6, 7)
     assert values({"count": 2}, "seed") == (0, 1)

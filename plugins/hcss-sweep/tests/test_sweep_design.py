@@ -90,7 +90,8 @@ def test_all_problems_of_the_section_are_told_at_once():
     [
         ({}, "sweep", "no key is swept"),
         ([1], "sweep", "not a table"),
-        ({"seed": [1, 2, 1]}, "sweep.seed", "1 is given twice"),
+        ({"seed": [1, 2, 1]}, "sweep.seed", "1 is given twice; allowed: each value once, or sweep.combine = 'zip'"),
+        ({"clouds.type": {"choice": ["stratus"]}}, "sweep.clouds.type", "lacks samples"),
         ({"seed": [1, 2], "view.zenith": [1], "combine": "zip"}, "sweep.combine", "seed has 2, view.zenith has 1"),
         ({"seed": {"count": 1000}, "view.zenith": {"from": 0, "to": 9, "steps": 1000}}, "sweep", "1000000 points"),
         ({"clouds.coverage": [0.1], "clouds.layers.0.coverage": [0.2]}, "sweep.clouds.layers.0.coverage", "overlaps"),

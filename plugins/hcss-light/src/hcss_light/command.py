@@ -12,7 +12,7 @@ from hcss_twin.cli.options import Output, Shared
 
 
 @click.command()
-@click.argument("scenario")
+@Shared.scenario
 @Shared.changes
 @click.option("--pixels", default=16, type=click.IntRange(1, 10_000), help="Random pixels.")
 @click.option("--photons", default=20_000, type=click.IntRange(1000), help="For each pixel and band.")

@@ -11,7 +11,7 @@ from hcss_twin.cli.options import Number, Shared
 
 
 @click.command()
-@click.argument("scenario")
+@Shared.scenario
 @Shared.changes
 @click.option(
     "--days", default=1.0, show_default=True, type=Number(min=0.0, max=366.0), help="From the first frame on."

@@ -88,11 +88,13 @@ MAX_VALUES = 100_000
 
 FORMS = (
     "a list of values, {from, to, steps} with scale = 'linear' or 'log', "
-    "{distribution = 'uniform', 'log-uniform' or 'normal', ..., samples, seed}, or {count, first} for seeds"
+    "{distribution = 'uniform', 'log-uniform' or 'normal', ..., samples, seed}, {choice, samples, seed} for random "
+    "values of a list, or {count, first} for seeds"
 )
 
 _RANGE = ("from", "to", "steps", "scale")
 _ENSEMBLE = ("count", "first")
+_CHOICE = ("choice", "samples", "seed")
 _SCALES = ("linear", "log")
 DISTRIBUTIONS = {
     "uniform": ("from", "to"),
@@ -119,6 +121,13 @@ def axis_of(key: str, given: Any) -> SweptAxis:
         values = tuple(given)
     elif isinstance(given, Mapping) and "distribution" in given:
         values = _drawn(key, given)
+    elif isinstance(given, Mapping) and "choice" in given:
+        _check_names(given, _CHOICE)
+        listed = given["choice"]
+        if not isinstance(listed, list | tuple) or not listed:
+            raise ValueError(f"choice = {Problem.shown(listed)}; allowed: a list of at least one value")
+        shares = _shares(key, given)
+        values = tuple(listed[int(share * len(listed))] for share in shares)
     elif isinstance(given, Mapping) and "count" in given:
         _check_names(given, _ENSEMBLE)
         first = _whole(given, "first", 0, 2**63 - 1, 0)
@@ -156,15 +165,19 @@ def _drawn(key: str, given: Mapping[str, Any]) -> tuple[Any, ...]:
     parameters = DISTRIBUTIONS[name]
     optional = ("from", "to") if name == "normal" else ()
     _check_names(given, ("distribution", *parameters, "samples", "seed"), optional)
-    samples = _whole(given, "samples", 1, MAX_VALUES)
-    # Axes with the same seed must not be correlated.
-    key_of_axis = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big")
-    seed = np.random.SeedSequence(_whole(given, "seed", 0, 2**63 - 1, 0), spawn_key=(key_of_axis,))
-    share = np.random.default_rng(seed).random(samples)
+    share = _shares(key, given)
     present = [parameter for parameter in parameters if parameter in given]
     span = span_of(*(given[parameter] for parameter in present))
     numbers = _quantiles(name, dict(zip(present, span.numbers, strict=True)), share, span)
     return tuple(span.value(float(number)) for number in numbers)
+
+
+def _shares(key: str, given: Mapping[str, Any]) -> NDArray[np.float64]:
+    """Return random numbers (``samples``,) from 0 to 1 of a key; axes with the same seed are not correlated."""
+    samples = _whole(given, "samples", 1, MAX_VALUES)
+    key_of_axis = int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big")
+    seed = np.random.SeedSequence(_whole(given, "seed", 0, 2**63 - 1, 0), spawn_key=(key_of_axis,))
+    return np.random.default_rng(seed).random(samples)
 
 
 def _quantiles(name: str, of: Mapping[str, float], share: NDArray[np.float64], span: Span) -> NDArray[np.float64]:

@@ -150,8 +150,8 @@ _ALLOWED = f'allowed: keys of a scenario, for example "view.zenith", each with {
 
 
 def _is_nested(table: Mapping[str, Any]) -> bool:
-    # Ranges, distributions and ensembles contain scalar values.
-    return all(isinstance(item, list | tuple | Mapping) for item in table.values())
+    # Ranges, distributions and ensembles contain scalar values; a choice should.
+    return "choice" not in table and all(isinstance(item, list | tuple | Mapping) for item in table.values())
 
 
 def joined_keys(
@@ -250,6 +250,7 @@ def _repeated(axes: list[SweptAxis]) -> Iterator[Problem]:
         for value in axis.values:
             text = f"{type(value).__name__} {value!r}"
             if text in seen:
-                yield Problem(f"{SWEEP}.{axis.key}", f"{Problem.shown(value)} is given twice; allowed: each value once")
+                message = f"{Problem.shown(value)} is given twice; allowed: each value once, or {SWEEP}.combine = 'zip'"
+                yield Problem(f"{SWEEP}.{axis.key}", message)
                 break
             seen.add(text)

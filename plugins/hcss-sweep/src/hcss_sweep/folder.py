@@ -18,6 +18,7 @@ from hcss_sweep.errors import SweepError
 from hcss_sweep.points import PointOutcome, SweepPoint, certified_share, sha256_of
 from hcss_twin.core.files import Writing
 from hcss_twin.core.reading import Reading
+from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.providers import CubeError
 
 PointState = Literal["pending", "done", "failed"]
@@ -255,7 +256,9 @@ def _certificate_error(path: Path) -> str | None:
 
     with open_cube(path) as cube:
         text = str(cube.attrs.get("hcss_certificate", ""))
-    return f"certificate {text}" if text.startswith("FAILED") else None
+    return (
+        f"certificate {text}" if text.startswith((Certificate.NOT_AS_SPECIFIED, "FAILED")) else None
+    )  # earlier versions
 
 
 @contextmanager

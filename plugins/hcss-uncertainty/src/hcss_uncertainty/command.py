@@ -16,7 +16,7 @@ EXIT_FAILED = 1
 
 
 @click.command("propagate")
-@click.argument("scenario")
+@Shared.scenario
 @Shared.changes
 @click.option("--draws", type=int, default=200, help="Number of random draws of the inputs, each with two seeds.")
 @click.option("--posterior", type=Existing(dir_okay=False), help="File of `hcss fit` for the cloud parameters.")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("scenario")
+@Shared.scenario
 @Shared.changes
 @click.option("--start", "start_s", type=Number(), help="First time of poses, s; default: that of the first frame.")
 @click.option("--end", "end_s", type=Number(), help="Last time of poses, s; default: that of the last frame.")

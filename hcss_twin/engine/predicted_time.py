@@ -1,0 +1,257 @@
+"""Processor time and memory that a run will take, from constants of a reference machine and earlier runs on this one.
+
+The work of each stage follows from the plan. Its time on the reference machine was fitted to random scenes
+(``benchmarks/predicted_time.py``); what earlier runs on this machine took, relative to that, is kept in the user's
+cache and corrects it. Neither is part of a cube.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from hcss_twin.core.cache import CacheError, cache_root, cached_file, in_use
+from hcss_twin.core.files import Writing
+from hcss_twin.core.stages import STAGES, Stage
+from hcss_twin.core.trust import make_private, withhold
+from hcss_twin.engine.compile import tables_are_kept
+from hcss_twin.engine.parts import parts_of
+from hcss_twin.engine.tables.scene_axes import point_axes
+from hcss_twin.plan.plan import Plan
+from hcss_twin.plan.provider_cost import ProviderCost
+from hcss_twin.providers.registry.specs import Kind
+
+__all__ = ["Prediction"]
+
+FILE = "stage-times.json"
+"""In the cache folder: measured over predicted times of the latest runs, by stage."""
+
+LATEST = 9
+"""Runs of which the median corrects a stage."""
+
+WORTH_MEASURING_S = 0.1
+"""Stages that are predicted to take less say nothing of the machine."""
+
+NAMES = {"planning": "start and planning"}
+
+PLANNING_S = 1.35
+"""Start of a process, and planning of a scene whose analysis is in the cache."""
+
+TABLES_LAW = {
+    "constant": -0.75, "wavenumbers": 0.18, "bands": 0.45, "sunlit": 0.66, "level": 0.09, "layers": 1.55, "views": 0.72,
+    "axes": 1.0, "waves": 0.88, "hours": 0.3,
+}  # fmt: skip
+CERTIFICATE_LAW = {
+    "constant": -0.76, "wavenumbers": 0.09, "bands": 0.27, "sunlit": 0.82, "level": -0.05, "layers": 1.6, "views": 0.82,
+    "axes": 0.3, "waves": 0.0, "hours": 0.05,
+}  # fmt: skip
+"""Logarithms of seconds on the reference machine by :func:`work`, of a certificate of 24 pixels."""
+
+KEPT_S: Mapping[Stage, float] = {"tables": 0.01, "certificate": 0.07}
+"""The same with tables and reference columns in the cache."""
+
+FRAMES = {"constant": 0.08, "waves": 0.25, "points": 0.06, "effects": 0.03}
+"""Seconds of all frames; ``points`` and ``effects``, of each effect, for a million points."""
+
+SENSOR = {"constant": 0.3, "points": 0.3}
+"""The same of a sensor."""
+
+MEMORY = {"constant": 220e6, "points": 60e6, "tables": 50e6, "wavenumbers": 0.25e6, "sunlit": 70e6}
+"""Bytes: of the program, for a million points of a frame or tile, and of tables for each wavenumber and by day."""
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Time and memory of a run.
+
+    Attributes
+    ----------
+    seconds : mapping of Stage to float
+        Processor time of each stage of the next run with its start, with what the cache holds now.
+    again_s : float
+        Processor time of a run that finds all in the cache.
+    memory_bytes : float
+        Largest memory.
+    runs : int
+        Earlier runs on this machine that corrected the times.
+    is_kept : bool
+        Whether the tables are in the cache.
+    """
+
+    seconds: Mapping[Stage, float]
+    again_s: float
+    memory_bytes: float
+    runs: int
+    is_kept: bool
+
+    @property
+    def total_s(self) -> float:
+        """Processor time of the next run."""
+        return sum(self.seconds.values())
+
+    @property
+    def time_text(self) -> str:
+        """Both times in words, for a plan."""
+        parts = [
+            f"{NAMES.get(name, name)} {_time(taken)}"
+            for name, taken in self.seconds.items()
+            if taken >= 0.05 * self.total_s
+        ]
+        text = f"about {_time(self.total_s)} of processor time ({', '.join(parts)})"
+        if self.again_s < 0.8 * self.total_s:
+            text += f"; again, from the cache, about {_time(self.again_s)}"
+        return text
+
+    @property
+    def memory_text(self) -> str:
+        """The memory in words."""
+        megabytes = self.memory_bytes / 1e6
+        return (
+            f"about {megabytes / 1e3:.1f} GB" if megabytes >= 1e3 else f"about {10.0 * round(megabytes / 10.0):.0f} MB"
+        )
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain values, for ``--json``."""
+        stages = {str(name): taken for name, taken in self.seconds.items()}
+        return {
+            "processor_s": {**stages, "total": self.total_s, "again": self.again_s},
+            "memory_bytes": self.memory_bytes,
+            "earlier_runs": self.runs,
+        }
+
+
+def predict(plan: Plan, costs: Sequence[ProviderCost] = ()) -> Prediction:
+    """Predict time and memory of the next run of a plan in one process.
+
+    Parameters
+    ----------
+    costs : sequence of ProviderCost
+        Of providers of other packages, of which the constants know nothing.
+    """
+    factors = _read_factors()
+    kept = plan.needs_radiance and tables_are_kept(plan)
+
+    def seconds(is_kept: bool) -> dict[Stage, float]:
+        taken = {
+            name: taken * (statistics.median(factors[name]) if factors.get(name) else 1.0)
+            for name, taken in _reference_seconds(plan, is_kept).items()
+        }
+        for cost in costs:
+            if cost.label.startswith(Kind.CLOUDS):
+                taken["frames"] += cost.seconds
+            elif not is_kept:
+                taken["tables"] += cost.seconds
+        return taken
+
+    again_s, runs = sum(seconds(True).values()), max(map(len, factors.values()), default=0)
+    return Prediction(seconds(kept), again_s, _memory_bytes(plan, kept), runs, kept)
+
+
+def learn(plan: Plan, was_kept: bool, measured: Mapping[Stage, float]) -> None:
+    """Keep how long the stages of a run took on this machine; a cache that cannot be written changes nothing.
+
+    Parameters
+    ----------
+    was_kept : bool
+        Whether the tables were in the cache.
+    measured : mapping of Stage to float
+        Processor time of each stage of a run in one process that compiled no kernels.
+    """
+    folder = in_use(cache_root())
+    if folder is None:
+        return
+    factors = _read_factors()
+    for name, expected in _reference_seconds(plan, was_kept).items():
+        if name == "planning" and not was_kept:
+            continue  # its analysis may have been new
+        if name in measured and min(expected, measured[name]) >= WORTH_MEASURING_S:
+            factors[name] = [*factors.get(name, []), measured[name] / expected][-LATEST:]
+    with contextlib.suppress(OSError, CacheError):
+        make_private(folder)
+        with Writing(folder / FILE, CacheError) as draft:
+            draft.write_text(json.dumps(factors), encoding="utf-8")
+            withhold(draft)
+
+
+def work(plan: Plan) -> dict[str, float]:
+    """Return what the time of a run depends on, as numbers of which logarithms of times are sums.
+
+    Only ratios matter: the spectral grid, streams by day, cloud layers, nodes of views and other axes, and the points
+    of the frames.
+    """
+    assembly, sunlit = plan.assembly, plan.sun_matters
+    over = math.prod(len(axis.nodes) for axis in point_axes(plan))
+    return {
+        "wavenumbers": math.log(assembly.spectral_grid.wavenumber_cm1.size / 100.0),
+        "bands": math.log(len(plan.bands)),
+        "sunlit": float(sunlit),
+        "level": float(assembly.numerical_level + assembly.sunlight_steps) if sunlit else 0.0,
+        "layers": float(sum(assembly.cloudy_layers) - 1),
+        "views": math.log(len(plan.views.places)) if plan.views.varies else 0.0,
+        "axes": math.log(max(over, 1)),
+        "waves": float(plan.waves.varies),
+        "hours": math.log1p(abs(float(plan.frame_times_s[-1] - plan.frame_times_s[0])) / 600.0) if sunlit else 0.0,
+    }
+
+
+def points(plan: Plan) -> float:
+    """Return the number of points of all frames, counted for each cloud layer, in millions."""
+    count = math.prod(plan.pixels) * plan.samples_per_pixel**2 * plan.frame_times_s.size
+    return count * max(len(plan.layers), 1) / 1e6
+
+
+def _seconds_of(law: Mapping[str, float], of_plan: Mapping[str, float]) -> float:
+    return math.exp(law["constant"] + sum(law[name] * value for name, value in of_plan.items()))
+
+
+def _reference_seconds(plan: Plan, is_kept: bool) -> dict[Stage, float]:
+    """Return the processor time of each stage on the reference machine, start of the process included."""
+    varied = plan.waves.varies + plan.has_shadows + plan.views.varies + plan.texture.varies
+    frames = FRAMES["constant"] + FRAMES["waves"] * plan.waves.varies
+    seconds: dict[Stage, float] = {"planning": PLANNING_S}
+    if plan.needs_radiance:
+        of_plan = work(plan)
+        seconds["tables"] = KEPT_S["tables"] if is_kept else _seconds_of(TABLES_LAW, of_plan)
+        if plan.scenario.output.certificate:
+            one = KEPT_S["certificate"] if is_kept else _seconds_of(CERTIFICATE_LAW, of_plan)
+            seconds["certificate"] = one * (1.0 if is_kept else max(plan.scenario.output.certificate / 24.0, 0.5))
+    seconds["frames"] = frames + points(plan) * (FRAMES["points"] + FRAMES["effects"] * varied)
+    if plan.sensor.stages:
+        seconds["sensor"] = SENSOR["constant"] + SENSOR["points"] * points(plan)
+    return {name: seconds[name] for name in STAGES if name in seconds}
+
+
+def _memory_bytes(plan: Plan, is_kept: bool) -> float:
+    """Return the largest memory of a run in one process, which holds one frame, or one tile of a large one."""
+    of_part = MEMORY["points"] * points(plan) / parts_of(plan)
+    if not plan.needs_radiance or is_kept:
+        return MEMORY["constant"] + of_part
+    wavenumbers = plan.spectral_grid.wavenumber_cm1.size
+    tables = MEMORY["tables"] + MEMORY["wavenumbers"] * wavenumbers + MEMORY["sunlit"] * plan.sun_matters
+    return MEMORY["constant"] + of_part + tables
+
+
+def _read_factors() -> dict[Stage, list[float]]:
+    """Return measured over predicted times of earlier runs; none where the file is missing or not ours."""
+    folder = in_use(cache_root())
+    path = None if folder is None else cached_file(folder, FILE)
+    if path is None:
+        return {}
+    with contextlib.suppress(OSError, ValueError, AttributeError, TypeError):
+        read = json.loads(path.read_text(encoding="utf-8"))
+        return {
+            name: [float(ratio) for ratio in read[name] if 0.01 < float(ratio) < 100.0]
+            for name in STAGES
+            if name in read
+        }
+    return {}
+
+
+def _time(seconds: float) -> str:
+    if seconds < 10.0:
+        return f"{seconds:.1f} s"
+    return f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"

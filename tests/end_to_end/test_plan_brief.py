@@ -1,0 +1,102 @@
+"""What ``hcss plan`` says without ``--verbose``: few lines, what matters first, and advice that can be followed."""
+
+import re
+
+import pytest
+from cheap import CHEAP
+from click.testing import CliRunner
+
+from hcss_twin import Scenario, make_plan
+from hcss_twin.cli.main import cli
+from hcss_twin.core.catalog import Catalog
+from hcss_twin.engine.predicted_time import predict
+from hcss_twin.plan.description import describe
+from hcss_twin.reports.plan_brief import MOST_LINES, plan_brief
+from hcss_twin.reports.tables import WIDTH
+
+FIRST = ["size", "time", "memory", "error", "left out", "assumed"]
+LAYER = {"type": "stratus", "coverage": 0.5, "thickness_min": 20.0}
+CROWDED = {
+    **CHEAP,
+    "image.rows": 8,
+    "image.columns": 8,
+    "title": "",
+    "bands": [[low, low + 0.2] for low in (3.5, 3.8, 4.5, 8.2, 8.6, 10.0, 11.0, 12.0)],
+    "clouds.layers": [{**LAYER, "base": 400.0 + 900.0 * n, "top": 900.0 + 900.0 * n} for n in range(5)],
+    "output.variables": ["all"],
+}
+
+
+def brief(name, overrides):
+    plan = make_plan(Scenario.load(name, overrides))
+    return plan, plan_brief(plan, predict(plan), name)
+
+
+def labels(text):
+    return [line[2:12].strip() for line in text.splitlines()[1:] if line[2:12].strip()]
+
+
+def row(text, label):
+    lines = iter(text.splitlines()[1:])
+    found = [line[12:] for line in lines if line[2:12].strip() == label]
+    for line in text.splitlines()[text.splitlines().index(f"  {label:<10}{found[0]}") + 1 :]:
+        if line[2:12].strip():
+            break
+        found.append(line[12:])
+    return " ".join(found)
+
+
+@pytest.mark.parametrize("name", Catalog().names("scenarios", ".toml"))
+def test_every_shipped_scenario_needs_few_lines_of_which_the_first_say_what_matters(name):
+    _, text = brief(name, CHEAP)
+    lines = text.splitlines()
+    assert len(lines) <= MOST_LINES
+    assert max(map(len, lines)) <= WIDTH
+    assert labels(text)[:6] == FIRST
+    assert labels(text)[-1] == "next"
+    assert "clouds" in labels(text)
+
+
+def test_a_crowded_scene_leaves_details_to_verbose_and_nothing_of_what_matters():
+    _, text = brief("stratus", CROWDED)
+    assert len(text.splitlines()) <= MOST_LINES
+    assert labels(text)[:6] == FIRST
+    assert "--verbose" in text.splitlines()[-1]
+
+
+def test_the_error_is_the_largest_total_of_the_budget_in_kelvin():
+    plan, text = brief("cirrus-over-cumulus", CHEAP)
+    totals = {
+        (of, band): entry.get("total_K", entry.get("at_least_K"))
+        for of, bands in describe(plan)["error_budget"].items()
+        for band, entry in bands.items()
+    }
+    (of, band), kelvin = max(totals.items(), key=lambda each: each[1])
+    assert re.match(rf"(at least )?{kelvin:.2g} K in {of}, {band}: mostly \w", row(text, "error"))
+
+
+@pytest.mark.parametrize("name", ["degraded-cirrus", "cumulus", "cirrus-over-cumulus"])
+def test_the_largest_omission_is_named_and_the_command_line_takes_its_key(name):
+    options = [word for key, value in CHEAP.items() for word in ("--set", f"{key}={value}")]
+    told = row(CliRunner().invoke(cli, ["plan", name, *options]).stdout, "left out")
+    plan = make_plan(Scenario.load(name, CHEAP))
+    largest = max(plan.omissions, key=lambda each: each.size or 0.0 if each.needs else 0.0)
+    assert told.startswith(largest.what)
+    key, value = re.search(r"([a-z_.]+) = (\S+)", told).groups()
+    after = CliRunner().invoke(cli, ["plan", name, *options, "--set", f"{key}={value}"])
+    assert after.exit_code == 0
+    assert not row(after.stdout, "left out").startswith(largest.what)
+
+
+def test_a_scene_of_masks_states_no_error_and_no_accuracy():
+    _, text = brief("stratus", {"output.variables": ["cloud_mask"]})
+    assert row(text, "error") == "none to state: no radiance is computed"
+    assert "accuracy" not in labels(text)
+
+
+def test_verbose_has_all_and_json_the_prediction(tmp_path):
+    options = [word for key, value in CHEAP.items() for word in ("--set", f"{key}={value}")]
+    few, all_of_it = (CliRunner().invoke(cli, ["plan", "stratus", *options, *more]) for more in ([], ["--verbose"]))
+    assert len(few.stdout.splitlines()) <= MOST_LINES < len(all_of_it.stdout.splitlines())
+    plan = make_plan(Scenario.load("stratus", CHEAP))
+    assert predict(plan).as_dict()["processor_s"]["total"] == pytest.approx(sum(predict(plan).seconds.values()))
