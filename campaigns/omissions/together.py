@@ -3,6 +3,7 @@
     python campaigns/omissions/together.py               # 40 scenes
     python campaigns/omissions/together.py --scenes 5    # the first 5
     python campaigns/omissions/together.py --rich        # 40 others: by day, from 100 km and more, mostly two layers
+    python campaigns/omissions/together.py --rich --keep rows.jsonl     # goes on after a break
 
 A scene leaves every effect to the plan, which skips those whose bound is a small share of the accuracy. Each scene is
 computed again with all of them switched on at once. A pixel must not change by more than the sum of the bounds, nor by
@@ -13,8 +14,10 @@ leaves out as too dear it states, and does not skip: such effects are not part o
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,7 +26,7 @@ from omission_scenes import CHEAP, ROUNDING, SCENES, SWITCHES, radiance_of
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import ProviderError, ScenarioError
 
-PIXELS = 48
+PIXELS, FEW_PIXELS = 48, 24
 BY_FIELDS = ("parallax of clouds", "clouds within the footprint of a pixel")
 """Effects that the fields of clouds have, so that they are not among ``plan.effects``."""
 
@@ -56,9 +59,16 @@ def scene(number: int) -> tuple[str, dict[str, Any]]:
 
 
 def rich_scene(number: int) -> tuple[str, dict[str, Any]]:
-    """Return the same of a scene that can have many effects: by day, seen from a finite altitude, mostly two layers."""
+    """Return the same of a scene that can have many effects: by day, seen from a finite altitude, mostly two layers.
+
+    It is small, with one or two narrow bands, so that tables toward many views take minutes rather than hours.
+    """
     random, (_, overrides) = np.random.default_rng([45, number]), scene(number)
+    bands = [[3.7, 3.8]], [[10.5, 11.0]], [[3.7, 3.8], [10.5, 11.0]]
     overrides |= {
+        "bands": bands[number % len(bands)],
+        "image.columns": FEW_PIXELS,
+        "image.rows": FEW_PIXELS,
         "image.pixel_size": float(random.choice([5.0, 20.0, 100.0, 500.0])),
         "platform.altitude": float(random.choice([1e5, 2e5, 7e5])),
         "time": f"2024-04-20T{int(random.integers(7, 17)):02d}:{int(random.integers(60)):02d}:00+10:00",
@@ -112,21 +122,27 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", type=int, default=SCENES, help="how many, from number 0")
     parser.add_argument("--rich", action="store_true", help="scenes that can have many effects")
+    parser.add_argument("--keep", type=Path, help="file of rows, one for each scene; those in it are not run again")
     options = parser.parse_args()
-    rows = []
-    for number in range(options.scenes):
+    rows: dict[int, dict[str, Any]] = {}
+    if options.keep is not None and options.keep.exists():
+        rows = {row["scene"]: row for row in map(json.loads, options.keep.read_text(encoding="utf-8").splitlines())}
+    for number in sorted(set(range(options.scenes)) - set(rows)):
         start = time.process_time()
-        rows.append(check(number, options.rich))
+        rows[number] = dict(check(number, options.rich))
         words = [
             f"{name}: {value:.2g}" if isinstance(value, float) else f"{name}: {value}"
-            for name, value in rows[-1].items()
+            for name, value in rows[number].items()
         ]
         print(*words, f"{time.process_time() - start:.0f} s", sep="; ", flush=True)
-    compared = [row for row in rows if "change" in row]
+        if options.keep is not None:
+            with options.keep.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(rows[number]) + "\n")
+    compared = [row for row in rows.values() if "change" in row]
     print(f"{len(compared)} of {len(rows)} scenes skip effects that can matter")
     for law in ("beyond bounds", "beyond accuracy"):
         print(f"{law}: {sum(row[law] > 0 for row in compared)} scenes")
-    print(f"four effects or more computed: {sum(len(row['computed']) >= 4 for row in rows)} of {len(rows)}")
+    print(f"four effects or more computed: {sum(len(row['computed']) >= 4 for row in rows.values())} of {len(rows)}")
 
 
 if __name__ == "__main__":

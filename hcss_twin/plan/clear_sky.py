@@ -88,6 +88,11 @@ class EvenSky(Effect):
         return STEP * self.temperature_K, STEP * self.water_vapour * self.vapour_share
 
     @property
+    def changes_sunlight(self) -> bool:
+        """Whether the sunlight that reaches the sensor from the sea differs between pixels: with their vapour."""
+        return self.water_vapour > 0.0
+
+    @property
     def expansion_states(self) -> Sequence[State]:
         """States between which the certificate interpolates."""
         return ()

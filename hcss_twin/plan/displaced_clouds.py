@@ -17,7 +17,7 @@ from hcss_twin.providers import CloudDeclaration, CloudGenerator
 
 Shift = tuple[int, int] | PointShifts
 
-SHARED = 0.25
+SHARED = 0.1
 """Share of a window from which what is known of it is copied."""
 
 NOWHERE: Window = slice(0, 0), slice(0, 0)

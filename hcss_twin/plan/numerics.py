@@ -2,7 +2,8 @@
 
 The error of a level is estimated as 1.5 times its difference from the next one, which has 1.3 to 1.5 times as many
 streams. Two levels may agree by chance (for 500 m of cloud at 1.8 um, 6 and 8 streams are both 1.3 % off), so the
-estimate is at least a sixteenth of the difference between the previous and the next level.
+estimate is at least a sixteenth of the difference between the previous and the next level, and where errors seem to
+fall too fast the second next level is asked, too.
 """
 
 from __future__ import annotations
@@ -132,22 +133,15 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
     def change(one: tuple[int, int], other: tuple[int, int]) -> float:
         return SAFETY_FACTOR * max(largest_error(a, b) for a, b in zip(at(*one), at(*other), strict=True))
 
-    def against(finer: tuple[int, int], here: tuple[int, int], coarser: tuple[int, int]) -> float:
-        next_change = change(here, finer)
-        if next_change > tolerance or min(coarser) < 0:  # the level before can only add to it
-            return next_change
-        return max(next_change, change(coarser, finer) / FASTEST_CONVERGENCE)
-
     @cache
     def error(level: int, sunlight: int) -> float:
-        here, finer, coarser = (level, sunlight), (level + 1, sunlight + 1), (level - 1, sunlight - 1)
-        found = against(finer, here, coarser)
-        if found > tolerance or not any(suns) or min(coarser) < 0 or sunlight == last:
-            return found
-        before = change(coarser, finer)
-        if before <= max(tolerance, SUSPICIOUS_CONVERGENCE * change(here, finer)):
-            return found
-        return max(found, change(here, (level + 1, sunlight + 2)))
+        sizes = {step: (level + step, sunlight + step) for step in (COARSER, HERE, FINER)}
+        sizes[SECOND] = level + 1, sunlight + 2
+
+        def between(one: int, other: int) -> Array:
+            return np.array([change(sizes[one], sizes[other])])
+
+        return float(_estimate(between, tolerance, min(sizes[COARSER]) >= 0, any(suns) and sunlight < last)[0])
 
     def error_but_of_sunlight(level: int, sunlight: int) -> float:
         # By columns that are needed for the next error, too: this one hardly depends on the level of sunlight.
@@ -193,31 +187,61 @@ def refine_toward(
     columns, worst, error = _columns(assembly), list(views[:1]), chosen.error
     sunlight = chosen.level + chosen.sunlight_steps
 
-    def errors_toward(views: Sequence[View], level: int, steps: int) -> list[float]:
-        finer_sunlight = assembly.with_finer_sunlight(steps)
+    def errors_toward(views: Sequence[View], level: int, steps: int) -> Array:
+        sizes = {COARSER: (level - 1, steps), HERE: (level, steps), FINER: (level + 1, steps)}
+        sizes[SECOND] = level + 1, steps + 1
 
-        def at(level: int) -> list[Array]:
-            of_views = columns.toward(finer_sunlight.at_level(level), views, suns)
+        @cache
+        def at(step: int) -> list[Array]:
+            level, finer_sunlight = sizes[step]
+            of_views = columns.toward(assembly.with_finer_sunlight(finer_sunlight).at_level(level), views, suns)
             return [np.concatenate([sum(terms.values()) for terms in of_view]) for of_view in of_views]
 
-        finer, here, coarser = at(level + 1), at(level), at(level - 1) if level > 0 else None
-        changes = [largest_error(one, other) for one, other in zip(here, finer, strict=True)]
-        if coarser is not None:
-            before = (largest_error(one, other) for one, other in zip(coarser, finer, strict=True))
-            changes = [max(change, far / FASTEST_CONVERGENCE) for change, far in zip(changes, before, strict=True)]
-        return [SAFETY_FACTOR * change for change in changes]
+        def between(one: int, other: int) -> Array:
+            changes = [largest_error(*of_view) for of_view in zip(at(one), at(other), strict=True)]
+            return SAFETY_FACTOR * np.array(changes)
+
+        return _estimate(between, tolerance, level > 0, any(suns) and level + steps < last)
 
     for level, more in product(range(chosen.level, last + 1), (0, SUNLIGHT_STEPS) if any(suns) else (0,)):
         steps = max(sunlight - level, 0) + more
         # The view that failed last is tried first, alone.
         for tried in (worst, views):
             errors = errors_toward(tried, level, steps)
-            if max(errors) > tolerance:
-                error, worst = max(errors), [tried[int(np.argmax(errors))]]
+            if np.max(errors) > tolerance:
+                error, worst = float(np.max(errors)), [tried[int(np.argmax(errors))]]
                 break
         else:
-            return NumericalLevel(level, max(*errors, chosen.error), True, steps)
+            return NumericalLevel(level, max(float(np.max(errors)), chosen.error), True, steps)
     return NumericalLevel(last, error, False)
+
+
+COARSER, HERE, FINER, SECOND = -1, 0, 1, 2
+"""A level, its neighbours, and the finer one with sunlight of the second next."""
+
+
+def _estimate(change: Callable[[int, int], Array], tolerance: float, has_coarser: bool, has_second: bool) -> Array:
+    """Return the estimated error of a level toward each of several views.
+
+    Parameters
+    ----------
+    change : callable
+        Change of the columns toward each view, with its safety factor, from one of ``COARSER``, ``HERE``, ``FINER`` and
+        ``SECOND`` to another.
+    tolerance : float
+        Estimates beyond it are lower limits: finer levels could only add to them.
+    has_coarser, has_second : bool
+        Whether the coarser level exists, and the second next of sunlight.
+    """
+    next_change = change(HERE, FINER)
+    if not has_coarser or np.max(next_change) > tolerance:
+        return next_change
+    before = change(COARSER, FINER)
+    found: Array = np.maximum(next_change, before / FASTEST_CONVERGENCE)
+    suspicious = before > np.maximum(tolerance, SUSPICIOUS_CONVERGENCE * next_change)
+    if has_second and np.max(found) <= tolerance and np.any(suspicious):
+        found = np.where(suspicious, np.maximum(found, change(HERE, SECOND)), found)
+    return found
 
 
 @dataclass(frozen=True)

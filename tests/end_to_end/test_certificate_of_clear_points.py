@@ -116,6 +116,35 @@ def test_a_wrong_table_of_waves_or_shadows_fails_and_names_the_stratum(kind, fac
     assert "thick (" not in made.attrs["hcss_certificate"].split(";")[0]
 
 
+IN_VAPOUR = {
+    "image.rows": 800,
+    "image.columns": 800,
+    "image.window.rows": [390, 420],
+    "image.window.columns": [390, 420],
+    "view.zenith": 28.0,
+    "view.azimuth": 200.0,
+    "time": "2024-04-20T11:00:00+10:00",
+    "bands": [[2.8, 2.9]],
+    "atmosphere.water_vapour_texture": 0.2,
+    "frames.count": 1,
+    "output.certificate": 30,
+}
+"""Waves at the edge of the glint, where vapour absorbs, in air whose vapour differs."""
+
+
+def test_the_glint_of_waves_crosses_the_vapour_of_its_pixel_in_and_out_of_shadow(monkeypatch):
+    plan = make_plan(Scenario.load("cumulus", LIT | IN_VAPOUR))
+    tables, frames = checked(plan)
+    found = certify(plan, tables, frames)
+    assert strata_of(found)["clear"].checked >= 5
+    assert found.passed
+    # Without its vapour the sunlight of a wave fails.
+    monkeypatch.setattr(type(plan.texture), "changes_sunlight", False)
+    tables, frames = checked(plan)
+    even = certify(plan, tables, frames)
+    assert "clear" in {stratum.name for stratum in even.strata if stratum.exceeding}
+
+
 def point_of(plan, slope=(0.0, 0.0), path_m=0.0, level=1.0):
     size = len(plan.assembly.model.terms), len(plan.bands)
     return ClearPoint(

@@ -11,8 +11,16 @@ from hcss_twin.laws.samples import sample_radiance_inputs
 from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.numerics import LEVELS, levels
 from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
-from hcss_twin.plan.numerics import FIRST_LEVELS, NumericalLevel, choose_level, finest, for_spectra, reference_level
-from hcss_twin.providers import Sun
+from hcss_twin.plan.numerics import (
+    FIRST_LEVELS,
+    NumericalLevel,
+    choose_level,
+    finest,
+    for_spectra,
+    reference_level,
+    refine_toward,
+)
+from hcss_twin.providers import Sun, View
 
 BAND = SpectralBand("flat", np.array([3.0, 5.0]), np.array([1.0, 1.0]))
 NATIVE = np.arange(1000.0, 4000.0, 50.0)
@@ -73,7 +81,7 @@ class Declared:
 class ModelWithError:
     """Radiance 1 plus errors of diffuse light and, by day, of sunlight: each falls by a factor from level to level.
 
-    The errors of sunlight may be given one by one instead.
+    The errors of sunlight may be given one by one instead, or for each view by its zenith angle.
     """
 
     def __init__(self, level, count, steps=0, falls=(0.25, 0.25)):
@@ -85,6 +93,7 @@ class ModelWithError:
         result = states.empty(self.terms, wavenumber_cm1)
         for rows, setting, _ in states.groups():
             diffuse, of_sun = self.falls
+            of_sun = of_sun[setting.view.zenith_deg] if isinstance(of_sun, dict) else of_sun
             sunlight = of_sun[sunlit] if isinstance(of_sun, tuple) else 0.04 * of_sun**sunlit
             result["emission"][rows] = 1.0 + 0.04 * diffuse**self.level + (setting.sun is not None) * sunlight
         return result
@@ -104,8 +113,19 @@ class Scene:
     spectral_grid: object = field(default_factory=lambda: SpectralGrid.dense([BAND], NATIVE))
     extreme_thicknesses_m: object = field(default_factory=lambda: np.empty((0, 0)))
 
-    def setting(self, sun):
-        return sample_radiance_inputs(layers=()).setting.under(sun)
+    @property
+    def air_over_field(self):
+        return self
+
+    def together(self, views):
+        return [views]
+
+    def suns_of(self, view, suns):
+        return suns
+
+    def setting(self, sun, view=None):
+        setting = sample_radiance_inputs(layers=()).setting.under(sun)
+        return setting if view is None else replace(setting, view=view)
 
     def at_level(self, level):
         own = self.model
@@ -138,11 +158,25 @@ def test_where_sunlight_alone_needs_a_fine_level_all_else_has_fewer_streams(sun,
     assert chosen.level == (2 if steps else 4)
 
 
+SUN = Sun(40.0, 90.0, 1.0)
+CHANCE = (1e-2, 0.0, 1.6e-3, 1.65e-3, 2e-4, 0.0, 0.0, 0.0)
+"""Errors of levels, of which the third and the fourth agree although they are wrong."""
+
+
 def test_levels_of_sunlight_that_agree_by_chance_are_compared_with_a_finer_one():
-    errors, tolerance = (1e-2, 0.0, 1.6e-3, 1.65e-3, 2e-4, 0.0, 0.0, 0.0), 3e-4
-    chosen = choose_level(Scene(ModelWithError(0, 8, falls=(0.001, errors))), [Sun(40.0, 90.0, 1.0)], tolerance)
+    tolerance = 3e-4
+    chosen = choose_level(Scene(ModelWithError(0, 8, falls=(0.001, CHANCE))), [SUN], tolerance)
     assert chosen.enough
-    assert errors[chosen.level + chosen.sunlight_steps] < tolerance
+    assert CHANCE[chosen.level + chosen.sunlight_steps] < tolerance
+
+
+def test_agreement_by_chance_toward_another_view_is_compared_with_a_finer_level():
+    scene, sun, tolerance = Scene(ModelWithError(0, 8, falls=(0.001, {0.0: 0.01, 30.0: CHANCE}))), [SUN], 3e-4
+    toward_middle = NumericalLevel(2, 1e-5, True)
+    chosen = refine_toward(scene, toward_middle, [View(0.0, 0.0), View(30.0, 0.0)], sun, tolerance)
+    assert chosen.enough
+    assert CHANCE[chosen.level + chosen.sunlight_steps] < tolerance
+    assert refine_toward(scene, toward_middle, [View(0.0, 0.0)], sun, tolerance).sunlight_steps == 0
 
 
 def test_several_levels_have_one_that_is_as_fine_as_each():

@@ -4,7 +4,7 @@ A wave tilts the sea of its point: the column over the tilted sea takes the plac
 terms scaled by the level that keeps the mean over all waves that of the mean sea. This level alone is read from the
 tables, between their instants and views; it is within a few percent of 1. Clouds on the path of the sun keep back the
 share 1 - exp(-k s) of the direct sunlight that this sea reflects, at each wavenumber (Bouguer's law), with the
-extinction k and the length s of the path in each layer; where clear sky has texture, of the sunlight in the air and
+extinction k and the length s of the path in each layer. Where clear sky has texture, both are solved in the air and
 over the sea of the point. Columns are solved at the reference level, on the next finer spectral grid. Slopes and paths
 are those of the scene, as its frames have them: steeper waves are clipped.
 """
@@ -126,36 +126,32 @@ def changes(plan: Plan, points: Sequence[ClearPoint], references: References) ->
 def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
     fine = plan.assembly.at_level(reference_level(plan.assembly))
     grid = plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
-    mean = [fine.setting(point.sun, point.view) for point in points]
+    in_sky = cache(partial(plan.texture.perturbed, fine))
+    skies = [in_sky(point.perturbation) if any(point.perturbation) else fine for point in points]
+    mean = [sky.setting(point.sun, point.view) for sky, point in zip(skies, points, strict=True)]
     seen, level = mean, np.ones((len(points), len(fine.model.terms), len(plan.bands)))
     if plan.waves.varies:
         senses = [(1.0, crosswind_sense(point.view, point.sun)) for point in points]
         slopes = [tuple(np.multiply(point.slope, sense)) for point, sense in zip(points, senses, strict=True)]
-        tilted = [plan.waves.tilted(fine, slope) for slope in slopes]
+        tilted = [plan.waves.tilted(sky, slope) for sky, slope in zip(skies, slopes, strict=True)]
         seen = [scene.setting(point.sun, point.view) for scene, point in zip(tilted, points, strict=True)]
         level = np.array([point.level for point in points])
-    # Clouds keep back the sunlight of the perturbed sky: what waves add to it is that of the mean one.
-    shaded: dict[ColumnSetting, list[tuple[int, float]]] = {}
-    perturbed = cache(partial(plan.texture.perturbed, fine))
+    shaded: dict[ColumnSetting, list[int]] = {}
     for number, point in enumerate(points):
         if np.any(point.path_m):
-            shaded.setdefault(seen[number], []).append((number, 1.0))
-            if any(point.perturbation):
-                of_point = perturbed(point.perturbation).setting(point.sun, point.view)
-                shaded.setdefault(of_point, []).append((number, 1.0))
-                shaded.setdefault(mean[number], []).append((number, -1.0))
+            shaded.setdefault(seen[number], []).append(number)
     extinction_m1 = _extinction_m1(plan, grid.wavenumber_cm1) if shaded else np.empty(0)
     direct = [list(fine.model.terms).index(name) for name in sea_sun_terms(fine.model)]
     whole, lost = dict[ColumnSetting, Array](), np.zeros_like(level)
-    different, cloudless = list(dict.fromkeys((*mean, *seen, *shaded))), np.zeros((1, len(plan.layers)))
+    different, cloudless = list(dict.fromkeys((*mean, *seen))), np.zeros((1, len(plan.layers)))
     for first in range(0, len(different), SETTINGS_AT_ONCE):
         settings = different[first : first + SETTINGS_AT_ONCE]
         spectra = spectra_of(fine.model, settings, grid.wavenumber_cm1, cloudless)[:, 0]
         for setting, spectrum in zip(settings, spectra, strict=True):
             whole[setting] = spectrum @ grid.weights_cm1.T
-            for number, sign in shaded.get(setting, ()):
+            for number in shaded.get(setting, ()):
                 kept_back = -np.expm1(-(points[number].path_m @ extinction_m1))
-                lost[number, direct] += sign * (spectrum[direct] * kept_back) @ grid.weights_cm1.T
+                lost[number, direct] = (spectrum[direct] * kept_back) @ grid.weights_cm1.T
     of_seen, of_mean = (np.array([whole[setting] for setting in settings]) for settings in (seen, mean))
     changed: Array = level * (of_seen - lost) - of_mean
     return changed

@@ -162,6 +162,7 @@ class ShadowStage(Stage):
         if plan.is_grid:
             self._shifts = [plan.assembly.slant.of_view(layer, self._point_m) for layer in plan.layers]
         self._at = cached_method(self._shadows, 1)
+        self._kept_back = np.empty(0, np.float32)
 
     def apply(self, part: FramePart, window: PartWindow) -> None:
         """Subtract the sunlight that clouds keep from the clear points, and fill the mask if requested."""
@@ -174,8 +175,10 @@ class ShadowStage(Stage):
         (rows, columns), samples, in_cloud = window.inside, window.samples, shadows.in_cloud(window.window)
         kept_back = np.zeros((0, 0, 0), dtype=np.float32)
         if self._plan.waves.varies and part.radiance.size:
-            window.kept_back = kept_back = np.zeros((len(self._plan.bands), *in_cloud.shape[1:]), dtype=np.float32)
+            window.kept_back = kept_back = self._memory(len(self._plan.bands), *in_cloud.shape[1:])
         corner, shaded = (rows.start, columns.start), bool(np.max(in_cloud, initial=0.0) > 0.0)
+        if not shaded:
+            kept_back[:] = 0.0
         for surface, of_surface in enumerate(shadows.of_surfaces if shaded else ()):
             clear, weights = window.clear_points(surface), of_surface.states.weights(window.window)
             changes = self._plan.texture.change_between(of_surface.by_texture, *window.perturbation)
@@ -184,6 +187,12 @@ class ShadowStage(Stage):
                 part.radiance, mask, kept_back, *corner, samples, clear, in_cloud, of_surface.tables, texture, weights
             )
         window.shaded = mask[window.inside] > 0
+
+    def _memory(self, *shape: int) -> NDArray[np.float32]:
+        """Return memory that the next window uses again: new pages for each frame would take longer than shadows."""
+        if self._kept_back.size < math.prod(shape):
+            self._kept_back = np.empty(math.prod(shape), np.float32)
+        return self._kept_back[: math.prod(shape)].reshape(shape)
 
     def at(self, time_s: float) -> InstantShadows | None:
         """Return the shadows at a time; None if there are none."""
@@ -305,15 +314,25 @@ def _share_kept_back(path):  # type: ignore[no-untyped-def]
     return one - rest * np.int32((np.float32(whole).view(np.int32) + np.int32(127)) << np.int32(23)).view(np.float32)
 
 
+@kernel(inner=True, inline="always")
+def _along(line, values):  # type: ignore[no-untyped-def]
+    """Fill a row of pixels with the values of each, or with the only one."""
+    if values.size == 1:
+        line[:] = np.float32(values[0])
+    else:
+        for x in range(line.size):
+            line[x] = np.float32(values[x])
+
+
 @kernel()
 def _cast(  # type: ignore[no-untyped-def]
     radiance, mask, kept_back, row, column, samples, clear, in_cloud, tables, texture, weights
 ):
     """Shade clear points of a class of surface, in single precision.
 
-    ``kept_back`` (B, y, x) of each point, or empty; ``tables`` of :class:`OfSurface`, and ``weights`` (y or 1, x or 1,
-    R) of its states; ``texture`` has the relative change of the sunlight, as :meth:`.EvenSky.change_between` returns
-    it, and the perturbation of the sea (y or 1, x or 1).
+    ``kept_back`` (B, y, x) of each clear point, or empty; ``tables`` of :class:`OfSurface`, and ``weights`` (y or 1, x
+    or 1, R) of its states; ``texture`` has the relative change of the sunlight, as :meth:`.EvenSky.change_between`
+    returns it, and the perturbation of the sea (y or 1, x or 1).
     """
     (part, depth, loss), (by_texture, by_sea, warmer) = tables, texture
     states, layers, intervals, bands = depth.shape[0], depth.shape[1], depth.shape[2] - 1, depth.shape[3]
@@ -324,10 +343,14 @@ def _cast(  # type: ignore[no-untyped-def]
     at, pixel, weight = np.empty(width, np.uint32), np.empty(width, np.uint32), np.empty(width, np.float32)
     height, inside, first = np.empty(width, np.float32), np.empty(width, np.float32), np.empty(width, np.uint32)
     path, sums = np.empty((bands, width), np.float32), np.empty((bands, columns), np.float32)
-    shaded, lost = np.empty(columns, np.bool_), np.empty(columns, np.float32)
+    # Of each pixel: whole rows of contiguous numbers, whose loops are vectorised.
+    shaded, own = np.empty(columns, np.bool_), np.empty((states, columns), np.float32)
+    warm, change = np.empty(columns, np.float32), np.empty(columns, np.float32)
+    of_state, lost = np.empty(columns, np.float32), np.empty(columns, np.float32)
     for y in range(clear.shape[0] // samples):
         of_row = weights[min(y, weights.shape[0] - 1)]
-        last_weight = np.uint32(of_row.shape[0] - 1)
+        for r in range(states):
+            _along(own[r], of_row[:, r])
         shaded[:] = False
         sums[:] = zero
         for i in range(y * samples, (y + 1) * samples):
@@ -338,6 +361,10 @@ def _cast(  # type: ignore[no-untyped-def]
                     tallest = max(tallest, in_cloud[n, i, j])
                 at[count] = j
                 count += clear[i, j] and tallest > zero
+            for b in range(kept_back.shape[0]):
+                line = kept_back[b, i]
+                for j in range(width):
+                    line[j] = zero if clear[i, j] else line[j]
             if count == 0:
                 continue
             for c in range(count):
@@ -357,8 +384,7 @@ def _cast(  # type: ignore[no-untyped-def]
                     first[c] = np.int32(k)
                 for r in range(states):
                     for c in range(count):
-                        own = np.float32(of_row[min(pixel[c], last_weight), r])
-                        weight[c] = own if height[c] > zero else zero
+                        weight[c] = own[r, pixel[c]] if height[c] > zero else zero
                     for b in range(bands):
                         line, whole = nodes[r, n, b], path[b]
                         for c in range(count):
@@ -374,30 +400,27 @@ def _cast(  # type: ignore[no-untyped-def]
                     line = kept_back[b, i]
                     for c in range(count):
                         line[at[c]] = kept[c]
-        of_texture, warm = by_texture[:, :, min(y, by_texture.shape[2] - 1)], warmer[min(y, warmer.shape[0] - 1)]
+        of_texture = by_texture[:, :, min(y, by_texture.shape[2] - 1)]
+        _along(warm, warmer[min(y, warmer.shape[0] - 1)])
         seen = mask[row + y, column : column + columns]
         for x in range(columns):
             seen[x] = np.uint8(1) if shaded[x] else seen[x]
         for b in range(bands):
             total = sums[b]
+            change[:] = one
+            for r in range(states):
+                by_warmth, by_square, of_own = np.float32(by_sea[0, r, b]), np.float32(by_sea[1, r, b]), own[r]
+                _along(of_state, of_texture[r, b])
+                for x in range(columns):
+                    change[x] += of_own[x] * (of_state[x] + warm[x] * (by_warmth + warm[x] * by_square))
             for x in range(columns):
-                if not shaded[x]:
-                    continue
-                change, t = 0.0, np.float64(warm[min(x, warm.size - 1)])
-                for r in range(states):
-                    of_state = of_texture[r, b, min(x, of_texture.shape[2] - 1)]
-                    of_state += t * (by_sea[0, r, b] + t * by_sea[1, r, b])
-                    change += of_row[min(x, of_row.shape[0] - 1), r] * of_state
-                total[x] *= np.float32(1.0 + change)
+                total[x] *= change[x]
             for q in range(loss.shape[1]):
                 lost[:] = zero
                 for r in range(states):
-                    most = np.float32(share * loss[r, q, b])
-                    if of_row.shape[0] == 1:
-                        lost += np.float32(of_row[0, r]) * most
-                    else:
-                        for x in range(columns):
-                            lost[x] += np.float32(of_row[x, r]) * most
+                    most, of_own = np.float32(share * loss[r, q, b]), own[r]
+                    for x in range(columns):
+                        lost[x] += of_own[x] * most
                 line = radiance[q * bands + b, row + y, column : column + columns]
                 for x in range(columns):
                     # Rounding can make a zero remainder negative.

@@ -126,7 +126,8 @@ class PartWindow(SeenWindow):
         How far texture perturbs the pixels (window rows or 1, window columns or 1), in steps toward warm sea and toward
         dry air.
     kept_back : ndarray of float32 (B, window rows x samples, window columns x samples) or None
-        Share of the direct sunlight in each band that clouds keep from clear points, if a later stage needs it.
+        Share of the direct sunlight in each band that clouds keep from clear points, if a later stage needs it; of this
+        window alone, whose memory the next one uses again; without meaning at other points.
     """
 
     window: Window = (slice(0), slice(0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.kernels import kernel
 from hcss_twin.core.lanes import LANES, mix_of_sixteen
@@ -70,29 +72,37 @@ class WaveStage(Stage):
         if not self._tables:
             return
         time_s = part.time_s if self._moves else 0.0
-        states, to_nodes = self._at(time_s, self._plan.rays.frame_key(time_s))
+        states, by_texture, to_nodes = self._at(time_s, self._plan.rays.frame_key(time_s))
         kept_back = window.kept_back
         if kept_back is None or not self._tables[0].waves.sunlit:
             kept_back = np.zeros((0, 0, 0), np.float32)
         weights = states.weights(window.window)
+        by_vapour, _ = self._plan.texture.change_between(by_texture, *window.perturbation)
         radiance, samples = part.radiance[:, *inside], self._samples
         with part.changing_columns(inside):
-            _add(radiance, states.values, weights, kept_back, to_nodes, slopes, clear, samples)
+            _add(radiance, states.values, weights, kept_back, by_vapour, to_nodes, slopes, clear, samples)
 
-    def _changes(self, time_s: float, key: Hashable) -> tuple[ViewStates, NDArray[np.float32]]:
+    def _changes(self, time_s: float, key: Hashable) -> tuple[ViewStates, Array, NDArray[np.float32]]:
         """Return the states (R, N, M, L) of the tables at a time, seen through the rays of a key.
 
-        L values of a node are the change of each channel, that of its direct sunlight if shadows weaken it, and zeros.
-
-        The second result (2, 2) turns slopes along x and y to places in the tables, counted from their middle.
+        L values of a node are the change of each channel, that of its direct sunlight if shadows or vapour weaken it,
+        and zeros. The second result (S, R, B) is the relative change of the sunlight in the states of vapour, empty
+        without its texture; the third (2, 2) turns slopes along x and y to places in the tables, counted from their
+        middle.
         """
         waves = [(tables.waves, tables.time_s) for tables in self._tables]
         sizes = np.max([of_view.change[0].shape[:2] for of_view, _ in waves], axis=0)
         toward_all = np.stack([of_view.at(time_s, times, tuple(sizes.tolist())) for of_view, times in waves])
-        states = point_states(self._plan, self._effects, toward_all, time_s)
-        states = replace(states, values=_in_lanes(states.values))
+        shape, texture = toward_all.shape[1:], np.empty((len(waves), 0, 0), np.float32)
+        if self._plan.texture.changes_sunlight:
+            texture = np.stack([tables.texture.sunlight for tables in self._tables]).astype(np.float32)
+        both = np.concatenate((toward_all.reshape(len(waves), -1), texture.reshape(len(waves), -1)), axis=1)
+        states = point_states(self._plan, self._effects, both, time_s)
+        of_waves, of_texture = np.split(states.values, [math.prod(shape)], axis=1)
+        by_texture = np.moveaxis(of_texture.reshape(len(of_texture), *texture.shape[1:]), 1, 0)
+        states = replace(states, values=_in_lanes(of_waves.reshape(-1, *shape)))
         to_nodes = to_wind(self._plan.scenario.sea.wind_from) * (0.5 * (sizes - 1) / waves[0][0].reach)[:, None]
-        return states, to_nodes.astype(np.float32)
+        return states, by_texture, to_nodes.astype(np.float32)
 
 
 def slopes_of(plan: Plan, shapes: WaveShapes, time_s: float, window: Window) -> NDArray[np.float32]:
@@ -152,13 +162,15 @@ def _between(found, table, up, across, first, width):  # type: ignore[no-untyped
 
 @kernel()
 def _add(  # type: ignore[no-untyped-def]
-    radiance, tables, weights, kept_back, to_nodes, slopes, clear, samples
+    radiance, tables, weights, kept_back, by_vapour, to_nodes, slopes, clear, samples
 ):
     """Add to each pixel (C, y, x) the mean change of its clear points, by cubic interpolation in the tables.
 
     ``tables`` (R, N, M, L) of the states hold the change of each channel, and after them that of the direct sunlight in
     each, if clouds keep some of it back. ``weights`` (y or 1, x or 1, R) of the states; ``kept_back`` (B, y, x) at
-    points, or empty. ``to_nodes`` (2, 2) turns slopes along x and y into places in the table, counted from its middle.
+    points, or empty; ``by_vapour`` (R, B, y or 1, x or 1) the relative change of sunlight that the vapour of each pixel
+    causes, or without bands. ``to_nodes`` (2, 2) turns slopes along x and y into places in the table, counted from its
+    middle.
     """
     (channels, rows, columns), (states, _, _, lanes) = radiance.shape, tables.shape
     last_up, last_across = tables.shape[1] - 1, tables.shape[2] - 1
@@ -171,7 +183,9 @@ def _add(  # type: ignore[no-untyped-def]
     found, weight = np.empty((points, lanes), np.float32), np.empty(points, np.float32)
     pixels = (np.arange(points) // samples).astype(np.uint32)
     sums = np.empty((channels, columns), np.float32)
-    share = np.float32(1 / (samples * samples))
+    share, bands = np.float32(1 / (samples * samples)), by_vapour.shape[1]
+    # How much more direct sunlight the pixels of a row have, and how much less their points.
+    more, nothing_kept = np.zeros(columns, np.float32), np.zeros(points, np.float32)
     x_up, y_up, x_across, y_across = to_nodes[0, 0], to_nodes[0, 1], to_nodes[1, 0], to_nodes[1, 1]
     for y in range(rows):
         of_row = weights[min(y, weights.shape[0] - 1)]
@@ -197,15 +211,23 @@ def _add(  # type: ignore[no-untyped-def]
                 for c in range(count):
                     weight[c] = np.float32(of_row[min(pixel[c], last_weight), r])
                 for channel in range(channels):
-                    total = sums[channel]
-                    if kept_back.shape[0] == 0:
+                    total, kept = sums[channel], nothing_kept
+                    if kept_back.shape[0] > 0:
+                        kept = kept_back[channel % kept_back.shape[0], i]
+                    if bands > 0:
+                        of_vapour = by_vapour[r, channel % bands, min(y, by_vapour.shape[2] - 1)]
+                        for x in range(columns):
+                            more[x] = np.float32(of_vapour[min(x, of_vapour.size - 1)])
+                        for c in range(count):
+                            lit = more[pixel[c]] * (np.float32(1) - kept[at[c]]) - kept[at[c]]
+                            total[pixel[c]] += weight[c] * (found[c, channel] + lit * found[c, channels + channel])
+                    elif kept_back.shape[0] > 0:
+                        for c in range(count):
+                            change = found[c, channel] - kept[at[c]] * found[c, channels + channel]
+                            total[pixel[c]] += weight[c] * change
+                    else:
                         for c in range(count):
                             total[pixel[c]] += weight[c] * found[c, channel]
-                        continue
-                    kept = kept_back[channel % kept_back.shape[0], i]
-                    for c in range(count):
-                        change = found[c, channel] - kept[at[c]] * found[c, channels + channel]
-                        total[pixel[c]] += weight[c] * change
         for channel in range(channels):
             total, line = sums[channel], radiance[channel, y]
             for x in range(columns):

@@ -246,7 +246,7 @@ class WaveTables:
     estimated_error : float
         Relative to the total, measured between the nodes during their placement.
     sunlit : tuple of ndarray of float32 (N, M, C)
-        The part of ``change`` that is direct sunlight, which shadows weaken; empty without shadows.
+        The part of ``change`` that is direct sunlight, which shadows and vapour change; empty without either.
     """
 
     reach: tuple[float, float]

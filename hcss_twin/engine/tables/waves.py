@@ -131,7 +131,8 @@ def _tables(
 
     every, of_sun = np.ones((len(quantities.terms), 1)), sea_sun_terms(plan.assembly.model)
     direct = np.array([[float(name in of_sun)] for name in quantities.terms])
-    return WaveTables(plan.waves.reach, tables(every), levels, error + rest, tables(direct) if plan.has_shadows else ())
+    weakened = plan.has_shadows or plan.texture.changes_sunlight
+    return WaveTables(plan.waves.reach, tables(every), levels, error + rest, tables(direct) if weakened else ())
 
 
 def probe_waves(plan: Plan, sun: Sun | None) -> Array:
