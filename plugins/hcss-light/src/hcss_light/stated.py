@@ -53,22 +53,26 @@ FACTOR, FACTOR_OF_LAYERS, FACTOR_OF_SOURCE = 1.2, 1.5, 1.4
 
 
 def differences(
-    inputs: LightInputs, lights: Sequence[Any], reach: Sequence[tuple[int, int]], clouds: Callable[[slice, slice], Any]
+    image: tuple[int, int],
+    instants: Sequence[Any],
+    reach: Sequence[tuple[int, int]],
+    clouds: Callable[[slice, slice], Any],
 ) -> list[Array]:
     """Return by how much columns, and other tiers, differ (B,) from ``source``: rms over points over the mean.
 
     Parameters
     ----------
-    lights : sequence of ScatteredLight
-        The tier ``source``, and others.
+    image : (int, int)
+        Rows and columns of points.
+    instants : sequence of InstantLight
+        Of the tier ``source``, and of others, under the :func:`lowest_sun`.
     reach : sequence of (int, int)
         Rows, and columns, of points around others that matter to them.
     clouds : callable
         Returns the thickness of clouds in rows and columns, and their shares of heights.
     """
-    sun, parts = lowest_sun(inputs), list[list[Array]]()
-    instants = [light.at(sun) for light in lights]
-    for window in windows_of(inputs.image):
+    parts = list[list[Array]]()
+    for window in windows_of(image):
         wide = [slice(span.start - low, span.stop + high) for span, (low, high) in zip(window, reach, strict=True)]
         inner = [slice(low, low + span.stop - span.start) for span, (low, _) in zip(window, reach, strict=True)]
         thickness, shares = clouds(wide[0], wide[1])

@@ -24,7 +24,7 @@ from hcss_light.sea import FAINT as FAINT_GLINT
 from hcss_light.sea import Sea, SeaPaths
 from hcss_light.slices import Field, Slices, slices_of
 from hcss_light.source import Direction, Surroundings, absorbed_radiance, scattered_source, sourced_radiance
-from hcss_light.stated import differences
+from hcss_light.stated import differences, lowest_sun
 from hcss_light.sums import fitted_weights, sun_integrals
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -92,7 +92,8 @@ class SourceLight(ScatteredLight):
         from hcss_light.tiles import Tiles  # not for parallel views
 
         tiles, inputs = Tiles(plan), self._inputs
-        errors = [type(self)(replace(inputs, view=view)).expected_errors() for view in (inputs.view, *tiles.corners)]
+        views = dict.fromkeys((inputs.view, *tiles.corners))
+        errors = [type(self)(replace(inputs, view=view)).expected_errors() for view in views]
         text = (
             f"directions of the view are constant in squares of {tiles.side} pixels: lines of sight are displaced by "
         )
@@ -100,13 +101,14 @@ class SourceLight(ScatteredLight):
 
     @cached_property
     def _differences(self) -> list[Array]:
-        source = SourceLight(self._inputs)
+        source = self if self.tier == "source" else SourceLight(self._inputs)
+        instants = source._instants(lowest_sun(self._inputs), "source", "slant")
 
         def clouds(rows: slice, columns: slice) -> tuple[Field, Field | None]:
             thickness, shares = self._inputs.clouds(rows, columns, source.edges_m)
             return np.ascontiguousarray(thickness), shares
 
-        return differences(self._inputs, [source, SlantLight(self._inputs)], source.reach, clouds)
+        return differences(self._inputs.image, instants, source.reach, clouds)
 
     @classmethod
     def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
@@ -117,9 +119,14 @@ class SourceLight(ScatteredLight):
 
     def at(self, sun: Sun | None) -> InstantLight:
         """Return the light at one instant."""
+        (instant,) = self._instants(sun, self.tier)
+        return instant
+
+    def _instants(self, sun: Sun | None, *tiers: str) -> list[InstantLight]:
+        """Return the light at one instant in several tiers."""
         sun = shining(sun)
         groups = groups_of_bands(self._inputs, self.slices.middle_m, sun)
-        return InstantLight(self.tier, self._inputs, self.slices, groups, sun)
+        return [InstantLight(tier, self._inputs, self.slices, groups, sun) for tier in tiers]
 
 
 class SlantLight(SourceLight):
