@@ -62,8 +62,8 @@ def with_light(plan: Plan) -> Plan:
             message = f"'{section.light_profile}' has no effect on independent columns; allowed: 'uniform', or {_FIELD}"
             raise ScenarioError([Problem("radiance.light_profile", message)])
         within = [f"independent columns are within radiance.light_accuracy: {_percent(errors)}"]
-        notes = within if errors else _notes_of_columns(plan, section.light_accuracy)
-        return replace(plan, notes=(*plan.notes, *notes))
+        of_columns = within if errors else _notes_of_columns(plan, section.light_accuracy)
+        return replace(plan, notes=(*plan.notes, *of_columns))
     if name in of_one and name not in offered:
         choice = "".join(f"'{light}', " for light in offered)
         message = f"'{name}' computes one layer of cloud; allowed: {choice}'{COLUMNS}', or one layer in clouds.layers"
