@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any, NoReturn
 
 import numpy as np
@@ -33,6 +34,9 @@ GROUP_OF_LAYERS = "hcss_twin.light_of_layers"
 
 AUTO, COLUMNS, _FIELD = "auto", "columns", "radiance.light"
 
+_SUNS = 2
+"""Suns whose light over clear sky stays in memory: tiers, and their terms, ask for it one after the other."""
+
 
 def with_light(plan: Plan) -> Plan:
     """Return a plan with the light between columns that its scenario selects, or the cheapest that is accurate enough.
@@ -44,10 +48,8 @@ def with_light(plan: Plan) -> Plan:
     """
     section, name = plan.scenario.radiance, plan.scenario.radiance.light
     several = len(plan.cloudy_layers) > 1
-    of_one, offered = (
-        {entry.name: (origin, entry) for origin, entry in installed(group) if not isinstance(entry, BaseException)}
-        for group in (GROUP, GROUP_OF_LAYERS if several else GROUP)
-    )
+    of_one = _installed_light(GROUP)
+    offered = _installed_light(GROUP_OF_LAYERS) if several else of_one
     table, cloudy = excluded_beside_light(plan), plan.needs_radiance and plan.assembly.has_cloud
     errors: dict[str, float] = {}
     if name == AUTO:
@@ -60,8 +62,8 @@ def with_light(plan: Plan) -> Plan:
             message = f"'{section.light_profile}' has no effect on independent columns; allowed: 'uniform', or {_FIELD}"
             raise ScenarioError([Problem("radiance.light_profile", message)])
         within = [f"independent columns are within radiance.light_accuracy: {_percent(errors)}"]
-        notes = within if errors else _notes_of_columns(plan, section.light_accuracy)
-        return replace(plan, notes=(*plan.notes, *notes))
+        of_columns = within if errors else _notes_of_columns(plan, section.light_accuracy)
+        return replace(plan, notes=(*plan.notes, *of_columns))
     if name in of_one and name not in offered:
         choice = "".join(f"'{light}', " for light in offered)
         message = f"'{name}' computes one layer of cloud; allowed: {choice}'{COLUMNS}', or one layer in clouds.layers"
@@ -80,10 +82,12 @@ def with_light(plan: Plan) -> Plan:
     if not cloudy:
         return plan
     light, transport = _loaded(plan, name, *offered[name])
-    rms, notes = transport.expected_errors(), []
+    notes: list[str] = []
     if plan.views.varies:
         rms, note = _over_views(plan, name, transport)
         notes.append(f"{_FIELD}: {note}")
+    else:
+        rms = transport.expected_errors()
     expected = _of_bands(plan, rms)
     light = replace(light, expected_rms=expected)
     beyond = {band: error for band, error in expected.items() if error > (section.light_accuracy or math.inf)}
@@ -109,6 +113,11 @@ def with_light(plan: Plan) -> Plan:
             "with sides, which hide or show the sea up to the parallax of their height beside the edge of a column"
         )
     return replace(plan, light=light, notes=(*plan.notes, *notes))
+
+
+def _installed_light(group: str) -> dict[str, tuple[Any, Any]]:
+    """Return the origin and the entry point of each class of light transport, by its name."""
+    return {entry.name: (origin, entry) for origin, entry in installed(group) if not isinstance(entry, BaseException)}
 
 
 def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedLight, LightTransport]:
@@ -191,8 +200,12 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
     layer, higher = plan.layers[number], [above for above in numbers if above > number]
     up = (plan.sun_zenith_deg < 90.0) & plan.sun_matters
 
+    @lru_cache(_SUNS)
+    def terms_of(sun: Sun | None) -> Mapping[str, Array]:
+        return assembly.clear(nodes.wavenumber_cm1, sun)
+
     def clear(sun: Sun | None, names: Collection[str] = assembly.model.terms) -> Array:
-        terms = assembly.clear(nodes.wavenumber_cm1, sun)
+        terms = terms_of(sun)
         total: Array = np.sum(
             [np.zeros(nodes.wavenumber_cm1.size), *(np.asarray(terms[name]) for name in names)], axis=0
         )
@@ -205,6 +218,7 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
         thickness = generator.thickness_around_m(time_s, rows, columns, summary)
         return thickness, None if shares is None else shares(time_s, rows, columns, thickness, edges_m)
 
+    @lru_cache(_SUNS)
     def air_sun(sun: Sun, altitude_m: float) -> Array:
         turned = relative_azimuth_rad(plan.view.azimuth_deg, sun.azimuth_deg)
         of_air = assembly.transmittance, assembly.profile, plan.view.zenith_deg

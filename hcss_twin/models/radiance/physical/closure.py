@@ -1,9 +1,16 @@
 """Multiple reflections between interfaces, with fixed gas in front of them, as one linear system.
 
 Following every reflection exactly (:mod:`~hcss_twin.models.radiance.physical.tracing`) multiplies the number of paths
-at each change of direction. This closure sums the remaining reflections with one matrix. Its leg transmittances are
-those behind the view's path to the lower end of their gap, because transmittances of a spectral interval do not
-multiply. Rows of the matrix and the weights of the sources sum to one, so that an isothermal enclosure closes exactly.
+at each change of direction. This closure sums the remaining reflections with one matrix. Transmittances of a spectral
+interval do not multiply, so that each of its legs lies behind a path that most of its light has in front of it:
+
+* upward, the view's path to the lower end of the gap, where light is reflected;
+* upward in the uppermost gap, into which light comes from below only: the view's path to the lower end of the second
+  gap, and up from there;
+* downward below the second cloud, through which most light is scattered forward: the view's path to the upper end of
+  the gap. Below the first one such light is traced, and the rest has crossed the gap before.
+
+Rows of the matrix and the weights of the sources sum to one, so that an isothermal enclosure closes exactly.
 """
 
 from __future__ import annotations
@@ -18,14 +25,15 @@ from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
 from hcss_twin.models.radiance.physical.directions import CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS, VIEW
 from hcss_twin.physics.paths import Leg, Path
+from hcss_twin.physics.thermal_scattering import DIFFUSE_DEG
 
 
 @dataclass(frozen=True)
 class FrozenLegs:
-    """Legs of all streams behind the view's path: through gaps and clouds, downward and upward.
+    """Legs of all streams through gaps and clouds, downward and upward, each behind one path.
 
-    ``sun_*``: transmittance (S,) of the sun's path to an interface, behind the same paths. ``down`` and ``sun_top``
-    omit the uppermost gap, into which no stream looks down.
+    ``sun_*``: transmittance (S,) of the sun's path to an interface, behind the view's path to it. ``down`` and
+    ``sun_top`` omit the uppermost gap, into which no stream looks down.
     """
 
     down: list[LegView]
@@ -67,9 +75,13 @@ class Closure:
     frozen: FrozenLegs
 
 
-def close(columns: SceneColumns) -> Closure:
-    """Solve u = P u + S for the radiances along the streams in all gaps."""
-    frozen = _freeze(columns)
+def close(columns: SceneColumns, traced: bool) -> Closure:
+    """Solve u = P u + S for the radiances along the streams in all gaps.
+
+    ``traced``: whether the first change of direction is traced; otherwise all legs lie behind the view's path to the
+    lower end of their gap.
+    """
+    frozen = _freeze(columns, traced)
     gaps, count = len(columns.slabs) + 1, columns.directions.count
     size = columns.received.size
     streams = list(columns.directions.stream_indices)
@@ -169,25 +181,35 @@ def _pass_through(
     source[:, SCATTERED_AIR] += leg.transmittance * np.einsum("kjv,jv->kv", kernel, inside.emission)
 
 
-def _freeze(columns: SceneColumns) -> FrozenLegs:
+def _freeze(columns: SceneColumns, traced: bool) -> FrozenLegs:
     air, where = columns.air, columns.directions
     view = where.zenith_deg[VIEW]
     zeniths = [where.zenith_deg[index] for index in where.stream_indices]
     gaps = len(columns.slabs) + 1
     front: list[CompositePaths] = []
+    to_gap: list[CompositePaths] = []
     paths = [Path()] * columns.count
     for gap in range(gaps):
+        to_gap.append(air.crossed([paths]))
         ends = zip(*columns.gap_m(gap), strict=True)
         paths = [path + Path((Leg(lower, upper, view),)) for path, (lower, upper) in zip(paths, ends, strict=True)]
         front.append(air.crossed([paths]))
         if gap < len(columns.slabs):
             paths = [path + Path((columns.inside(gap, number, view),)) for number, path in enumerate(paths)]
     seen = [air.transmittance(crossed) for crossed in front]
+    before_down, before_up = list(front), list(front)
+    if traced and gaps > 1:
+        before_down[2:] = to_gap[2:]
+        low, high = columns.gap_m(1)
+        back = columns.crossed(
+            lambda number: Path((Leg(low[number], high[number], DIFFUSE_DEG), columns.inside(0, number, DIFFUSE_DEG)))
+        )
+        before_up[0] = front[1] + back
 
-    def legs(gap: int, lower: Heights, upper: Heights, downward: bool) -> LegView:
+    def legs(before: CompositePaths, lower: Heights, upper: Heights, downward: bool) -> LegView:
         rows = np.zeros(len(zeniths), dtype=np.intp)
-        through = seen[gap][rows]
-        view = air.leg(front[gap].take(rows), through, zeniths, lower, upper, downward, columns.scattered_sublayers)
+        through = air.transmittance(before)[rows]
+        view = air.leg(before.take(rows), through, zeniths, lower, upper, downward, columns.scattered_sublayers)
         return view.conditional(through, air.near_source(lower, upper, downward))
 
     def sun(gap: int, to_sun: CompositePaths) -> Array:
@@ -201,10 +223,10 @@ def _freeze(columns: SceneColumns) -> FrozenLegs:
 
     clouds = range(len(columns.slabs))
     return FrozenLegs(
-        down=[legs(gap, *columns.gap_m(gap), downward=True) for gap in range(1, gaps)],
-        up=[legs(gap, *columns.gap_m(gap), downward=False) for gap in range(gaps)],
-        inside_down=[legs(i, columns.slabs[i].base_m, columns.slabs[i].top_m, downward=True) for i in clouds],
-        inside_up=[legs(i + 1, columns.slabs[i].base_m, columns.slabs[i].top_m, downward=False) for i in clouds],
+        down=[legs(before_down[gap], *columns.gap_m(gap), downward=True) for gap in range(1, gaps)],
+        up=[legs(before_up[gap], *columns.gap_m(gap), downward=False) for gap in range(gaps)],
+        inside_down=[legs(front[i], columns.slabs[i].base_m, columns.slabs[i].top_m, downward=True) for i in clouds],
+        inside_up=[legs(front[i + 1], columns.slabs[i].base_m, columns.slabs[i].top_m, downward=False) for i in clouds],
         sun_top=[sun(i, columns.sun_on_slab(i, from_above=True)[1]) for i in clouds[1:]],
         sun_base=[sun(i + 1, columns.sun_on_slab(i, from_above=False)[1]) for i in clouds],
         sun_sea=sun(gaps - 1, columns.sun_on_sea()[1]),

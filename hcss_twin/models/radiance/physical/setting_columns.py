@@ -372,7 +372,7 @@ class SettingColumns:
             sea_source=np.tile(black(self._setting.sea_temperature_K), count),
             space=np.tile(black(space) if space > 0.0 else np.zeros_like(scene.received), count),
             received=np.tile(scene.received, count),
-            scattered_sublayers=numerics.sublayers if steep else numerics.scattered_sublayers,
+            scattered_sublayers=numerics.steep_sublayers if steep else numerics.scattered_sublayers,
         )
 
     def _terms(self, scene: _Scene, columns: SceneColumns) -> dict[str, Array]:

@@ -85,7 +85,7 @@ class Tracer:
 
     @cached_property
     def _closure(self) -> Closure:
-        return close(self._columns)
+        return close(self._columns, self._order > 0)
 
     def _down(self, rays: Rays, gap: int, order: int) -> Array:
         """Look down from the upper end of a gap: (K, P, S)."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,7 +57,7 @@ class Sea:
     """
 
     def __init__(self, slices: Slices, view: Direction, sun: Direction | None, reference_m: float) -> None:
-        self._slices, self._view = slices, view
+        self._slices, self._view, self._step = slices, view, STEP
         point = -_away(slices, reference_m, view)
         self._to_sun = None
         self._up = 1.0
@@ -64,6 +65,13 @@ class Sea:
             self._to_sun = point + slices.shifts(sun.zenith_deg, sun.azimuth_deg, 0.0)
             self._up = float(sun.vector[2])
         self._mirrored = point - slices.shifts(view.zenith_deg, view.azimuth_deg, 0.0)
+
+    def apart(self) -> Sea:
+        """Return the sea below columns of which none sees another: each is a uniform cloud above its own sea."""
+        result = copy(self)
+        result._step, result._mirrored = 1, np.zeros_like(self._mirrored)
+        result._to_sun = None if self._to_sun is None else np.zeros_like(self._to_sun)
+        return result
 
     @property
     def to_sun(self) -> Array | None:
@@ -88,7 +96,7 @@ class Sea:
             to_sun = np.zeros((RAYS, *density.shape[1:]), dtype=np.float32)
             add_paths(density, self._to_sun, to_sun)
             to_sun *= np.float32(self._slices.height_m)
-        return SeaPaths(to_sun, np.ascontiguousarray(density[::-1, ::STEP, ::STEP]))
+        return SeaPaths(to_sun, np.ascontiguousarray(density[::-1, :: self._step, :: self._step]))
 
     def change(self, paths: SeaPaths, particles: Particles, around: Surroundings, shape: Sequence[int]) -> Array:
         """Return what clouds change (y, x) in the radiance of the sea of a group of wavenumbers."""
@@ -101,8 +109,10 @@ class Sea:
             nothing = np.zeros((0, 1, 1), dtype=np.float32)
             march(
                 paths.mirrored, nothing, around.mirrored[::-1].copy(), particles.absorbing_m1, self._slices.height_m,
-                float(self._view.vector[2]), self._mirrored[::-1] / STEP, 0.0, seen,
+                float(self._view.vector[2]), self._mirrored[::-1] / self._step, 0.0, seen,
             )  # fmt: skip
+            if self._step == 1:
+                return np.asarray(result + seen)
             count = paths.mirrored.shape[1:]
             rows, columns = between(count[0], shape[0]), between(count[1], shape[1])
             result += rows @ seen @ columns.T

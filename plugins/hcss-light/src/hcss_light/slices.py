@@ -7,7 +7,7 @@ that a ray moves by at most one point within each. All fields are periodic; call
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -35,6 +35,9 @@ RAYS = 4
 
 DENSEST = 5.0 / 3.0
 """Extinction at the top of an adiabatic column over its mean."""
+
+NOWHERE_M = 1e12
+"""Distance between columns of which none is meant to see another."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,15 @@ class Slices:
         """Altitudes (Z,) of their middles, upward."""
         middle: Array = np.linspace(self.base_m, self.top_m, 2 * self.count + 1)[1::2]
         return middle
+
+    def apart(self) -> Slices:
+        """Return the same slices with columns so far apart that none sees another: each is a uniform cloud."""
+        return replace(self, point_m=NOWHERE_M)
+
+    @property
+    def are_apart(self) -> bool:
+        """Whether no column sees another."""
+        return self.point_m >= NOWHERE_M
 
     def shifts(self, zenith_deg: float, azimuth_deg: float, reference_m: float) -> Array:
         """Return by how many rows and columns (Z, 2) a ray is displaced at each slice from its place at an altitude.

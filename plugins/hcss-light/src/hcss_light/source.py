@@ -234,7 +234,7 @@ def scattered_source(
 def _sizes(slices: Slices, extinction: float, albedo: float) -> list[tuple[int, int, int]]:
     """Return slices and points along the sides of the blocks on which light is computed in turn, and the orders."""
     high = 2 if 2.0 * extinction * slices.height_m <= BLOCK_OPTICAL_THICKNESS else 1
-    blocks = high, 2, orders_of(albedo)
+    blocks = high, 1 if slices.are_apart else 2, orders_of(albedo)
     return [blocks] if albedo < LOW_ALBEDO else [blocks, (1, 1, FINE_ORDERS)]
 
 

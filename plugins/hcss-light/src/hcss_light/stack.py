@@ -25,9 +25,6 @@ from hcss_twin.providers.light import LightInputs
 CLEAR_SLICES = 4
 """Slices between two layers: gas changes light there, and nothing else. Even, as slices are joined in pairs."""
 
-NOWHERE_M = 1e12
-"""Distance between columns of which none is meant to see another."""
-
 
 @dataclass(frozen=True)
 class Stack:
@@ -106,7 +103,7 @@ class Stack:
 
     def apart(self) -> Stack:
         """Return the same slices with columns so far apart that none sees another."""
-        return replace(self, layers=tuple(replace(layer, point_m=NOWHERE_M) for layer in self.layers))
+        return replace(self, layers=tuple(layer.apart() for layer in self.layers))
 
 
 def stack_of(inputs: LightInputs, steepest_deg: float, optical: Sequence[float]) -> Stack:

@@ -24,7 +24,7 @@ from hcss_light.stack import Stack, reach_of, stack_of
 from hcss_light.stacked_sea import StackedPaths, StackedSea
 from hcss_light.stacked_source import StackedGroup, stacked_groups, stacked_radiance, stacked_source, stacked_sunlight
 from hcss_light.stacked_sums import emitted_radiance, of_sun_alone, stacked_integrals, sun_depth
-from hcss_light.stated import differences
+from hcss_light.stated import differences, lowest_sun
 from hcss_light.sums import RATES, fitted_weights
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -66,7 +66,8 @@ class StackedSource(ScatteredLight):
     def _differences(self) -> list[Array]:
         # Shadows from farther away are those of the same clouds, continued periodically.
         source = self if self.tier == "source" else StackedSource(self._inputs)
-        return differences(self._inputs, list(dict.fromkeys((source, self))), source.reach_of_light, self._clouds)
+        instants = [light.at(lowest_sun(self._inputs)) for light in dict.fromkeys((source, self))]
+        return differences(self._inputs.image, instants, source.reach_of_light, self._clouds)
 
     def _clouds(self, rows: slice, columns: slice) -> tuple[Field, list[Field | None]]:
         """Return the thickness (L, y, x) of all layers in the first frame, and their shares of heights."""

@@ -53,34 +53,57 @@ FACTOR, FACTOR_OF_LAYERS, FACTOR_OF_SOURCE = 1.2, 1.5, 1.4
 
 
 def differences(
-    inputs: LightInputs, lights: Sequence[Any], reach: Sequence[tuple[int, int]], clouds: Callable[[slice, slice], Any]
+    image: tuple[int, int],
+    instants: Sequence[Any],
+    reach: Sequence[tuple[int, int]],
+    clouds: Callable[[slice, slice], Any],
 ) -> list[Array]:
     """Return by how much columns, and other tiers, differ (B,) from ``source``: rms over points over the mean.
 
     Parameters
     ----------
-    lights : sequence of ScatteredLight
-        The tier ``source``, and others.
+    image : (int, int)
+        Rows and columns of points.
+    instants : sequence of InstantLight
+        Of the tier ``source``, and of others, under the :func:`lowest_sun`.
     reach : sequence of (int, int)
         Rows, and columns, of points around others that matter to them.
     clouds : callable
         Returns the thickness of clouds in rows and columns, and their shares of heights.
     """
-    sun, parts = lowest_sun(inputs), list[list[Array]]()
-    instants = [light.at(sun) for light in lights]
-    for window in windows_of(inputs.image):
-        wide = [slice(span.start - low, span.stop + high) for span, (low, high) in zip(window, reach, strict=True)]
-        inner = [slice(low, low + span.stop - span.start) for span, (low, _) in zip(window, reach, strict=True)]
+    parts = list[list[Array]]()
+    for around, windows in _together(windows_of(image), reach):
+        wide = [slice(span.start - low, span.stop + high) for span, (low, high) in zip(around, reach, strict=True)]
         thickness, shares = clouds(wide[0], wide[1])
         # Tables are not known yet: uniform cloud is that of the tier source.
         found = [instants[0].uniform(thickness)]
         for light in instants:
             amount, share, change = light.correct(thickness, shares=shares)
             found.append(instants[0].uniform(amount) * share + change)
-        parts.append([radiance[:, *inner].reshape(radiance.shape[0], -1) for radiance in found])
+        for window in windows:
+            inner = [
+                slice(span.start - far.start, span.stop - far.start) for span, far in zip(window, wide, strict=True)
+            ]
+            parts.append([radiance[:, *inner].reshape(radiance.shape[0], -1) for radiance in found])
     columns, exact, *others = (np.concatenate(radiances, axis=1) for radiances in zip(*parts, strict=True))
     mean = np.maximum(np.mean(exact, axis=1), np.finfo(float).tiny)
     return [np.sqrt(np.mean((radiance - exact) ** 2, axis=1)) / mean for radiance in (columns, *others)]
+
+
+def _together(
+    windows: list[tuple[slice, slice]], reach: Sequence[tuple[int, int]]
+) -> list[tuple[tuple[slice, slice], list[tuple[slice, slice]]]]:
+    """Return the windows to compute, each with those in it: one around all of them where that has fewer points."""
+
+    def size(window: tuple[slice, slice]) -> int:
+        return math.prod(span.stop - span.start + sum(both) for span, both in zip(window, reach, strict=True))
+
+    rows, columns = (
+        slice(min(span.start for span in spans), max(span.stop for span in spans))
+        for spans in zip(*windows, strict=True)
+    )
+    apart = [(window, [window]) for window in windows]
+    return [((rows, columns), windows)] if size((rows, columns)) < sum(map(size, windows)) else apart
 
 
 def error_of_source(inputs: LightInputs, of_columns: Array, of_slant: Array | None) -> Array:

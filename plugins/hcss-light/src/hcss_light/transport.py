@@ -24,7 +24,7 @@ from hcss_light.sea import FAINT as FAINT_GLINT
 from hcss_light.sea import Sea, SeaPaths
 from hcss_light.slices import Field, Slices, slices_of
 from hcss_light.source import Direction, Surroundings, absorbed_radiance, scattered_source, sourced_radiance
-from hcss_light.stated import differences
+from hcss_light.stated import differences, lowest_sun
 from hcss_light.sums import fitted_weights, sun_integrals
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
@@ -92,7 +92,8 @@ class SourceLight(ScatteredLight):
         from hcss_light.tiles import Tiles  # not for parallel views
 
         tiles, inputs = Tiles(plan), self._inputs
-        errors = [type(self)(replace(inputs, view=view)).expected_errors() for view in (inputs.view, *tiles.corners)]
+        views = dict.fromkeys((inputs.view, *tiles.corners))
+        errors = [type(self)(replace(inputs, view=view)).expected_errors() for view in views]
         text = (
             f"directions of the view are constant in squares of {tiles.side} pixels: lines of sight are displaced by "
         )
@@ -100,13 +101,14 @@ class SourceLight(ScatteredLight):
 
     @cached_property
     def _differences(self) -> list[Array]:
-        source = SourceLight(self._inputs)
+        source = self if self.tier == "source" else SourceLight(self._inputs)
+        instants = source._instants(lowest_sun(self._inputs), "source", "slant")
 
         def clouds(rows: slice, columns: slice) -> tuple[Field, Field | None]:
             thickness, shares = self._inputs.clouds(rows, columns, source.edges_m)
             return np.ascontiguousarray(thickness), shares
 
-        return differences(self._inputs, [source, SlantLight(self._inputs)], source.reach, clouds)
+        return differences(self._inputs.image, instants, source.reach, clouds)
 
     @classmethod
     def stage(cls, plan: Plan, tables: RadianceTables) -> LightStage:
@@ -117,9 +119,14 @@ class SourceLight(ScatteredLight):
 
     def at(self, sun: Sun | None) -> InstantLight:
         """Return the light at one instant."""
+        (instant,) = self._instants(sun, self.tier)
+        return instant
+
+    def _instants(self, sun: Sun | None, *tiers: str) -> list[InstantLight]:
+        """Return the light at one instant in several tiers."""
         sun = shining(sun)
         groups = groups_of_bands(self._inputs, self.slices.middle_m, sun)
-        return InstantLight(self.tier, self._inputs, self.slices, groups, sun)
+        return [InstantLight(tier, self._inputs, self.slices, groups, sun) for tier in tiers]
 
 
 class SlantLight(SourceLight):
@@ -148,7 +155,7 @@ class InstantLight:
         nodes = np.linspace(0.0, self._most_m, NODES_PER_SLICE * slices.count + 1)
         # Between no cloud and the thinnest the engine's tables are linear, and so is this one.
         self._nodes_m = np.concatenate(([0.0, self._least_m], nodes[nodes > self._least_m]))
-        columns = [slices.density(np.full((1, 1), node_m, dtype=np.float32)) for node_m in self._nodes_m]
+        columns = slices.density(self._nodes_m[None].astype(np.float32))
         lights = [
             [GroupLight(tier, slices, member, view, to_sun, inputs.reference_m) for member in group] for group in groups
         ]
@@ -160,11 +167,12 @@ class InstantLight:
                 [[group_light.at_night() for group_light in light] for light in lights], columns
             )
 
-    def _of_uniform(self, lights: list[list[GroupLight]], columns: Sequence[Field]) -> Array:
+    def _of_uniform(self, lights: list[list[GroupLight]], columns: Field) -> Array:
         """Return the radiance (B, N) of uniform clouds."""
-        paths = [self._sea.paths(column, self._glints) for column in columns]
+        sea = self._sea.apart()
+        paths = sea.paths(columns, self._glints)
         result: Array = np.array(
-            [sum(group_light.of_uniform(columns, self._sea, paths) for group_light in light) for light in lights]
+            [sum(group_light.of_uniform(columns, sea, paths) for group_light in light) for light in lights]
         )
         return result
 
@@ -250,19 +258,22 @@ class GroupLight:
         extinction = particles.scaled[0] if self._tier == "source" else particles.absorbing_m1
         return np.asarray(np.exp(-extinction / float(self._view.vector[2]) * amount_m))
 
-    def of_uniform(self, columns: Sequence[Field], sea: Sea, paths: Sequence[SeaPaths]) -> Array:
-        """Return the radiance (N,) of uniform clouds, to which the sums for sunlight are fitted in the tier slant."""
+    def of_uniform(self, columns: Field, sea: Sea, paths: SeaPaths) -> Array:
+        """Return the radiance (N,) of uniform clouds (Z, 1, N), to which the tier slant fits its sums for sunlight.
+
+        Parameters
+        ----------
+        sea, paths
+            Of columns that are apart, and of these.
+        """
+        apart = GroupLight(self._tier, self._slices.apart(), self._group, self._view, self._sun, self._reference_m)
         if self._tier == "slant" and self._sun is not None:
             dark = replace(self._group.around, emitted=np.zeros(self._slices.count), sky=0.0, below=0.0, glint=0.0)
-            integrals = np.array([self._integrals(column)[:, 0, 0] for column in columns]).T
-            self._weights = fitted_weights(
-                integrals, np.array([self._sourced(column, dark)[1].item() for column in columns])
-            )
-        result = []
-        for column, path in zip(columns, paths, strict=True):
-            amount, radiance = self.radiance(column)
-            result.append((radiance + self.unveiled(amount) * self.over_sea(sea, path, (1, 1))).item())
-        return np.array(result)
+            integrals, radiance = apart._integrals(columns)[:, 0], apart._sourced(columns, dark)[1][0]
+            self._weights = apart._weights = fitted_weights(integrals, radiance)
+        amount, radiance = apart.radiance(columns)
+        of_sea = self.over_sea(sea, paths, amount.shape)
+        return np.asarray((radiance + self.unveiled(amount) * of_sea)[0])
 
     def source(self, density: Field) -> Field:
         """Return the source function (Z, y, x) toward the view."""

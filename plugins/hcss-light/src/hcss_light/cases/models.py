@@ -148,9 +148,8 @@ def _of_one_layer(clouds: Clouds, tier: str) -> Array:
     (layer,), view, reference = clouds.layers, clouds.toward, clouds.case.reference_m
     group = Group(layer.particles, clouds.around(layer.level), np.empty(0, dtype=np.intp))
     light = GroupLight(tier, layer.slices, group, view, clouds.sun, reference)
-    sea = Sea(layer.slices, view, clouds.sun, reference)
-    uniform = [np.ascontiguousarray(layer.uniform[..., [n]]) for n in range(layer.uniform.shape[2])]
-    nothing = [sea.paths(column, False) for column in uniform]
+    sea, uniform = Sea(layer.slices, view, clouds.sun, reference).apart(), layer.uniform
+    nothing = sea.paths(uniform, False)
     of_uniform = light.of_uniform(uniform, sea, nothing)
     dark = of_uniform if clouds.sun is None else light.at_night().of_uniform(uniform, sea, nothing)
     amount, total = light.radiance(layer.density)
