@@ -179,7 +179,7 @@ async function fetchFrame() {
       showProblems(answer.problems);
       $("picture").classList.add("stale");
       const count = answer.problems.length;
-      say(`the image is that of before: ${count} problem${count > 1 ? "s" : ""}, beside the control${count > 1 ? "s" : ""}`, "bad");
+      say(`${count} problem${count > 1 ? "s" : ""}, beside the control; the image is the last one without`, "bad");
       stopPlaying();
       return;
     }
@@ -273,6 +273,32 @@ function plane(values, number = bandNumber()) {
   return values.subarray(number * pixels, (number + 1) * pixels);
 }
 
+// Where a value lies between the ends of the colours, 0 to 1: straight, or for "both" bent toward where pixels are, with
+// the same weight for clear and for cloudy ones, so that both show structure. It only ever rises.
+function scaleOf(values) {
+  const [low, high] = limits(values);
+  const linear = (value) => (value - low) / (high - low);
+  if ($("stretch").value !== "both") return { low, high, share: linear };
+  const steps = 400;
+  const counts = [new Float64Array(steps), new Float64Array(steps)];
+  const { thickness } = state.frame;
+  values.forEach((value, pixel) => {
+    if (value >= low && value <= high) counts[thickness[pixel] > 0 ? 1 : 0][Math.min(Math.floor(linear(value) * steps), steps - 1)] += 1;
+  });
+  const present = counts.map((of) => of.reduce((sum, count) => sum + count, 0)).map((sum) => (sum ? 1 / sum : 0));
+  const classes = present.filter(Boolean).length || 1;
+  const below = new Float64Array(steps + 1);
+  for (let step = 0; step < steps; step++) {
+    const pixels = counts.reduce((sum, of, kind) => sum + of[step] * present[kind], 0) / classes;
+    below[step + 1] = below[step] + 0.5 * pixels + 0.5 / steps;
+  }
+  return { low, high, share: (value) => {
+    const at = Math.min(Math.max(linear(value), 0), 1) * steps;
+    const step = Math.min(Math.floor(at), steps - 1);
+    return below[step] + (at - step) * (below[step + 1] - below[step]);
+  } };
+}
+
 function limits(values) {
   const kind = $("stretch").value;
   const { thickness } = state.frame;
@@ -280,7 +306,7 @@ function limits(values) {
   if (!chosen.length) chosen = values.filter(Number.isFinite);
   if (!chosen.length) return [0, 1];
   chosen.sort();
-  const cut = kind === "whole" ? 0 : 0.01;
+  const cut = kind === "whole" ? 0 : kind === "both" ? 0.002 : 0.01;
   const low = chosen[Math.floor(cut * (chosen.length - 1))];
   const high = chosen[Math.ceil((1 - cut) * (chosen.length - 1))];
   return high > low ? [low, high] : [low - 0.5, low + 0.5];
@@ -289,7 +315,7 @@ function limits(values) {
 function drawImage() {
   const { rows, columns } = state.frame.about;
   const values = plane(state.frame.kelvin);
-  const [low, high] = (state.limits = limits(values));
+  const scale = (state.scale = scaleOf(values));
   const canvas = $("image");
   canvas.width = columns;
   canvas.height = rows;
@@ -299,7 +325,7 @@ function drawImage() {
     for (let column = 0; column < columns; column++) {
       const value = values[row * columns + column];
       const to = 4 * ((rows - 1 - row) * columns + column); // the first row is the southern one
-      const level = Math.min(Math.max(Math.round((255 * (value - low)) / (high - low)), 0), 255);
+      const level = Math.min(Math.max(Math.round(255 * scale.share(value)), 0), 255);
       for (let channel = 0; channel < 3; channel++) image.data[to + channel] = Number.isFinite(value) ? TABLE[3 * level + channel] : 128;
       image.data[to + 3] = 255;
     }
@@ -331,18 +357,17 @@ function fresh(id) {
 }
 
 function outlined(context, draw) {
-  context.strokeStyle = "rgba(0,0,0,.75)";
-  context.fillStyle = "rgba(0,0,0,.75)";
-  context.lineWidth = 4;
+  context.lineCap = "round";
+  context.strokeStyle = context.fillStyle = "#000";
+  context.lineWidth = 5;
   draw(true);
-  context.strokeStyle = "#fff";
-  context.fillStyle = "#fff";
-  context.lineWidth = 1.5;
+  context.strokeStyle = context.fillStyle = "#fff";
+  context.lineWidth = 2;
   draw(false);
 }
 
 function label(context, text, x, y, wide) {
-  context.lineWidth = wide ? 3 : 1;
+  context.lineWidth = wide ? 3 : 2;
   if (wide) context.strokeText(text, x, y);
   else context.fillText(text, x, y);
 }
@@ -364,7 +389,7 @@ function drawMarks() {
     context.lineTo(10 + length, height - 10);
     context.stroke();
     label(context, metres >= 1000 ? `${metres / 1000} km` : `${metres} m`, 10, height - 16, wide);
-    if (about.north_up) compass(context, width - 46, 46, about, wide);
+    if (about.north_up) compass(context, width - 44, 48, about, wide);
     if (state.pick) {
       const x = (state.pick.column + 0.5) * perPixel;
       const y = height - (state.pick.row + 0.5) * perPixel;
@@ -378,21 +403,39 @@ function drawMarks() {
   });
 }
 
+// North, and where sun and sensor stand: a disk and a diamond at their bearings, farther out the lower they are.
 function compass(context, x, y, about, wide) {
-  const arrow = (bearing, text, length) => {
-    const angle = (bearing * Math.PI) / 180;
-    const [dx, dy] = [Math.sin(angle), -Math.cos(angle)];
+  const radius = 26;
+  const bound = context.lineWidth;
+  context.lineWidth = wide ? 4 : 1.5;
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.moveTo(x, y - radius);
+  context.lineTo(x, y - radius - 4);
+  context.stroke();
+  context.textAlign = "center";
+  label(context, "N", x, y - radius - 7, wide);
+  const shape = (sides, px, py, fill) => {
     context.beginPath();
-    context.moveTo(x, y);
-    context.lineTo(x + length * dx, y + length * dy);
+    for (let corner = 0; corner < sides; corner++) context.lineTo(px + 5 * Math.cos((2 * Math.PI * corner) / sides), py + 5 * Math.sin((2 * Math.PI * corner) / sides));
+    context.closePath();
+    context.lineWidth = wide ? 3 : 1;
     context.stroke();
-    context.textAlign = "center";
-    label(context, text, x + (length + 9) * dx, y + (length + 9) * dy + 4, wide);
-    context.textAlign = "left";
+    if (!wide) { context.fillStyle = fill; context.fill(); context.fillStyle = "#fff"; }
   };
-  arrow(0, "N", 14);
-  if (about.sun_zenith_deg < 90) arrow(about.sun_azimuth_deg, "sun", 22);
-  if (about.view_zenith_deg > 0.5) arrow(about.view_azimuth_deg, "sensor", 22);
+  const named = [[4, "sensor", about.view_azimuth_deg, about.view_zenith_deg, "#4f9cf0"]];
+  if (about.sun_zenith_deg < 90) named.push([24, "sun", about.sun_azimuth_deg, about.sun_zenith_deg, "#ffcc33"]);
+  named.forEach(([sides, text, bearing, zenith, fill], line) => {
+    const angle = (bearing * Math.PI) / 180;
+    const out = radius * Math.min(zenith / 90, 1);
+    shape(sides, x + Math.sin(angle) * out, y - Math.cos(angle) * out, fill);
+    const below = y + radius + 16 + 15 * line;
+    context.textAlign = "left";
+    label(context, text, x - 14, below, wide);
+    shape(sides, x - 24, below - 4, fill);
+  });
+  context.lineWidth = bound;
+  context.textAlign = "left";
 }
 
 function ticks(low, high, count) {
@@ -404,7 +447,7 @@ function ticks(low, high, count) {
 
 function drawScale() {
   const [context, width] = fresh("scale");
-  const [low, high] = state.limits;
+  const { low, high, share } = state.scale;
   const room = 28;
   for (let x = 0; x < width - 2 * room; x++) {
     context.fillStyle = `rgb(${mapped(x / (width - 2 * room)).join(",")})`;
@@ -413,8 +456,12 @@ function drawScale() {
   context.fillStyle = colour("ink");
   context.strokeStyle = colour("ink");
   context.textAlign = "center";
-  for (const value of ticks(low, high, Math.max(2, Math.floor(width / 70)))) {
-    const x = room + ((value - low) / (high - low)) * (width - 2 * room);
+  let last = -Infinity;
+  const end = width - room;
+  for (const value of [...ticks(low, high, 24), Number(high.toFixed(2))]) {
+    const x = Math.min(room + share(value) * (width - 2 * room), end);
+    if (x - last < 44 || (x > end - 44 && x < end - 1)) continue;
+    last = x;
     context.fillRect(x, 14, 1, 4);
     context.fillText(value, x, 30);
   }
@@ -507,7 +554,7 @@ function drawSpectrum() {
   const known = [...PARTS.filter(([name]) => names.includes(name)), ...names.filter((name) => !PARTS.some(([part]) => part === name)).map((name) => [name, name.replaceAll("_", " "), "#777"])];
   const sum = new Map(inside.map(([, index]) => [index, names.reduce((total, name) => total + pixel.parts[name][index], 0)]));
   const most = Math.max(...sum.values(), 1e-30);
-  const [left, right, top, bottom] = [48, width - 8, 8, height - 30];
+  const [left, right, top, bottom] = [44, width - 8, 20, height - 30];
   const x = (um) => left + ((um - band.lower_um) / (band.upper_um - band.lower_um)) * (right - left);
   const y = (value) => bottom - (value / most) * (bottom - top);
   context.fillStyle = context.strokeStyle = colour("ink");
@@ -526,7 +573,7 @@ function drawSpectrum() {
     context.globalAlpha = 1;
   }
   context.textAlign = "left";
-  context.fillText("W m-2 sr-1 um-1", left, bottom + 27);
+  context.fillText("W m-2 sr-1 um-1", 2, 12);
   const line = (value, stroke, thick) => {
     context.strokeStyle = stroke;
     context.lineWidth = thick;
@@ -569,7 +616,7 @@ function askPixel() {
     } catch (error) {
       if (error.name !== "AbortError") $("picked").textContent += `; no spectrum: ${error.message}`;
     }
-  }, 120);
+  }, 300);
 }
 
 function pick(rowNumber, column) {
@@ -640,7 +687,7 @@ function showOmissions(about) {
   $("left-out-about").textContent = `Largest or typical share of a pixel's radiance; the accuracy asked for is ${digits(100 * about.share)} %. ${about.omissions.length - sized.length} more change nothing here.`;
   $("omissions").replaceChildren(make("thead", {}, head), make("tbody", {}, ...sized.map((omission) => {
     const size = omission.size === null ? "equal on average" : `${digits(100 * omission.size, 2)} %`;
-    const why = [omission.decision, omission.sense, omission.why].filter(Boolean).join("; ");
+    const why = [{ "switched off": "switched off by the scenario", "too dear": "for its time" }[omission.decision] ?? omission.decision, omission.sense, omission.why].filter(Boolean).join("; ");
     return row([omission.what, { number: size }, omission.needs ? make("code", { textContent: omission.needs }) : "none known", why], "td", omission.size > about.share ? "large" : "");
   })));
 }
