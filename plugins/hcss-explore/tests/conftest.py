@@ -69,6 +69,7 @@ altitude_km,pressure_hPa,temperature_K,h2o_ppmv
 2,800,280,5000
 5,540,256,900
 10,265,223,60
+15,121,217,8
 20,55,217,5
 """
 

@@ -10,7 +10,14 @@ from hcss_twin import Scenario, ScenarioError, brightness_temperature, make_plan
 from hcss_twin.engine.simulate import run
 from hcss_twin.providers import Catalog
 
-CHANGES = {"view.zenith": "35", "clouds.coverage": "0.3", "seed": "11", "sea.temperature": "15 degC", "others": "slant.parallax = off"}
+OTHERS = 'sea.wind_from = 200\noutput.variables = ["radiance", "cloud_thickness"]\n'
+CHANGES = {
+    "view.zenith": "35",
+    "clouds.coverage": "0.3",
+    "seed": "11",
+    "sea.temperature": "15 degC",
+    "others": OTHERS,
+}
 
 
 def test_a_saved_scenario_has_the_image_of_the_page(explorer, folder):
@@ -26,7 +33,7 @@ def test_a_saved_scenario_has_the_image_of_the_page(explorer, folder):
 
 
 def test_a_saved_scenario_with_a_sensor_has_the_measured_image_of_the_page(explorer, folder):
-    given = {"sensor": "generic-mwir", "bands": None}
+    given = {"sensor": "generic-mwir"}
     picture = explorer.picture(given, 1, True)
     assert picture.about["measured"]
     path = explorer.save(given, "measured")

@@ -116,7 +116,7 @@ def changes_of(given: Mapping[str, Any]) -> dict[str, Any]:
     click.BadParameter
         If a line is no assignment.
     """
-    changes = {key: typed(key, value) for key, value in given.items() if key != OTHERS}
+    changes = {key: typed(key, value) for key, value in given.items() if key != OTHERS and value != OWN}
     lines = [line.strip() for line in str(given.get(OTHERS) or "").splitlines()]
     assignments = ["=".join(side.strip() for side in line.split("=", 1)) for line in lines if line]
     return changes | Shared.assigned(assignments, "Other keys")

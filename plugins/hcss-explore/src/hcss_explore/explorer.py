@@ -46,8 +46,6 @@ KEPT = 6
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,80}")
 
-_VARIABLES = ["radiance", "cloud_layer_thickness"]
-"""What a frame of the page needs, whatever the scenario writes."""
 
 
 class ExploreError(HcssError):
@@ -168,7 +166,7 @@ class Explorer:
             return self._kept[name]
         stage("plan")
         begun = time.process_time()
-        plan = make_plan(self._scenario(with_changes(raw, {"output.variables": _VARIABLES})))
+        plan = make_plan(_for_page(self._scenario(raw)))
         size = plan.pixels[0] * plan.pixels[1] * len(plan.bands)
         if size > MOST_VALUES:
             raise ExploreError(
@@ -224,7 +222,7 @@ class Explorer:
         if not plan.needs_radiance:
             raise ExploreError("the scenario has no radiance")
         variables, _ = scene.maker.part(number, _one(plan, row, column))
-        thickness = _layers_of(variables)[:, 0, 0]
+        thickness = _layers_of(variables)[: len(plan.layers), 0, 0]
         time_s = float(plan.frame_times_s[number])
         view = plan.rays.views_of_pixels([plan.extent[0].start + row], [plan.extent[1].start + column], time_s)[0]
         setting = plan.assembly.setting(plan.sun_up_at(time_s), view)
@@ -362,6 +360,14 @@ def _one(plan: Plan, row: int, column: int) -> tuple[slice, slice]:
     return slice(first[0], first[0] + 1), slice(first[1], first[1] + 1)
 
 
+def _for_page(scenario: Scenario) -> Scenario:
+    """Return the scenario with the variables that a frame of the page needs, whatever it writes."""
+    thickness = "cloud_layer_thickness" if scenario.clouds.layers else "cloud_thickness"
+    output = scenario.output.model_copy(update={"variables": ("radiance", thickness)})
+    return scenario.model_copy(update={"output": output})
+
+
 def _layers_of(variables: Mapping[str, NDArray[Any]]) -> NDArray[np.float32]:
-    found: NDArray[np.float32] = variables["cloud_layer_thickness"]
-    return found
+    """Return the thickness of each layer (L, y, x), or of a clear sky (1, y, x)."""
+    found: NDArray[np.float32] | None = variables.get("cloud_layer_thickness")
+    return variables["cloud_thickness"][None] if found is None else found
