@@ -4,6 +4,7 @@ import base64
 import json
 import os
 import select
+import shlex
 import shutil
 import signal
 import subprocess
@@ -13,9 +14,15 @@ import time
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 FLAGS = (
-    "--headless=new --no-sandbox --disable-gpu --no-first-run --disable-background-networking "
-    "--disable-component-update --disable-sync --disable-default-apps --mute-audio --remote-debugging-pipe"
-).split()
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--remote-debugging-pipe",
+)
 
 
 class Chromium:
@@ -32,7 +39,8 @@ class Chromium:
     def __init__(self, width=1400, height=950):
         self._profile = tempfile.mkdtemp(prefix="chromium-")
         (child_in, self._to), (self._from, child_out) = os.pipe(), os.pipe()
-        command = f"exec {CHROMIUM} {' '.join(FLAGS)} --user-data-dir={self._profile} about:blank 3<&{child_in} 4>&{child_out}"
+        words = (CHROMIUM, *FLAGS, f"--user-data-dir={self._profile}", "about:blank")
+        command = f"exec {shlex.join(words)} 3<&{child_in} 4>&{child_out}"
         self._process = subprocess.Popen(
             ["/bin/bash", "-c", command], pass_fds=(child_in, child_out), start_new_session=True,
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -96,7 +104,9 @@ class Chromium:
         """Wait until an expression is true, and return its value."""
         end = time.monotonic() + timeout_s
         while not (value := self.run(script)):
-            assert time.monotonic() < end, f"{script} is never true; status: {self.run('document.body.innerText')[:600]}"
+            assert time.monotonic() < end, (
+                f"{script} is never true; status: {self.run('document.body.innerText')[:600]}"
+            )
             time.sleep(0.05)
         return value
 
@@ -115,7 +125,16 @@ class Chromium:
 
     def press(self, key, shift=False, text=""):
         """Press a key where the focus is."""
-        codes = {"Tab": 9, "Enter": 13, " ": 32, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Home": 36}
+        codes = {
+            "Tab": 9,
+            "Enter": 13,
+            " ": 32,
+            "ArrowLeft": 37,
+            "ArrowUp": 38,
+            "ArrowRight": 39,
+            "ArrowDown": 40,
+            "Home": 36,
+        }
         same = {"key": key, "windowsVirtualKeyCode": codes.get(key, 0), "modifiers": 8 if shift else 0}
         text = text or {"Enter": "\r", " ": " "}.get(key, "")
         self.call("Input.dispatchKeyEvent", type="keyDown", **same, **({"text": text} if text else {}))

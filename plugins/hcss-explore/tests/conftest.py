@@ -9,7 +9,6 @@ from types import SimpleNamespace
 
 import pytest
 from hcss_author.own_cache import own_cache  # noqa: F401
-
 from hcss_explore.explorer import Explorer
 from hcss_explore.server import Server
 
@@ -74,21 +73,22 @@ altitude_km,pressure_hPa,temperature_K,h2o_ppmv
 """
 
 
-@pytest.fixture
-def folder(tmp_path):
-    """A folder with scene.toml and the profile it names."""
-    (tmp_path / "scene.toml").write_text(SCENE, encoding="utf-8")
-    (tmp_path / "profile.csv").write_text(PROFILE, encoding="utf-8")
-    return tmp_path
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    """A folder with scene.toml and the profile it names, for all tests: what they save has names of its own."""
+    path = tmp_path_factory.mktemp("scenarios")
+    (path / "scene.toml").write_text(SCENE, encoding="utf-8")
+    (path / "profile.csv").write_text(PROFILE, encoding="utf-8")
+    return path
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def explorer(folder):
     """An explorer of the small scene."""
     return Explorer(str(folder / "scene.toml"))
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def server(explorer):
     """Its server, which runs."""
     with Server(explorer) as running:
@@ -99,7 +99,7 @@ def server(explorer):
         thread.join()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def asked(server):
     """A function that sends a request: path below the token, body (a table, bytes or None) and headers."""
 

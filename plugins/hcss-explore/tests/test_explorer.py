@@ -3,21 +3,15 @@
 import numpy as np
 import pytest
 from conftest import SCENE
-
 from hcss_explore.controls import CLEAR, controls
 from hcss_explore.explorer import ExploreError, Explorer
+
 from hcss_twin import Scenario, ScenarioError, brightness_temperature, make_plan, open_cube, simulate
 from hcss_twin.engine.simulate import run
 from hcss_twin.providers import Catalog
 
 OTHERS = 'sea.wind_from = 200\noutput.variables = ["radiance", "cloud_thickness"]\n'
-CHANGES = {
-    "view.zenith": "35",
-    "clouds.coverage": "0.3",
-    "seed": "11",
-    "sea.temperature": "15 degC",
-    "others": OTHERS,
-}
+CHANGES = {"view.zenith": "35", "clouds.coverage": "0.3", "seed": "11", "sea.temperature": "15 degC", "others": OTHERS}
 
 
 def test_a_saved_scenario_has_the_image_of_the_page(explorer, folder):
@@ -46,11 +40,15 @@ def test_a_saved_scenario_with_a_sensor_has_the_measured_image_of_the_page(explo
     assert not np.array_equal(clean.radiance, picture.radiance)
 
 
-def test_nothing_is_planned_again_for_another_frame_or_a_control_set_back(explorer):
-    steps = []
+def test_nothing_is_planned_again_for_another_frame_or_a_control_set_back(folder):
+    explorer, steps = Explorer(str(folder / "scene.toml")), []
     explorer.picture({}, 0, False, steps.append)
     assert steps == ["plan", "tables", "frame"]
-    for given, number, expected in (({}, 2, ["frame"]), ({"seed": "9"}, 2, ["plan", "tables", "frame"]), ({}, 0, ["frame"])):
+    for given, number, expected in (
+        ({}, 2, ["frame"]),
+        ({"seed": "9"}, 2, ["plan", "tables", "frame"]),
+        ({}, 0, ["frame"]),
+    ):
         steps.clear()
         picture = explorer.picture(given, number, False, steps.append)
         assert steps == expected
@@ -76,7 +74,13 @@ def test_the_parts_of_a_pixel_add_up_to_its_radiance(explorer):
 
 
 def test_problems_are_those_of_the_core(explorer):
-    given = {"view.zenith": "95", "clouds.type": "stratuss", "bands": ["lwirr"], "sea.temperature": "warm", "time": "noon"}
+    given = {
+        "view.zenith": "95",
+        "clouds.type": "stratuss",
+        "bands": ["lwirr"],
+        "sea.temperature": "warm",
+        "time": "noon",
+    }
     with pytest.raises(ScenarioError) as of_page:
         explorer.picture(given, 0, False)
     changes = {**given, "view.zenith": 95}
@@ -101,11 +105,11 @@ def test_a_name_that_leads_elsewhere_is_refused_and_nothing_is_written(explorer,
 
 
 def test_files_are_replaced_only_if_asked_and_the_explored_one_never(explorer, folder):
-    (folder / "mine.toml").write_text("another", encoding="utf-8")
-    with pytest.raises(ExploreError, match=r"mine\.toml exists"):
-        explorer.save({}, "mine")
-    explorer.save({}, "mine.toml", replace=True)
-    assert Scenario.load(folder / "mine.toml") == Scenario.load(folder / "scene.toml")
+    (folder / "taken.toml").write_text("another", encoding="utf-8")
+    with pytest.raises(ExploreError, match=r"taken\.toml exists"):
+        explorer.save({}, "taken")
+    explorer.save({}, "taken.toml", replace=True)
+    assert Scenario.load(folder / "taken.toml") == Scenario.load(folder / "scene.toml")
     with pytest.raises(ExploreError, match="is explored"):
         explorer.save({}, "scene", replace=True)
     with pytest.raises(ScenarioError):
@@ -153,9 +157,11 @@ def test_controls_follow_the_scenario():
         scenario = Scenario.from_toml(text)
         import tomllib
 
-        return [each["key"] for group in controls(tomllib.loads(text), scenario, Catalog()) for each in group["controls"]]
+        return [
+            each["key"] for group in controls(tomllib.loads(text), scenario, Catalog()) for each in group["controls"]
+        ]
 
-    start = 'time = 2024-04-20T12:30:00+10:00\nplace = {latitude = 35.0, longitude = 150.0}\n'
+    start = "time = 2024-04-20T12:30:00+10:00\nplace = {latitude = 35.0, longitude = 150.0}\n"
     assert "view.zenith" in keys(start)
     geostationary = keys(start + "platform = {longitude = 140.0}")
     assert "platform.longitude" in geostationary
@@ -168,6 +174,8 @@ def test_controls_follow_the_scenario():
 
 def test_a_clear_sky_gets_clouds_and_loses_them(explorer):
     with_clouds = explorer.picture({}, 0, False)
-    cleared = explorer.picture({"clouds.type": CLEAR, "clouds.coverage": "", "others": "", "clouds.parameters": None}, 0, False)
+    cleared = explorer.picture(
+        {"clouds.type": CLEAR, "clouds.coverage": "", "others": "", "clouds.parameters": None}, 0, False
+    )
     assert with_clouds.thickness.max() > 0.0
     assert cleared.thickness.max() == 0.0

@@ -1,8 +1,8 @@
 """Keys of scenarios: changes, and the files that are saved."""
 
 import pytest
-
 from hcss_explore.keys import KeyPathError, as_toml, value_of, with_absolute_paths, with_changes
+
 from hcss_twin import Scenario
 from hcss_twin.providers import Catalog
 

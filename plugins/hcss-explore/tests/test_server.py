@@ -9,13 +9,14 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 
 import numpy as np
 import pytest
 from conftest import changed
 from frames import read_frame
-
 from hcss_explore.server import LARGEST_REQUEST, Dropped, Newest
+
 from hcss_twin import Scenario, ScenarioError, simulate
 
 
@@ -29,7 +30,9 @@ def test_only_who_knows_the_token_gets_an_answer(asked, server):
     assert len(server.token) >= 32
 
 
-@pytest.mark.parametrize("host", ["example.org", "127.0.0.1", "127.0.0.1:1", "", "localhost.example.org:{port}", "0.0.0.0:{port}"])
+@pytest.mark.parametrize(
+    "host", ["example.org", "127.0.0.1", "127.0.0.1:1", "", "localhost.example.org:{port}", "0.0.0.0:{port}"]
+)
 def test_other_names_of_this_machine_are_refused(asked, server, host):
     assert asked("about", Host=host.format(port=server.server_port)).status == 403
     assert asked("frame", changed(), Host=host.format(port=server.server_port)).status == 403
@@ -105,48 +108,47 @@ def test_other_methods_are_refused(asked, method):
     assert asked("about", method=method).status == 501
 
 
-@pytest.mark.parametrize("text", [b"\0\0\0\0", b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"POST /x/frame HTTP/1.1\r\n\r\n", b"A" * 70_000])
+@pytest.mark.parametrize(
+    "text", [b"\0\0\0\0", b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"POST /x/frame HTTP/1.1\r\n\r\n", b"A" * 70_000]
+)
 def test_what_is_no_request_ends_nothing(asked, server, text):
     with socket.create_connection(("127.0.0.1", server.server_port), timeout=10) as connection:
         connection.sendall(text)
         connection.shutdown(socket.SHUT_WR)
-        with pytest.MonkeyPatch.context():
-            try:
-                while connection.recv(65536):
-                    pass
-            except ConnectionError:
+        with suppress(ConnectionError):
+            while connection.recv(65536):
                 pass
     assert asked("about").status == 200
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"view.zenith": {"a": 1}},
-        {"view.zenith": [1]},
-        {"bands": "lwir"},
-        {"bands": [[]]},
-        {"..": "1"},
-        {"seed[0]": "1"},
-        {"seed.x": "1"},
-        {"sensor": {"name": 1}},
-        {"sensor": "nothing"},
-        {"others": "no assignment"},
-        {"others": {"a": 1}},
-        {"clouds.type": "../../x.toml"},
-        {"frames.count": "1e400"},
-        {"image.rows": "100000", "image.columns": "100000"},
-        {"output.variables": ["nothing"]},
-        {"time": "2024"},
-    ],
-)
-def test_whatever_the_controls_hold_the_answer_names_the_problem(asked, changes):
-    answer = asked("frame", {"page": "a", "changes": changes})
-    assert answer.status == 200
-    _, found, radiance, _ = read_frame(answer.content)
-    assert radiance is None
-    assert found["problems"]
-    assert all(problem["message"] for problem in found["problems"])
+WRONG = [
+    {"view.zenith": {"a": 1}},
+    {"view.zenith": [1]},
+    {"bands": "lwir"},
+    {"bands": [[]]},
+    {"..": "1"},
+    {"seed[0]": "1"},
+    {"seed.x": "1"},
+    {"sensor": {"name": 1}},
+    {"sensor": "nothing"},
+    {"others": "no assignment"},
+    {"others": {"a": 1}},
+    {"clouds.type": "../../x.toml"},
+    {"frames.count": "1e400"},
+    {"image.rows": "100000", "image.columns": "100000"},
+    {"output.variables": ["nothing"]},
+    {"time": "2024"},
+]
+
+
+def test_whatever_the_controls_hold_the_answer_names_the_problem(asked):
+    for changes in WRONG:
+        answer = asked("frame", {"page": "a", "changes": changes})
+        assert answer.status == 200
+        _, found, radiance, _ = read_frame(answer.content)
+        assert radiance is None, changes
+        assert found["problems"], changes
+        assert all(problem["message"] for problem in found["problems"])
     assert read_frame(asked("frame", changed()).content)[2] is not None
 
 
@@ -178,7 +180,9 @@ def test_of_requests_that_wait_only_the_newest_of_a_page_is_computed():
     assert entered.wait(30.0)
     for number in range(5):
         wanted = newest.ask("a", "frame")
-        threads.append(threading.Thread(target=ask, args=(number, wanted, lambda check, number=number: computed.append(number))))
+        threads.append(
+            threading.Thread(target=ask, args=(number, wanted, lambda check, number=number: computed.append(number)))
+        )
         threads[-1].start()
     other = newest.ask("b", "frame")
     threads.append(threading.Thread(target=ask, args=("b", other, lambda check: computed.append("other page"))))
@@ -186,7 +190,15 @@ def test_of_requests_that_wait_only_the_newest_of_a_page_is_computed():
     leave.set()
     for thread in threads:
         thread.join(30.0)
-    assert sorted(map(str, computed)) == ["0 dropped", "1 dropped", "2 dropped", "3 dropped", "4", "first dropped", "other page"]
+    assert sorted(map(str, computed)) == [
+        "0 dropped",
+        "1 dropped",
+        "2 dropped",
+        "3 dropped",
+        "4",
+        "first dropped",
+        "other page",
+    ]
 
 
 def test_pages_that_ask_at_once_all_get_their_own_images(asked, server):
@@ -208,7 +220,10 @@ def test_pages_that_ask_at_once_all_get_their_own_images(asked, server):
 def test_a_page_that_goes_away_ends_nothing(asked, server, capfd):
     body = json.dumps(changed(seed="77")).encode()
     with socket.create_connection(("127.0.0.1", server.server_port), timeout=10) as connection:
-        head = f"POST /{server.token}/frame HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\nContent-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
+        head = (
+            f"POST /{server.token}/frame HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n"
+            f"Content-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
+        )
         connection.sendall(head.encode() + body)
     assert read_frame(asked("frame", changed()).content)[2] is not None
     assert capfd.readouterr().err == ""
@@ -218,13 +233,13 @@ def test_a_session_writes_the_saved_scenario_and_nothing_else(asked, server, fol
     elsewhere = tmp_path_factory.mktemp("elsewhere")
     monkeypatch.chdir(elsewhere)
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
-    stages, about, _, kelvin = read_frame(asked("frame", {**changed(seed="5"), "number": 1}).content)
+    stages, about, _, kelvin = read_frame(asked("frame", {**changed(seed="505"), "number": 1}).content)
     assert stages == ["plan", "tables", "frame"]
     assert np.nanmin(kelvin) > 150.0
-    pixel = asked("pixel", {**changed(seed="5"), "number": 1, "row": 2, "column": 3})
+    pixel = asked("pixel", {**changed(seed="505"), "number": 1, "row": 2, "column": 3})
     assert json.loads(pixel.content)["row"] == 2
     asked("about")
-    saved = json.loads(asked("save", {**changed(seed="5"), "name": "kept"}).content)
+    saved = json.loads(asked("save", {**changed(seed="505"), "name": "kept"}).content)
     assert saved == {"path": str(folder / "kept.toml")}
     assert (folder / "kept.toml").read_text(encoding="utf-8") == about["toml"]
     after = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
@@ -236,7 +251,12 @@ def test_a_session_writes_the_saved_scenario_and_nothing_else(asked, server, fol
 def test_the_command_prints_the_address_and_ends_with_an_interrupt(folder):
     command = [sys.executable, "-m", "hcss_twin", "explore", "scene.toml", "--set", "seed=4", "--no-browser"]
     process = subprocess.Popen(
-        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"}
+        command,
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
     )
     try:
         line = process.stdout.readline()

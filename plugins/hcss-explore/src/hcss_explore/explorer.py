@@ -47,7 +47,6 @@ KEPT = 6
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,80}")
 
 
-
 class ExploreError(HcssError):
     """A request cannot be answered."""
 
@@ -197,8 +196,7 @@ class Explorer:
             time_s = float(plan.frame_times_s[number])
             first = plan.scenario.frames.first
             radiance = scene.around.sensor.measure(wide, first + number, time_s, points)["radiance"]
-        bands, rows, columns = radiance.shape
-        flat = scene.kelvin.where_known(radiance.reshape(bands, -1).astype(np.float64))
+        flat = scene.kelvin.where_known(radiance.reshape(len(radiance), -1).astype(np.float64))
         seconds = {name: 0.0 if kept else taken for name, taken in scene.seconds.items()}
         about = {
             **self._about(scene, number),
@@ -319,9 +317,7 @@ class Explorer:
             "columns": columns,
             "pixel_m": float(plan.image.pixel_size_m),
             "north_up": plan.is_grid,
-            "bands": [
-                {"name": band.name, "lower_um": band.lower_um, "upper_um": band.upper_um} for band in plan.bands
-            ],
+            "bands": [{"name": band.name, "lower_um": band.lower_um, "upper_um": band.upper_um} for band in plan.bands],
             "number": number,
             "count": int(plan.frame_times_s.size),
             "time_s": time_s,

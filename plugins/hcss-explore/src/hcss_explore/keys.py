@@ -87,10 +87,8 @@ def _steps(key: str) -> Iterator[str | int]:
 
 def _assign(raw: Any, steps: list[str | int], key: str, value: Any) -> None:
     for step in steps[:-1]:
-        if isinstance(raw, dict) and isinstance(step, str):
-            raw = raw.setdefault(step, {})
-        else:
-            raw = _item(raw, step, key)
+        is_key = isinstance(raw, dict) and isinstance(step, str)
+        raw = raw.setdefault(step, {}) if is_key else _item(raw, step, key)
     if isinstance(raw, dict) and isinstance(steps[-1], str):
         raw[steps[-1]] = value
     else:

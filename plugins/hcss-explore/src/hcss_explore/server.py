@@ -13,8 +13,8 @@ import secrets
 import sys
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from typing import Any
@@ -45,6 +45,14 @@ _SITE = {
 
 class Dropped(Exception):
     """The page has asked for something newer."""
+
+
+class Refused(Exception):
+    """A request that gets no answer: the status, and what is allowed."""
+
+    def __init__(self, status: int, message: str) -> None:
+        super().__init__(message)
+        self.status = status
 
 
 class Newest:
@@ -134,78 +142,76 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Send the page, what it loads, and what it is about."""
-        path = self._path()
-        if path is None:
-            return
-        if path == "about":
-            explorer = self.server.explorer
-            about = {"title": explorer.title, "scenario": explorer.source, "controls": explorer.controls}
-            self._send_json({**about, "folder": str(explorer.base)})
-        elif path in _SITE:
-            name, kind = _SITE[path]
-            self._send(200, kind, files("hcss_explore").joinpath("site", name).read_bytes())
-        else:
-            self._refuse(404, "there is no such page")
+        with self._refusing():
+            path = self._path()
+            if path == "about":
+                explorer = self.server.explorer
+                self._send_json({
+                    "title": explorer.title, "scenario": explorer.source, "controls": explorer.controls
+                })  # fmt: skip
+            elif path in _SITE:
+                name, kind = _SITE[path]
+                self._send(200, kind, files("hcss_explore").joinpath("site", name).read_bytes())
+            else:
+                raise Refused(404, "there is no such page")
 
     def do_POST(self) -> None:
         """Answer a question of the page."""
-        path = self._path()
-        if path is None:
-            return
-        question = {
-            "frame": self._frame, "pixel": self._pixel, "run": self._run, "save": self._save
-        }.get(path)  # fmt: skip
-        given = self._given()
-        if given is None:
-            return
-        if question is None:
-            self._refuse(404, "there is no such question")
-            return
-        page, changes = given.get("page"), given.get("changes")
-        if not isinstance(page, str) or not isinstance(changes, dict):
-            self._refuse(400, "page, changes: allowed: a text and a table")
-            return
-        try:
+        with self._refusing():
+            path = self._path()
+            given = self._given()
+            question = {"frame": self._frame, "pixel": self._pixel, "run": self._run, "save": self._save}.get(path)
+            if question is None:
+                raise Refused(404, "there is no such question")
+            page, changes = given.get("page"), given.get("changes")
+            if not isinstance(page, str) or not isinstance(changes, dict):
+                raise Refused(400, "page, changes: allowed: a text and a table")
             question(given, changes, self.server.newest.ask(page[:64], path))
-        except ConnectionError:
-            return  # the page is closed
 
     def log_message(self, *_: Any) -> None:
         """Print nothing: the terminal belongs to the user."""
 
-    def _path(self) -> str | None:
-        """Return the path below the token; None after a refusal."""
+    @contextmanager
+    def _refusing(self) -> Iterator[None]:
+        try:
+            yield
+        except Refused as refused:
+            self._send(refused.status, "text/plain; charset=utf-8", f"{refused}\n".encode())
+        except ConnectionError:
+            return  # the page is closed
+
+    def _path(self) -> str:
+        """Return the path below the token; raises Refused."""
         if self.headers.get("Host") not in self.server.hosts:
-            return self._refuse(403, "Host: allowed: this machine's own address")
+            raise Refused(403, "Host: allowed: this machine's own address")
         origin = self.headers.get("Origin")
         if origin is not None and origin not in {f"http://{host}" for host in self.server.hosts}:
-            return self._refuse(403, "Origin: allowed: this page")
+            raise Refused(403, "Origin: allowed: this page")
         token, slash, path = self.path.partition("?")[0].removeprefix("/").partition("/")
         if not slash or not hmac.compare_digest(token.encode(), self.server.token.encode()):
-            return self._refuse(403, "the address lacks its token; allowed: the address that hcss explore prints")
+            raise Refused(403, "the address lacks its token; allowed: the address that hcss explore prints")
         return path
 
-    def _given(self) -> dict[str, Any] | None:
-        """Return the table that the page sends; None after a refusal."""
+    def _given(self) -> dict[str, Any]:
+        """Return the table that the page sends; raises Refused."""
         if self.headers.get_content_type() != "application/json":
-            return self._refuse(415, "Content-Type: allowed: application/json")
+            raise Refused(415, "Content-Type: allowed: application/json")
         length = self.headers.get("Content-Length", "")
         if not (length.isascii() and length.isdigit()) or int(length) > LARGEST_REQUEST:
-            return self._refuse(413, f"Content-Length: '{length[:20]}'; allowed: up to {LARGEST_REQUEST}")
+            raise Refused(413, f"Content-Length: '{length[:20]}'; allowed: up to {LARGEST_REQUEST}")
         try:
             given = json.loads(self.rfile.read(int(length)))
         except (ValueError, RecursionError):
             given = None
         if not isinstance(given, dict):
-            return self._refuse(400, "the request is not a table in JSON")
+            raise Refused(400, "the request is not a table in JSON")
         return given
 
     def _frame(self, given: Mapping[str, Any], changes: Mapping[str, Any], wanted: Callable[[], bool]) -> None:
         """Send a line for each step as it begins, then the frame: a line that describes it, and its numbers."""
         number, measured = given.get("number", 0), given.get("measured", False)
         if not isinstance(number, int):
-            self._refuse(400, "number: allowed: a whole number")
-            return
+            raise Refused(400, "number: allowed: a whole number")
         self._head(200, "application/octet-stream")
 
         def work(check: Callable[[], None]) -> Picture:
@@ -227,28 +233,22 @@ class _Handler(BaseHTTPRequestHandler):
     def _pixel(self, given: Mapping[str, Any], changes: Mapping[str, Any], wanted: Callable[[], bool]) -> None:
         where = [given.get(name) for name in ("number", "row", "column")]
         if not all(type(each) is int for each in where):
-            self._refuse(400, "number, row, column: allowed: whole numbers")
-            return
+            raise Refused(400, "number, row, column: allowed: whole numbers")
         number, row, column = (int(each or 0) for each in where)
-        self._send_json(
-            self._answer(wanted, lambda check: self.server.explorer.pixel(changes, number, row, column))
-        )
+        self._send_json(self._answer(wanted, lambda check: self.server.explorer.pixel(changes, number, row, column)))
 
     def _run(self, given: Mapping[str, Any], changes: Mapping[str, Any], wanted: Callable[[], bool]) -> None:
         """Run the scenario beside all else, so that the image stays alive."""
         if given.get("stop") is True:  # being newer, it has stopped the run before it
             self._send_json({"text": "", "code": None})
             return
-        answer = self._told(
-            lambda: self.server.newest.run(wanted, lambda: self.server.explorer.run(changes, wanted))
-        )
+        answer = self._told(lambda: self.server.newest.run(wanted, lambda: self.server.explorer.run(changes, wanted)))
         self._send_json(answer)
 
     def _save(self, given: Mapping[str, Any], changes: Mapping[str, Any], wanted: Callable[[], bool]) -> None:
         name, replace = given.get("name"), given.get("replace") is True
         if not isinstance(name, str):
-            self._refuse(400, "name: allowed: a text")
-            return
+            raise Refused(400, "name: allowed: a text")
 
         def work() -> dict[str, Any]:
             return {"path": str(self.server.explorer.save(changes, name, replace))}
@@ -279,9 +279,6 @@ class _Handler(BaseHTTPRequestHandler):
     def _line(self, value: Any) -> None:
         self.wfile.write(json.dumps(json_value(value)).encode() + b"\n")
         self.wfile.flush()
-
-    def _refuse(self, status: int, message: str) -> None:
-        self._send(status, "text/plain; charset=utf-8", f"{message}\n".encode())
 
     def _send_json(self, value: Any) -> None:
         self._send(200, "application/json", json.dumps(json_value(value)).encode())
