@@ -1,6 +1,7 @@
 """Processor time of what the page asks, for the README: ``python plugins/hcss-explore/benchmarks/times.py [SCENARIO]``.
 
-With an empty cache of results (``HCSS_CACHE_DIR``) the first picture is a cold one, and every change that needs tables is.
+With an empty cache of results (``HCSS_CACHE_DIR``) the first picture is a cold one, as is each
+change that needs tables.
 """
 
 import os
@@ -8,6 +9,7 @@ import sys
 import time
 from collections.abc import Callable
 
+import numpy as np
 from hcss_explore.explorer import Explorer
 
 CHANGES = {
@@ -39,8 +41,10 @@ def main() -> None:
     measure("explorer", lambda: found.append(Explorer(name)))
     explorer = found[0]
     measure("first picture", lambda: explorer.picture({}, 0, False))
-    measure("first spectrum of a pixel", lambda: explorer.pixel({}, 0, 20, 20))
-    measure("spectrum of another pixel", lambda: explorer.pixel({}, 0, 40, 40))
+    thickness = explorer.picture({}, 0, False).thickness
+    places = [tuple(map(int, place)) for place in np.argwhere(thickness > 0.0)[[0, -1]]]
+    for label, place in zip(("first spectrum of a cloudy pixel, 8-14 um", "spectrum of another"), places, strict=True):
+        measure(label, lambda place=place: explorer.pixel({}, 0, *place, 2))  # type: ignore[misc]
     for label, (given, number) in CHANGES.items():
         measure(label, lambda given=given, number=number: explorer.picture(given, number, False))  # type: ignore[misc]
     measure("another frame again", lambda: explorer.picture({}, 2, False))

@@ -201,6 +201,17 @@ def test_of_requests_that_wait_only_the_newest_of_a_page_is_computed():
     ]
 
 
+def test_a_newer_frame_ends_the_spectrum_of_its_page_and_of_no_other():
+    newest = Newest()
+    mine, other = newest.ask("a", "pixel"), newest.ask("b", "pixel")
+    frame = newest.ask("a", "frame")
+    assert (mine(), other(), frame()) == (False, True, True)
+    assert newest.ask("a", "pixel")()
+    assert frame()
+    newest.close()
+    assert not frame()
+
+
 def test_pages_that_ask_at_once_all_get_their_own_images(asked, server):
     seeds, found = range(4), {}
 
@@ -236,7 +247,7 @@ def test_a_session_writes_the_saved_scenario_and_nothing_else(asked, server, fol
     stages, about, _, kelvin = read_frame(asked("frame", {**changed(seed="505"), "number": 1}).content)
     assert stages == ["plan", "tables", "frame"]
     assert np.nanmin(kelvin) > 150.0
-    pixel = asked("pixel", {**changed(seed="505"), "number": 1, "row": 2, "column": 3})
+    pixel = asked("pixel", {**changed(seed="505"), "number": 1, "row": 2, "column": 3, "band": 1})
     assert json.loads(pixel.content)["row"] == 2
     asked("about")
     saved = json.loads(asked("save", {**changed(seed="505"), "name": "kept"}).content)

@@ -23,7 +23,6 @@ from hcss_explore.controls import changes_of, controls
 from hcss_explore.keys import Raw, as_toml, with_absolute_paths, with_changes
 from hcss_twin import HcssError, Scenario, make_plan
 from hcss_twin.core.files import Writing
-from hcss_twin.core.json_numbers import json_value
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.stream import PartMaker
@@ -44,6 +43,9 @@ MOST_VALUES = 32_000_000
 KEPT = 6
 """Scenes whose plans and tables stay in memory: a control that is set back costs nothing."""
 
+AT_ONCE = 40
+"""Wavenumbers of a spectrum that are computed before a newer request may take its turn."""
+
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,80}")
 
 
@@ -59,6 +61,8 @@ class Scene:
     ----------
     raw : dict
         Keys of the scenario, as they are saved.
+    kelvin : BrightnessTemperature
+        In the bands.
     seconds : dict of str to float
         Processor time of plan and tables.
     """
@@ -66,6 +70,7 @@ class Scene:
     raw: Raw
     plan: Plan
     tables: RadianceTables | None
+    kelvin: BrightnessTemperature
     seconds: dict[str, float] = field(default_factory=dict)
 
     @cached_property
@@ -77,11 +82,6 @@ class Scene:
     def around(self) -> SceneAround:
         """What the sensor sees."""
         return SceneAround(self.plan, self.tables, self.plan.sensor)
-
-    @cached_property
-    def kelvin(self) -> BrightnessTemperature:
-        """Brightness temperature in the bands."""
-        return BrightnessTemperature(self.plan.spectral_grid, [band.name for band in self.plan.bands])
 
     @property
     def has_sensor(self) -> bool:
@@ -144,6 +144,7 @@ class Explorer:
         self.controls = controls(self.raw, scenario, self.catalog)
         self.title = scenario.title or source
         self._kept = OrderedDict[str, Scene]()
+        self._last_kelvin: tuple[object, BrightnessTemperature] | None = None
 
     def scene(self, given: Mapping[str, Any], stage: Callable[[str], None]) -> Scene:
         """Return the scene of the page's controls, from memory or made now.
@@ -174,7 +175,9 @@ class Explorer:
         planned = time.process_time()
         stage("tables")
         tables = tables_of(plan) if plan.needs_radiance else None
-        made = Scene(raw, plan, tables, {"plan": planned - begun, "tables": time.process_time() - planned})
+        made = Scene(
+            raw, plan, tables, self._kelvin_of(plan), {"plan": planned - begun, "tables": time.process_time() - planned}
+        )
         self._kept[name] = made
         while len(self._kept) > KEPT:
             self._kept.popitem(last=False)
@@ -206,42 +209,60 @@ class Explorer:
         }
         return Picture(about, radiance, flat.reshape(radiance.shape).astype(np.float32), thickness)
 
-    def pixel(self, given: Mapping[str, Any], number: int, row: int, column: int) -> dict[str, Any]:
-        """Return the spectrum of a pixel's column by parts; raises HcssError.
+    def pixel(
+        self,
+        given: Mapping[str, Any],
+        number: int,
+        row: int,
+        column: int,
+        band: int,
+        check: Callable[[], None] = lambda: None,
+    ) -> dict[str, Any]:
+        """Return the spectrum of a pixel's column in a band by parts; raises HcssError.
 
         The column is that of the mean thickness of each layer in the pixel, toward its own view, over the scenario's
         sea: without shadows, waves, texture, elements and tables, so that its radiance may differ from the image's.
+
+        Parameters
+        ----------
+        check : callable
+            Called between parts of the band; what it raises ends the work.
         """
-        scene = self.scene(given, lambda _name: None)
+        scene = self.scene(given, lambda _name: check())
         plan = scene.plan
         rows, columns = plan.pixels
         if not (0 <= row < rows and 0 <= column < columns and 0 <= number < plan.frame_times_s.size):
             raise ExploreError(f"pixel {row}, {column} of frame {number}; allowed: those of the image")
-        if not plan.needs_radiance:
-            raise ExploreError("the scenario has no radiance")
+        if not 0 <= band < len(plan.bands):
+            raise ExploreError(f"band {band}; allowed: 0 to {len(plan.bands) - 1}")
         variables, _ = scene.maker.part(number, _one(plan, row, column))
-        thickness = _layers_of(variables)[: len(plan.layers), 0, 0]
+        thickness = _layers_of(variables)[: len(plan.layers), 0, 0].astype(np.float64)
         time_s = float(plan.frame_times_s[number])
         view = plan.rays.views_of_pixels([plan.extent[0].start + row], [plan.extent[1].start + column], time_s)[0]
-        setting = plan.assembly.setting(plan.sun_up_at(time_s), view)
-        grid, model = plan.spectral_grid, plan.assembly.model
-        terms = cloudy_columns(model, setting, grid.wavenumber_cm1, thickness[None].astype(np.float64))
-        total = np.sum(list(terms.values()), axis=0)[0]
-        of_column = total @ grid.weights_cm1.T
-        per_um = grid.wavenumber_cm1**2 / 1e4  # W m-2 sr-1 (cm-1)-1 to W m-2 sr-1 um-1
+        setting, model = plan.assembly.setting(plan.sun_up_at(time_s), view), plan.assembly.model
+        weights = plan.spectral_grid.weights_cm1[band]
+        inside = np.flatnonzero(weights)
+        wavenumber, found = plan.spectral_grid.wavenumber_cm1[inside], []
+        for some in np.array_split(wavenumber, -(-wavenumber.size // AT_ONCE)):
+            check()
+            found.append(cloudy_columns(model, setting, some, thickness[None]))
+        terms = {name: np.concatenate([part[name][0] for part in found]) for name in model.terms}
+        parts = {name: term @ weights[inside] for name, term in terms.items()}
+        radiance = np.zeros((len(plan.bands), 1))
+        radiance[band] = sum(parts.values())
+        per_um = wavenumber**2 / 1e4  # W m-2 sr-1 (cm-1)-1 to W m-2 sr-1 um-1
         return {
             "row": row,
             "column": column,
+            "band": plan.bands[band].name,
             "thickness_m": [float(value) for value in thickness],
-            "layers": [layer.name for layer in plan.layers],
-            "view_zenith_deg": float(view.zenith_deg),
-            "wavelength_um": json_value(np.round(1e4 / grid.wavenumber_cm1, 5)),
-            "parts": {name: json_value(term[0] * per_um) for name, term in terms.items() if np.any(term[0])},
-            "band_parts": {name: json_value(term[0] @ grid.weights_cm1.T) for name, term in terms.items()},
+            "wavelength_um": np.round(1e4 / wavenumber, 5),
+            "parts": {name: term * per_um for name, term in terms.items() if np.any(term)},
+            "band_parts": {name: float(part) for name, part in parts.items()},
             "meaning": dict(model.terms),
-            "column_radiance": json_value(of_column),
-            "column_kelvin": json_value(scene.kelvin.where_known(of_column[:, None])[:, 0]),
-            "radiance": json_value(variables["radiance"][:, 0, 0].astype(np.float64)),
+            "column_radiance": float(radiance[band, 0]),
+            "column_kelvin": float(scene.kelvin.where_known(radiance)[band, 0]),
+            "radiance": float(variables["radiance"][band, 0, 0]),
         }
 
     def toml(self, given: Mapping[str, Any]) -> str:
@@ -298,6 +319,14 @@ class Explorer:
                             process.communicate()
                             return {"text": "", "code": None}
             return {"text": text, "code": process.returncode}
+
+    def _kelvin_of(self, plan: Plan) -> BrightnessTemperature:
+        """Return the brightness temperature in the bands of a plan: that of the last one, if they are the same."""
+        grid, names = plan.spectral_grid, [band.name for band in plan.bands]
+        key = grid.wavenumber_cm1.tobytes(), grid.weights_cm1.tobytes(), *names
+        if self._last_kelvin is None or self._last_kelvin[0] != key:
+            self._last_kelvin = key, BrightnessTemperature(grid, names)
+        return self._last_kelvin[1]
 
     def _scenario(self, raw: Raw) -> Scenario:
         return Scenario.from_dict(raw, base=self.base, origin=self.source)

@@ -67,10 +67,12 @@ class Newest:
         self._number, self._newest = 0, OrderedDict[tuple[str, str], int]()
 
     def ask(self, page: str, kind: str) -> Callable[[], bool]:
-        """Register a request; return whether it still is the newest of its kind."""
+        """Register a request; return whether it still is the newest of its kind: a frame ends spectra of pixels."""
         with self._lock:
             self._number += 1
             number = self._newest[page, kind] = self._number
+            if kind == "frame":
+                self._newest[page, "pixel"] = number
             self._newest.move_to_end((page, kind))
             while len(self._newest) > MOST_PAGES:
                 self._newest.popitem(last=False)
@@ -231,11 +233,12 @@ class _Handler(BaseHTTPRequestHandler):
             self._line(answer)
 
     def _pixel(self, given: Mapping[str, Any], changes: Mapping[str, Any], wanted: Callable[[], bool]) -> None:
-        where = [given.get(name) for name in ("number", "row", "column")]
+        where = [given.get(name) for name in ("number", "row", "column", "band")]
         if not all(type(each) is int for each in where):
-            raise Refused(400, "number, row, column: allowed: whole numbers")
-        number, row, column = (int(each or 0) for each in where)
-        self._send_json(self._answer(wanted, lambda check: self.server.explorer.pixel(changes, number, row, column)))
+            raise Refused(400, "number, row, column, band: allowed: whole numbers")
+        number, row, column, band = (int(each or 0) for each in where)
+        pixel = self.server.explorer.pixel
+        self._send_json(self._answer(wanted, lambda check: pixel(changes, number, row, column, band, check)))
 
     def _run(self, given: Mapping[str, Any], changes: Mapping[str, Any], wanted: Callable[[], bool]) -> None:
         """Run the scenario beside all else, so that the image stays alive."""

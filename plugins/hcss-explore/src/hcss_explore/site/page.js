@@ -525,12 +525,10 @@ function showPixel() {
   const { about, radiance, thickness } = state.frame;
   const at = state.pick.row * about.columns + state.pick.column;
   const cloud = thickness[at] > 0 ? `cloud ${Math.round(thickness[at])} m thick` : "clear";
-  const pixel = state.pixel;
   $("picked").textContent = `row ${state.pick.row}, column ${state.pick.column}: ${cloud}`;
-  const head = row(["band", { number: "W m-2 sr-1" }, { number: "K" }, { number: "column alone" }], "th");
+  const head = row(["band", { number: "W m-2 sr-1" }, { number: "K" }], "th");
   const rows = about.bands.map((band, number) => row([
     band.name, { number: digits(plane(radiance, number)[at]) }, { number: kelvin(plane(state.frame.kelvin, number)[at]) },
-    { number: pixel ? kelvin(pixel.column_kelvin[number]) : "..." },
   ], "td", number === bandNumber() ? "shown" : ""));
   $("pixel-bands").replaceChildren(make("thead", {}, head), make("tbody", {}, ...rows));
   drawSpectrum();
@@ -547,9 +545,12 @@ function drawSpectrum() {
   const [context, width, height] = fresh("spectrum");
   const pixel = state.pixel;
   const legend = $("parts");
-  if (!pixel) { legend.replaceChildren(); return; }
+  if (!pixel) {
+    legend.replaceChildren(make("p", { className: "quiet", textContent: state.playing ? "" : "computing the spectrum ..." }));
+    return;
+  }
   const band = state.frame.about.bands[bandNumber()];
-  const inside = pixel.wavelength_um.map((um, index) => [um, index]).filter(([um]) => um >= band.lower_um - 1e-6 && um <= band.upper_um + 1e-6).sort((one, other) => one[0] - other[0]);
+  const inside = pixel.wavelength_um.map((um, index) => [um, index]).sort((one, other) => one[0] - other[0]);
   const names = Object.keys(pixel.parts);
   const known = [...PARTS.filter(([name]) => names.includes(name)), ...names.filter((name) => !PARTS.some(([part]) => part === name)).map((name) => [name, name.replaceAll("_", " "), "#777"])];
   const sum = new Map(inside.map(([, index]) => [index, names.reduce((total, name) => total + pixel.parts[name][index], 0)]));
@@ -583,16 +584,15 @@ function drawSpectrum() {
   };
   line((index) => sum.get(index), colour("ink"), 2);
   for (const [name, , stroke] of known) line((index) => pixel.parts[name][index], stroke, 1.5);
-  const of = bandNumber();
-  const total = names.reduce((all, name) => all + pixel.band_parts[name][of], 0);
+  const total = pixel.column_radiance;
   const shares = known.map(([name, text, stroke]) => {
     const key = make("span", { className: "key" });
     key.style.background = stroke;
     const item = make("td", { title: pixel.meaning[name] ?? "" }, key, ` ${text}`);
-    return make("tr", {}, item, make("td", { className: "number", textContent: digits(pixel.band_parts[name][of]) }), make("td", { className: "number", textContent: `${((100 * pixel.band_parts[name][of]) / total).toFixed(2)} %` }));
+    return make("tr", {}, item, make("td", { className: "number", textContent: digits(pixel.band_parts[name]) }), make("td", { className: "number", textContent: `${((100 * pixel.band_parts[name]) / total).toFixed(2)} %` }));
   });
   legend.replaceChildren(make("table", {}, make("thead", {}, row([`parts in ${band.name}`, { number: "W m-2 sr-1" }, { number: "share" }], "th")), make("tbody", {}, ...shares)),
-    make("p", { className: "quiet", textContent: "The spectrum is that of the pixel's column alone, over the scene's sea: without shadows, waves, texture, surfaces, elements, sensor and tables, which the image has." }));
+    make("p", { className: "quiet", textContent: `The spectrum is that of the pixel's column alone, ${kelvin(pixel.column_kelvin)}, over the scene's sea: without shadows, waves, texture, surfaces, elements, sensor and tables, which the image has.` }));
 }
 
 let pixelWaiting = null;
@@ -602,12 +602,12 @@ function askPixel() {
   clearTimeout(pixelSoon);
   state.pixel = null;
   showPixel();
-  if (state.playing) return;
+  if (state.playing) { pixelWaiting?.abort(); return; }
   pixelSoon = setTimeout(async () => {
     pixelWaiting?.abort();
     const mine = (pixelWaiting = new AbortController());
     try {
-      const response = await post("pixel", { number: state.number, ...state.pick }, mine.signal);
+      const response = await post("pixel", { number: state.number, band: bandNumber(), ...state.pick }, mine.signal);
       const answer = await response.json();
       if (mine !== pixelWaiting || answer.dropped) return;
       if (answer.problems) { $("picked").textContent += `; no spectrum: ${answer.problems.map((each) => each.message).join("; ")}`; return; }
@@ -676,7 +676,7 @@ function showBands(bands) {
   $("bands").dataset.of = key;
   $("bands").replaceChildren(...bands.map((band) => {
     const input = make("input", { type: "radio", name: "band", value: band.name, checked: band.name === state.band });
-    input.addEventListener("change", () => { state.band = band.name; draw(); });
+    input.addEventListener("change", () => { state.band = band.name; draw(); askPixel(); });
     return make("label", { title: `${digits(band.lower_um)} to ${digits(band.upper_um)} um` }, input, band.name);
   }));
 }
