@@ -458,9 +458,9 @@ function drawScale() {
   context.textAlign = "center";
   let last = -Infinity;
   const end = width - room;
-  for (const value of [...ticks(low, high, 24), Number(high.toFixed(2))]) {
-    const x = Math.min(room + share(value) * (width - 2 * room), end);
-    if (x - last < 44 || (x > end - 44 && x < end - 1)) continue;
+  const places = ticks(low, high, 24).map((value) => [value, room + share(value) * (end - room)]).filter(([, x]) => x < end - 44);
+  for (const [value, x] of [...places, [Number(high.toFixed(2)), end]]) {
+    if (x - last < 44) continue;
     last = x;
     context.fillRect(x, 14, 1, 4);
     context.fillText(value, x, 30);
