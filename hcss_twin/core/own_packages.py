@@ -11,6 +11,7 @@ COMMANDS: Mapping[str, str] = {
     "check": "hcss-author",
     "clouds": "hcss-evaluate",
     "evaluate": "hcss-evaluate",
+    "explore": "hcss-explore",
     "export": "hcss-export",
     "fit": "hcss-evaluate",
     "import": "hcss-evaluate",
