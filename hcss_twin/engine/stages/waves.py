@@ -169,7 +169,6 @@ def _add(  # type: ignore[no-untyped-def]
     up_at, across_at = np.empty(points, np.float32), np.empty(points, np.float32)
     up, across = np.empty((4, points), np.float32), np.empty((4, points), np.float32)
     found, weight = np.empty((points, lanes), np.float32), np.empty(points, np.float32)
-    pixels = (np.arange(points) // samples).astype(np.uint32)
     sums = np.empty((channels, columns), np.float32)
     share = np.float32(1 / (samples * samples))
     x_up, y_up, x_across, y_across = to_nodes[0, 0], to_nodes[0, 1], to_nodes[1, 0], to_nodes[1, 1]
@@ -187,7 +186,7 @@ def _add(  # type: ignore[no-untyped-def]
                 x_slope, y_slope = x_slopes[at[c]], y_slopes[at[c]]
                 up_at[c] = x_up * x_slope + y_up * y_slope + middle_up
                 across_at[c] = x_across * x_slope + y_across * y_slope + middle_across
-                pixel[c] = pixels[at[c]]
+                pixel[c] = at[c] // np.uint32(samples)
             _cubic(up, up_at[:count], last_up)
             _cubic(across, across_at[:count], last_across)
             for c in range(count):

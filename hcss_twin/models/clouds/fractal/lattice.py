@@ -34,7 +34,7 @@ _MULTIPLIER_2 = 0x94D049BB133111EB
 _OFFSET_KEY = 0x6A09E667F3BCC909  # the fraction of sqrt(2): gives different random numbers than for planes
 
 
-@kernel(inner=True, inline="always", error_model="numpy")
+@kernel(inner=True, forceinline=True, error_model="numpy")
 def _normal(bits: np.uint32) -> np.float32:
     """Convert 32 bits to a normal number: the top bit is the sign, the others the tail. No branches, no memory."""
     tail = (_f4(_i4(bits & _u4(0x7FFFFFFF))) + _f4(0.5)) * _f4(2.0**-31)
@@ -127,7 +127,7 @@ def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
     return word
 
 
-@kernel(inner=True, inline="always")
+@kernel(inner=True, forceinline=True, error_model="numpy")
 def _scatter(x: np.uint32, first: np.uint32, second: np.uint32) -> np.uint32:
     """Mix a column index between two keys, by multiply and xor-shift rounds.
 
