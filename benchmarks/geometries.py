@@ -59,11 +59,11 @@ SEED = 43
 def scenario(scene: str, number: int) -> dict[str, Any]:
     """Keys of a scene in one of the random geometries: times of a day in June, and views."""
     if scene.startswith(SHIPPED):
-        return {"shipped": scene.removeprefix(SHIPPED), **_geometry(number, 1.0)}
-    return {**COMMON, **_geometry(number, 0.5 if "platform" in SCENES[scene] else 1.0), **SCENES[scene]}
+        return {"shipped": scene.removeprefix(SHIPPED), **geometry(number, 1.0)}
+    return {**COMMON, **geometry(number, 0.5 if "platform" in SCENES[scene] else 1.0), **SCENES[scene]}
 
 
-def _geometry(number: int, share: float) -> dict[str, Any]:
+def geometry(number: int, share: float) -> dict[str, Any]:
     """Time and view, whose zenith is a share of its range."""
     hours, zenith, azimuth = np.random.default_rng([SEED, number]).uniform((22.5, 0.0, 0.0), (30.0, 60.0, 360.0))
     minutes = int(hours * 60.0)
