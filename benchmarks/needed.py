@@ -123,8 +123,8 @@ def line(name: str, changes: dict[str, Any] | None) -> str:
 
 
 HEAD = (
-    "| scene | modules | libraries | fields of clouds | wavenumbers of radiance | layers solved | solutions for the sun "
-    "| s |\n|---|---|---|---|---|---|---|---|"
+    "| scene | modules | libraries | fields of clouds | wavenumbers of radiance | layers solved "
+    "| solutions for the sun | s |\n|---|---|---|---|---|---|---|---|"
 )
 
 

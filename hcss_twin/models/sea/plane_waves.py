@@ -76,7 +76,7 @@ class PlaneWaveSums:
         return sums
 
     def _starts(self, phase: NDArray[np.complex128]) -> NDArray[np.float32]:
-        """Return (N, 4) amplitudes of each wave at a phase, exp(ip), and of its mirror image: real and imaginary parts."""
+        """Return (N, 4) amplitudes, real and imaginary, of each wave and its mirror image at a phase, exp(ip)."""
         a, p = self._amplitude, phase
         up_down = a.real * p.real, a.imag * p.imag, a.real * p.imag, a.imag * p.real
         parts = up_down[0] - up_down[1], up_down[2] + up_down[3], -up_down[0] - up_down[1], up_down[2] - up_down[3]
