@@ -65,6 +65,9 @@ def _environment(module: str, constants: list[Any], name: str) -> Any:
 def kernel(*, inner: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function at its first call on a machine; it releases the interpreter's lock while it runs.
 
+    Divisions by zero are not looked for (as in numpy): numba compiles its own functions, such as ``empty``, once for
+    each way of treating them.
+
     Parameters
     ----------
     inner : bool
@@ -75,7 +78,8 @@ def kernel(*, inner: bool = False, **options: Any) -> Callable[[Callable[..., An
     """
 
     def compiled(function: Callable[..., Any]) -> Any:
-        dispatcher: Any = njit(nogil=True, no_cfunc_wrapper=True, no_cpython_wrapper=inner, **options)(function)
+        without = {"no_cfunc_wrapper": True, "no_cpython_wrapper": inner, "error_model": "numpy"}
+        dispatcher: Any = njit(nogil=True, **without, **options)(function)
         private = hasattr(FunctionCache, "_load_overload") and hasattr(environment, "_rebuild_env")
         with suppress(RuntimeError):  # no folder may be written: each process compiles
             if private:

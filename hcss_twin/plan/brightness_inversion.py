@@ -160,7 +160,7 @@ class LayerBrightness:
         return table, float(0.5 * (temperature[0] + np.interp(layer.thickness_min_m, thickness, temperature)))
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _look_up(
     kelvin: Any, clear: float, per_kelvin: float, warmest: float, thinnest: Any, table: Any, result: Any
 ) -> None:

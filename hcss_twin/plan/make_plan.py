@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import timedelta
 from functools import partial
+from itertools import compress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -286,7 +287,7 @@ def _first_clouds(assembly: Assembly) -> None:
     """Compute the clouds of a small image at time 0."""
     points = tuple(slice(0, size) for size in (assembly.grid.rows, assembly.grid.columns))
     if assembly.grid.rows * assembly.grid.columns <= _SMALL_IMAGE:
-        for generator in assembly.generators:
+        for generator in compress(assembly.generators, assembly.cloudy_layers):
             generator.thickness_m(0.0, *points)
 
 

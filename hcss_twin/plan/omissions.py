@@ -126,8 +126,10 @@ def negligible_shadows(scenario: Scenario, assembly: Assembly, sun: SunFrames, a
     """Return why shadows are skipped that a scene leaves to the plan; None if they matter, or are wanted."""
     slant = assembly.slant
     wanted = slant.options.shadows == "on" or SHADOW_MASK in scenario.output.variables
-    if not slant.shadows or wanted or not sun.up.size or not (assembly.has_cloud and assembly.has_clear_sky):
+    if not slant.shadows or wanted or not sun.up.size:
         return None
+    if not (assembly.has_cloud and assembly.has_clear_sky):
+        return NotComputed("no pixel can be cloudy" if assembly.has_clear_sky else "clouds hide the sea everywhere")
     if largest_glint_share(assembly, sun) > SKIP_SHARE * accuracy:
         return None
     return NotComputed("they would change less than their share of the accuracy asked for")

@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -312,7 +313,7 @@ def probe_last_frame(assembly: Assembly, last_s: float) -> None:
         If it fails at both times, or by accident.
     """
     pixel = slice(0, 1), slice(0, 1)
-    for generator in assembly.generators:
+    for generator in compress(assembly.generators, assembly.cloudy_layers):
         if generator.declares.tileable:
             try:
                 generator.thickness_m(last_s, *pixel)

@@ -132,7 +132,7 @@ def _add_slices(heights, thickness, shifts, from_flat, slice_m):  # type: ignore
                 height[x] = two + _in_slice(cloud2[x], near2, full) + _in_slice(cloud3[x], near3, full)
 
 
-@kernel(inner=True, inline="always")
+@kernel(inner=True, forceinline=True)
 def _in_slice(thickness, near, full):  # type: ignore[no-untyped-def]
     return min(max(thickness - near, np.float32(0)), full)
 
@@ -220,15 +220,15 @@ class OfSurface(NamedTuple):
     Attributes
     ----------
     tables : tuple of ndarray
-        Fraction (L,) of the longest path per metre of height in cloud; ``depth`` (R, L, N, B) and ``loss`` (R, Q, B) of
-        the states, as in :class:`ShadowTables`.
+        Fraction (L,) of the longest path per metre of height in cloud; ``depth`` (R, L, B, N) and ``loss`` (R, Q, B) of
+        the states, as in :class:`ShadowTables`, the former in single precision with heights last.
     by_texture : ndarray (S, R, B)
         Relative change of the sunlight in the states of texture, as in :class:`TextureTables`; S = 0 without texture.
     states : ViewStates
         R states of the tables toward all views.
     """
 
-    tables: tuple[Array, Array, Array]
+    tables: tuple[Array, Thickness, Array]
     by_texture: Array
     states: ViewStates
 
@@ -287,7 +287,7 @@ def _of_surface(
     of_views = [(of_view.shadows, of_view.texture.sunlight) for of_view in tables if of_view.shadows]
     if not of_views:
         layers = len(plan.layers)
-        nothing = np.zeros(layers), np.zeros((1, layers, 2, 0)), np.zeros((1, 0, 0))
+        nothing = np.zeros(layers), np.zeros((1, layers, 0, 2), np.float32), np.zeros((1, 0, 0))
         return OfSurface(nothing, nothing[2], OneView(nothing[2]))
     intervals = max(shadows.depth.shape[2] for shadows, _ in of_views) - 1
     losses, depths = zip(*(shadows.at(time_s, intervals) for shadows, _ in of_views), strict=True)
@@ -299,10 +299,11 @@ def _of_surface(
     of_states = zip(np.split(states.values, ends, axis=1), (loss, depth, texture), strict=True)
     loss, depth, texture = (values.reshape(len(values), *toward.shape[1:]) for values, toward in of_states)
     share = 1.0 / (math.cos(math.radians(sun.zenith_deg)) * of_views[0][0].longest_m)
-    return OfSurface((share, depth, loss), np.moveaxis(texture, 1, 0), states)
+    nodes = np.ascontiguousarray(np.moveaxis(depth, 2, 3), np.float32)
+    return OfSurface((share, nodes, loss), np.moveaxis(texture, 1, 0), states)
 
 
-@kernel(inner=True, inline="always")
+@kernel(inner=True, forceinline=True)
 def _share_kept_back(path):  # type: ignore[no-untyped-def]
     """Return 1 - exp(-path), within 2e-7, for paths from 0; unlike the library's, it is vectorised."""
     one, middle = np.float32(1), np.float32(12582912)  # 1.5 x 2^23: the last bits of a sum with it are a whole number
@@ -334,11 +335,10 @@ def _cast(  # type: ignore[no-untyped-def]
     or 1, R) of its states; ``texture`` has the relative change of the sunlight, as :meth:`.EvenSky.change_between`
     returns it, and the perturbation of the sea (y or 1, x or 1).
     """
-    (part, depth, loss), (by_texture, by_sea, warmer) = tables, texture
-    states, layers, intervals, bands = depth.shape[0], depth.shape[1], depth.shape[2] - 1, depth.shape[3]
+    (part, nodes, loss), (by_texture, by_sea, warmer) = tables, texture
+    states, layers, bands, intervals = nodes.shape[0], nodes.shape[1], nodes.shape[2], nodes.shape[3] - 1
     zero, one, two, last = np.float32(0), np.float32(1), np.float32(2), np.float32(intervals - 1)
     width, columns, share = clear.shape[1], clear.shape[1] // samples, 1.0 / (samples * samples)
-    nodes, pixels = depth.transpose(0, 1, 3, 2).astype(np.float32), (np.arange(width) // samples).astype(np.uint32)
     # The shaded points of a row: their columns, pixels, weights, and paths in a layer and in all.
     at, pixel, weight = np.empty(width, np.uint32), np.empty(width, np.uint32), np.empty(width, np.float32)
     height, inside, first = np.empty(width, np.float32), np.empty(width, np.float32), np.empty(width, np.uint32)
@@ -368,9 +368,11 @@ def _cast(  # type: ignore[no-untyped-def]
             if count == 0:
                 continue
             for c in range(count):
-                pixel[c] = pixels[at[c]]
+                pixel[c] = at[c] // np.uint32(samples)
                 shaded[pixel[c]] = True
-            path[:, :count] = zero
+            for b in range(bands):
+                for c in range(count):
+                    path[b, c] = zero
             for n in range(layers):
                 in_layer, scale = in_cloud[n, i], np.float32(part[n])
                 for c in range(count):

@@ -181,7 +181,6 @@ def _add(  # type: ignore[no-untyped-def]
     up_at, across_at = np.empty(points, np.float32), np.empty(points, np.float32)
     up, across = np.empty((4, points), np.float32), np.empty((4, points), np.float32)
     found, weight = np.empty((points, lanes), np.float32), np.empty(points, np.float32)
-    pixels = (np.arange(points) // samples).astype(np.uint32)
     sums = np.empty((channels, columns), np.float32)
     share, bands = np.float32(1 / (samples * samples)), by_vapour.shape[1]
     # How much more direct sunlight the pixels of a row have, and how much less their points.
@@ -201,7 +200,7 @@ def _add(  # type: ignore[no-untyped-def]
                 x_slope, y_slope = x_slopes[at[c]], y_slopes[at[c]]
                 up_at[c] = x_up * x_slope + y_up * y_slope + middle_up
                 across_at[c] = x_across * x_slope + y_across * y_slope + middle_across
-                pixel[c] = pixels[at[c]]
+                pixel[c] = at[c] // np.uint32(samples)
             _cubic(up, up_at[:count], last_up)
             _cubic(across, across_at[:count], last_across)
             for c in range(count):

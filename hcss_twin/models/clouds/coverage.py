@@ -33,7 +33,7 @@ _HALF_WORDS = 1 << 16
 """Number of values of the upper (or lower) 16 bits of a single-precision number."""
 
 
-@kernel(error_model="numpy")
+@kernel()
 def exceedance(field: NDArray[np.float32], share: NDArray[np.float32]) -> None:
     """Write Q(V) = 1 - p = (1 - erf(V / sqrt 2)) / 2 of ``field`` (N,) into ``share`` (N,); p is that of eq 5.
 
@@ -42,12 +42,11 @@ def exceedance(field: NDArray[np.float32], share: NDArray[np.float32]) -> None:
     up to V = 9. It needs only additions, multiplications and divisions, so that results are bit-identical on all
     machines.
     """
-    scale = share.view(np.int32)
     for i in range(field.size):
         v = min(abs(field[i]), _f4(_LARGEST_VALUE))
         whole = v * v * _f4(-0.7213475204444817)  # of exp(-v^2 / 2) as a power of 2
         k = _i4(whole - _f4(0.5))
-        scale[i] = (k + _i4(127)) << _i4(23)
+        share[i] = _i4((k + _i4(127)) << _i4(23)).view(np.float32)
     for i in range(field.size):
         v = min(abs(field[i]), _f4(_LARGEST_VALUE))
         whole = v * v * _f4(-0.7213475204444817)
@@ -260,7 +259,7 @@ def _index_of(strips: Iterable[Field], value: np.float32, number: int) -> int:
     raise AssertionError("the field changed between two passes")
 
 
-@kernel(inner=True, inline="always")
+@kernel(inner=True)
 def _order(word: Any) -> Any:
     """Map the bits of a single-precision number to an ordered 32-bit integer; both zeros map to the same one."""
     if word == -2147483648:

@@ -120,7 +120,7 @@ def _scaled_thickness(
     return thickness
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _map_field(
     field: Any, lowest: Any, share: Any, slope: Any, start: Any, low: Any, high: Any, taper: Any, exponent: float
 ) -> None:

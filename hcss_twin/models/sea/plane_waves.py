@@ -47,7 +47,7 @@ class PlaneWaveSums:
         column = np.arange(COLUMNS) - COLUMNS // 2
         root = np.sqrt(_SHAPE**2 - (np.pi * _WIDTH * column / _LENGTH) ** 2)
         self._scale = (root / (_WIDTH * np.sinh(root))).astype(np.float32)
-        self._turns = np.exp(1j * k_y[:, None] * np.arange(ROWS)).astype(np.complex64)
+        self._turns = np.exp(1j * k_y[:, None] * np.arange(ROWS)).astype(np.complex64).view(np.float32)
         # Both sums are one complex transform, first + i second; a sine is the difference of e^ip and e^-ip over 2i.
         self._amplitude = 0.5 * (amplitudes[1] - 1j * amplitudes[0])
 
@@ -70,29 +70,38 @@ class PlaneWaveSums:
         for top in range(rows.start // ROWS * ROWS, rows.stop, ROWS):
             down = np.exp(1j * self._k_y * top)
             for left, middle in zip(lefts, across, strict=True):
-                _spread(grid, self._first, self._weight, self._amplitude, down * middle, self._turns)
+                _spread(grid.view(np.float32), self._first, self._weight, self._starts(down * middle), self._turns)
                 tile = ifft(grid, axis=0, norm="forward", overwrite_x=True)
                 _store(sums, tile, self._scale, top - rows.start, left - columns.start)
         return sums
 
+    def _starts(self, phase: NDArray[np.complex128]) -> NDArray[np.float32]:
+        """Return (N, 4) amplitudes, real and imaginary, of each wave and its mirror image at a phase, exp(ip)."""
+        a, p = self._amplitude, phase
+        up_down = a.real * p.real, a.imag * p.imag, a.real * p.imag, a.imag * p.real
+        parts = up_down[0] - up_down[1], up_down[2] + up_down[3], -up_down[0] - up_down[1], up_down[2] - up_down[3]
+        return np.stack(parts, axis=1).astype(np.float32)
+
 
 @kernel()
-def _spread(grid, first, weight, amplitude, middle, turns):  # type: ignore[no-untyped-def]
-    """Add each wave and its mirror image at the negative wavenumber to the grid (wavenumber, row)."""
-    length, rows = grid.shape
-    lanes = grid.view(np.float32)
-    wave, mirrored = np.empty(2 * rows, np.float32), np.empty(2 * rows, np.float32)
-    grid[:] = 0
+def _spread(grid, first, weight, starts, turns):  # type: ignore[no-untyped-def]
+    """Add each wave and its mirror image at the negative wavenumber to the grid (wavenumber, row).
+
+    In pairs of real and imaginary part, for which less is compiled than for complex numbers.
+    """
+    length, lanes = grid.shape
+    wave, mirrored = np.empty(lanes, np.float32), np.empty(lanes, np.float32)
+    grid[:] = np.float32(0)
     for n in range(first.size):
-        start, mirror = np.complex64(amplitude[n] * middle[n]), np.complex64(-amplitude[n] * np.conj(middle[n]))
-        for row in range(rows):
-            turn = turns[n, row]
-            wave[2 * row] = start.real * turn.real - start.imag * turn.imag
-            wave[2 * row + 1] = start.real * turn.imag + start.imag * turn.real
-            mirrored[2 * row] = mirror.real * turn.real + mirror.imag * turn.imag
-            mirrored[2 * row + 1] = mirror.imag * turn.real - mirror.real * turn.imag
+        real, imaginary, mirror_real, mirror_imaginary = starts[n, 0], starts[n, 1], starts[n, 2], starts[n, 3]
+        for lane in range(0, lanes, 2):
+            turn_real, turn_imaginary = turns[n, lane], turns[n, lane + 1]
+            wave[lane] = real * turn_real - imaginary * turn_imaginary
+            wave[lane + 1] = real * turn_imaginary + imaginary * turn_real
+            mirrored[lane] = mirror_real * turn_real + mirror_imaginary * turn_imaginary
+            mirrored[lane + 1] = mirror_imaginary * turn_real - mirror_real * turn_imaginary
         for i in range(weight.shape[1]):
-            one, other = lanes[(first[n] + i) & (length - 1)], lanes[-(first[n] + i) & (length - 1)]
+            one, other = grid[(first[n] + i) & (length - 1)], grid[-(first[n] + i) & (length - 1)]
             # Two loops over whole arrays: the compiler vectorises only these.
             for lane in range(wave.size):
                 one[lane] += weight[n, i] * wave[lane]

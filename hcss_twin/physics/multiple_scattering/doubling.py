@@ -46,7 +46,7 @@ LEAST_PIVOT = 1e-18
 """Pivots of layers that reflect everything but for rounding."""
 
 
-@kernel(error_model="numpy")
+@kernel()
 def solve_chains(
     starts: tuple[Any, Any, Any, Any],
     directions: tuple[Any, Any],
@@ -138,7 +138,7 @@ def solve_chains(
                     transmitted[cell, i - unseen, j] = transmission[low, high] * unscaled
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _is_opaque(transmission: Any, direct: Any, rows: int, streams: int, others: int) -> bool:
     for i in range(rows):
         if direct[i] > OPAQUE:
@@ -149,13 +149,13 @@ def _is_opaque(transmission: Any, direct: Any, rows: int, streams: int, others: 
     return True
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _first_column(row: int, streams: int, others: int) -> int:
     """Return where the part of a row begins that matters: the diagonal, or the beams for another extra direction."""
     return streams + others if streams <= row < streams + others else row
 
 
-@kernel(inner=True, error_model="numpy", fastmath={"contract"})
+@kernel(inner=True, fastmath={"contract"})
 def _add_products(target: Any, factor: Any, column: int, count: int, start: int, sign: float) -> None:
     """Add to ``target`` the sum over ``count`` rows k of ``factor``: sign times [k, column] times [k, start:]."""
     width = target.size
@@ -172,7 +172,7 @@ def _add_products(target: Any, factor: Any, column: int, count: int, start: int,
             target[j] += f0 * r0[j]
 
 
-@kernel(inner=True, error_model="numpy", fastmath={"contract"})
+@kernel(inner=True, fastmath={"contract"})
 def _double(
     reflection: Any, transmission: Any, direct: Any, rows: int, streams: int, others: int, factor: Any, products: Any
 ) -> None:
@@ -251,7 +251,7 @@ def _double(
             transmission[i, j] = transmission[j, i]
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _close(reflection: Any, transmission: Any, direct: Any, scale: Any) -> None:
     """Make the rows of a layer just doubled sum to 1 in spite of rounding.
 

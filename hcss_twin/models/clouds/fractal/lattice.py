@@ -34,7 +34,7 @@ _MULTIPLIER_2 = 0x94D049BB133111EB
 _OFFSET_KEY = 0x6A09E667F3BCC909  # the fraction of sqrt(2): gives different random numbers than for planes
 
 
-@kernel(inner=True, inline="always", error_model="numpy")
+@kernel(inner=True, forceinline=True)
 def _normal(bits: np.uint32) -> np.float32:
     """Convert 32 bits to a normal number: the top bit is the sign, the others the tail. No branches, no memory."""
     tail = (_f4(_i4(bits & _u4(0x7FFFFFFF))) + _f4(0.5)) * _f4(2.0**-31)
@@ -77,7 +77,7 @@ def _normal(bits: np.uint32) -> np.float32:
     return (centre if (bits >> _u4(31)) else -centre) * numerator / denominator
 
 
-@kernel(error_model="numpy")
+@kernel()
 def normals_from_bits(bits: NDArray[np.uint32], values: NDArray[np.float32]) -> None:
     """Convert ``bits`` (N,) to normals in ``values`` (N,)."""
     for i in range(values.size):
@@ -115,7 +115,7 @@ def unit_offset(seed: int, octave: int, axis: int) -> float:
     return (fold(_OFFSET_KEY, seed, octave, axis) >> 11) * 2.0**-53
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
     """Return the key of the columns of one row that share the upper 32 bits of their index."""
     word = plane
@@ -127,7 +127,7 @@ def _row_key(plane: np.uint64, y: np.int64, x_high: np.int64) -> np.uint64:
     return word
 
 
-@kernel(inner=True, inline="always")
+@kernel(inner=True, forceinline=True)
 def _scatter(x: np.uint32, first: np.uint32, second: np.uint32) -> np.uint32:
     """Mix a column index between two keys, by multiply and xor-shift rounds.
 
@@ -143,7 +143,7 @@ def _scatter(x: np.uint32, first: np.uint32, second: np.uint32) -> np.uint32:
     return _u4(h ^ _u4(h >> _u4(16)))
 
 
-@kernel(error_model="numpy")
+@kernel()
 def fill_row(
     plane: np.uint64, y: np.int64, x0: np.int64, values: NDArray[np.float32], bits: NDArray[np.uint32]
 ) -> None:
@@ -159,7 +159,7 @@ def fill_row(
     normals_from_bits(bits, values)
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def blend_scattered(
     planes: NDArray[np.uint64],
     weights: NDArray[np.float32],

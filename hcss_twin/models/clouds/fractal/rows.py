@@ -33,27 +33,17 @@ _LARGEST_COORDINATE = 2.0**62
 _LONG_RUN = 8
 
 
-@kernel(error_model="numpy")
 def cubic_weights(fraction: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the four weights (N, 4) of the nodes at -1, 0, 1, 2 for ``fraction`` (N,) in [0, 1].
 
     Keys' kernel with a = -1/2, divided by sqrt(sum w^2): the squared weights sum to 1 (eq 2).
     """
-    weights = np.empty((fraction.size, 4))
-    for i in range(fraction.size):
-        f = fraction[i]
-        g = 1.0 - f
-        w0 = -0.5 * f * g * g
-        w1 = 1.0 + f * f * (1.5 * f - 2.5)
-        w2 = 1.0 + g * g * (1.5 * g - 2.5)
-        w3 = -0.5 * g * f * f
-        norm = np.sqrt((w0 * w0 + w3 * w3) + (w1 * w1 + w2 * w2))
-        weights[i, 0], weights[i, 1] = w0 / norm, w1 / norm
-        weights[i, 2], weights[i, 3] = w2 / norm, w3 / norm
-    return weights
+    f, g = fraction, 1.0 - fraction
+    w0, w1 = -0.5 * f * g * g, 1.0 + f * f * (1.5 * f - 2.5)
+    w2, w3 = 1.0 + g * g * (1.5 * g - 2.5), -0.5 * g * f * f
+    return np.stack((w0, w1, w2, w3), axis=1) / np.sqrt((w0 * w0 + w3 * w3) + (w1 * w1 + w2 * w2))[:, None]
 
 
-@kernel()
 def split(coordinate: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Split lattice coordinates (N,) into the cell (N,) and the fraction (N,) in [0, 1].
 
@@ -65,18 +55,13 @@ def split(coordinate: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[n
     ValueError
         If a coordinate is not finite or its cell does not fit into 64 bits.
     """
-    cell = np.empty(coordinate.size, dtype=np.int64)
-    fraction = np.empty(coordinate.size)
-    for i in range(coordinate.size):
-        if not abs(coordinate[i]) < _LARGEST_COORDINATE:
-            raise ValueError("coordinate: a lattice coordinate is not finite or beyond +-2**62 cells")
-        floor = np.floor(coordinate[i])
-        cell[i] = np.int64(floor)
-        fraction[i] = coordinate[i] - floor
-    return cell, fraction
+    if not np.all(np.abs(coordinate) < _LARGEST_COORDINATE):
+        raise ValueError("coordinate: a lattice coordinate is not finite or beyond +-2**62 cells")
+    floor = np.floor(coordinate)
+    return floor.astype(np.int64), coordinate - floor
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _blend_stored(pool: Any, slots: Any, weights: Any, row: Any, first: Any, line: Any) -> None:
     """Blend the stored time planes of one row of nodes into ``line`` (N,).
 
@@ -105,7 +90,7 @@ def _blend_stored(pool: Any, slots: Any, weights: Any, row: Any, first: Any, lin
         x += count
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _gather(line: Any, index: Any, weights: Any, gathered: Any) -> None:
     """Interpolate a line of nodes at the columns: nodes ``index`` (N,) to ``index + 3``, weights (4, N)."""
     w0, w1, w2, w3 = weights[0], weights[1], weights[2], weights[3]
@@ -119,7 +104,7 @@ def _gather(line: Any, index: Any, weights: Any, gathered: Any) -> None:
         )
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _runs(index: Any) -> Any:
     """Return the starts of runs in which ``index`` (N,) increases by 1 per column, followed by N.
 
@@ -135,7 +120,7 @@ def _runs(index: Any) -> Any:
     return starts[: count + 1]
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _gather_runs(line: Any, index: Any, starts: Any, weights: Any, gathered: Any) -> None:
     """Same as :func:`_gather` with contiguous loads, which are several times faster for long runs."""
     for run in range(starts.size - 1):
@@ -154,19 +139,19 @@ def _gather_runs(line: Any, index: Any, starts: Any, weights: Any, gathered: Any
             result[c] = w0[c] * n0[c] + w1[c] * n1[c] + w2[c] * n2[c] + w3[c] * n3[c]
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _combine(row0: Any, row1: Any, row2: Any, row3: Any, w0: Any, w1: Any, w2: Any, w3: Any, result: Any) -> None:
     for c in range(result.size):
         result[c] = w0 * row0[c] + w1 * row1[c] + w2 * row2[c] + w3 * row3[c]
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _add(row0: Any, row1: Any, row2: Any, row3: Any, w0: Any, w1: Any, w2: Any, w3: Any, total: Any) -> None:
     for c in range(total.size):
         total[c] += w0 * row0[c] + w1 * row1[c] + w2 * row2[c] + w3 * row3[c]
 
 
-@kernel(error_model="numpy")
+@kernel()
 def add_nodes(
     total: NDArray[np.float32],
     planes: NDArray[np.uint64],
@@ -183,7 +168,7 @@ def add_nodes(
             row_total[c] += line[c]
 
 
-@kernel(error_model="numpy")
+@kernel()
 def add_octave(
     total: NDArray[np.float32],
     pool: NDArray[np.float32],

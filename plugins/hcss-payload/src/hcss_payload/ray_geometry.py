@@ -130,7 +130,7 @@ class FrameGeometry:
         return latitude, middle + (longitude - middle + 180.0) % 360.0 - 180.0
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _angles(position_m, camera_m, zenith, azimuth):  # type: ignore[no-untyped-def]
     """Write zenith and azimuth (N,), in degrees, of a camera (3,) at positions (N, 3) on the ellipsoid."""
     for n in range(zenith.size):

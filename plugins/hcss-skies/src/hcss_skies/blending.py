@@ -30,7 +30,7 @@ CUT = 0.15
 """Weights below this limit are cut off, smoothly: three in ten samples are then not taken, and contrast is kept."""
 
 
-@kernel(fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"})
 def blend(
     out: Any, y: Any, x: Any, scores: Any, heights: Any, geometry: Any, flow: Any, bounds: Any, waves: Any, key: int,
     epoch: float,
@@ -299,7 +299,7 @@ def _within(position: float, span: float) -> float:
     return min(turn, 2.0 * span - turn)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _look_up(out: Any, field: int, heights: Any, total: Any, square: Any, part: Any, long: Any) -> None:
     """Write heights (columns, fields) of the sums of scores with the variance 1, and part of the long waves."""
     last = heights.shape[0] - 1

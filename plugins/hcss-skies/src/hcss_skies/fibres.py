@@ -52,7 +52,7 @@ def textures() -> NDArray[np.int16]:
     return np.pad(scaled, ((0, 0), (0, 0), (0, _PADDED - SIDE)), mode="wrap").astype(np.int16)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def orient(change: Any, fibres: Any, which: Any, cells: Any, seen: Any, strength: float) -> None:
     """Write what numbers change by cell (relatively; what is seen), the parts of textures, and where fibres begin.
 
@@ -96,7 +96,7 @@ def orient(change: Any, fibres: Any, which: Any, cells: Any, seen: Any, strength
             which[i, j + 1] = SIDE * _PADDED * (1 + (turn & (DIRECTIONS - 1)))
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def number(
     numbers: Any, coarser: Any, cell: int, fibres: Any, which: Any, first: Any, textures: Any, places: Any, parts: Any
 ) -> None:

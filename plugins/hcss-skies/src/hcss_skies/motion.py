@@ -170,7 +170,7 @@ def _filled(heights: Any, weight: Any) -> Any:
     return np.where(weight > 0.0, heights, coarse)
 
 
-@kernel(fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"})
 def _frame(out: Any, before: Any, after: Any, motion: Any, block: int, f: float) -> None:
     """Write the frame (rows, columns) at a fraction of the interval."""
     rows, columns = out.shape
@@ -201,7 +201,7 @@ def _frame(out: Any, before: Any, after: Any, motion: Any, block: int, f: float)
             out[i, j] = np.uint8(ahead * a + back * b + half)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _bilinear(field: Any, i: int, j: int, dy: Any, dx: Any) -> Any:
     """Return the value at a cell moved by (dy, dx), periodic."""
     rows, columns = field.shape

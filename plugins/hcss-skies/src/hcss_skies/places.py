@@ -120,7 +120,7 @@ def local_cover(example: Example, heights_m: Array, coverage: float, reel: Reel)
     return cover(float(brentq(lambda log_a: float(chance @ cover(log_a)) - coverage, least, most)))
 
 
-@kernel(fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"})
 def _between(out: Any, nodes: Any, row: int, column: int, every: int) -> None:
     """Write values (rows, columns) between nodes, bilinear, from a cell on that is so far from the first node."""
     for i in range(out.shape[0]):

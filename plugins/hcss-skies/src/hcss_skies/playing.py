@@ -50,7 +50,7 @@ _OF_CLEAR = 1e-3
 """Weight of cells without cloud beside others in fields that belong to cloud."""
 
 
-@kernel(fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"})
 def play(
     out: Any, beside: Any, needed: Any, row: int, column: int, frames: Any, others: Any, usual: Any, shown: Any,
     per_score: float, spacing: float, shift: Any, sheet: bool, key: Any, age: float, lasting: Any, change: Any,
@@ -239,7 +239,7 @@ def _log2(value: Any) -> Any:
     return np.float32((bits >> np.int32(23)) - np.int32(127)) + (t + t * (np.float32(1.0) - t) * bent)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _times(raised: Any, sky: Any, stretch: Any, per_log: Any) -> None:
     """Replace how many times as many clouds cells have in all skies by what raises their scores in one."""
     zero, one, fewest, lost = np.float32(0.0), np.float32(1.0), np.float32(_FEWEST), np.float32(_LOST)
@@ -259,7 +259,7 @@ def _count(raised: Any) -> Any:
     return number
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _find(point: Any, past: Any, along: Any, before: float, first: float) -> None:
     """Write the points of a line from the ``first`` one on, and places past them, of the cells of a row."""
     for j in range(point.size):
@@ -268,7 +268,7 @@ def _find(point: Any, past: Any, along: Any, before: float, first: float) -> Non
         point[j], past[j] = np.float32(whole - first), np.float32(x - whole)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _share(common: Any, past: Any, up: Any, per_log: Any) -> None:
     """Write what all patches lose at the cells of a row, which lie past points and up from their line."""
     one = np.float32(1.0)
@@ -293,7 +293,7 @@ def _fill(line: Any, value: Any) -> None:
         line[j] = value
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _unroll(ranks: Any, at: Any, count: Any, film: Any, before: Any, after: Any, box: Any, part: Any) -> None:
     """Write what a patch has between two frames, from a place of a row of the box on, which is repeated."""
     place, wide = box
@@ -307,7 +307,7 @@ def _unroll(ranks: Any, at: Any, count: Any, film: Any, before: Any, after: Any,
         done, place = done + some, np.uint64(0)
 
 
-@kernel(inner=True, inline="always", fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, inline="always", fastmath={"contract"})
 def _near(point: Any, past: Any, ends: Any, least: Any) -> Any:
     """Return the weight of a patch, ``least`` beyond its ends."""
     place, left, right, most = ends
@@ -315,7 +315,7 @@ def _near(point: Any, past: Any, ends: Any, least: Any) -> Any:
     return max(min(min(x - left, right - x), most), least)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _raise(
     best: Any, ranks: Any, point: Any, past: Any, common: Any, at: Any, count: Any, ends: Any, less: Any, per_log: Any
 ) -> None:
@@ -328,7 +328,7 @@ def _raise(
         best[j] = value if value > best[j] and share >= lost else best[j]
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _lose(
     share: Any, point: Any, past: Any, common: Any, at: Any, count: Any, ends: Any, less: Any, per_log: Any
 ) -> None:
@@ -339,7 +339,7 @@ def _lose(
         share[j] = four * _log2(_near(point[j], past[j], ends, outside)) - common[j] + less
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _show(own: Any, share: Any, best: Any, ranks: Any, at: Any, count: Any) -> None:
     """Raise cells as :func:`_raise` does; of those that are raised write the own rank, and 1 for what they lose."""
     lost = np.float32(_LOST)
@@ -352,7 +352,7 @@ def _show(own: Any, share: Any, best: Any, ranks: Any, at: Any, count: Any) -> N
         share[j] = np.float32(1.0) if better else np.float32(0.0)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _take(values: Any, field: int, better: Any, ranks: Any, at: Any, count: Any) -> None:
     """Write another field of a patch where :func:`_show` shows it."""
     for n in range(count):
@@ -361,7 +361,7 @@ def _take(values: Any, field: int, better: Any, ranks: Any, at: Any, count: Any)
         values[field, j] = value if better[j] > np.float32(0.0) else before
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _add(
     total: Any, squares: Any, ranks: Any, point: Any, past: Any, at: Any, count: Any, ends: Any, weight: Any
 ) -> None:
@@ -375,7 +375,7 @@ def _add(
         squares[j] += share * share
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _weigh(share: Any, total: Any, point: Any, past: Any, at: Any, count: Any, ends: Any, weight: Any) -> None:
     """Write and add up the weights of a patch of a sheet."""
     for n in range(count):
@@ -385,34 +385,34 @@ def _weigh(share: Any, total: Any, point: Any, past: Any, at: Any, count: Any, e
         total[j] += share[j]
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _add_field(total: Any, field: int, share: Any, ranks: Any, at: Any, count: Any) -> None:
     for n in range(count):
         j = at + n
         total[field, j] += share[j] * ranks[j]
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _divide(total: Any, weight: Any) -> None:
     for j in range(total.size):
         total[j] /= weight[j]
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _belong(field: Any, value: Any, out: Any, own: Any, shown: Any, usual: Any) -> None:
     """Write another field, with the usual values at what cells show and at their own ranks."""
     for j in range(field.size):
         field[j] = value[j] * shown[np.uint32(np.int32(out[j]))] / usual[np.uint32(np.int32(own[j]))]
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _mean(total: Any, squares: Any) -> None:
     """Replace sums of scores by scores, with the sums of squares of weights."""
     for j in range(total.size):
         total[j] /= np.sqrt(squares[j])
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _mix(rank: Any, under: Any, share: Any) -> None:
     """Add another sheet that has a share of the variance."""
     middle, part, other = np.float32(_MIDDLE), np.float32(math.sqrt(1.0 - share)), np.float32(math.sqrt(share))
@@ -450,7 +450,7 @@ def _see(out: Any, rank: Any, raised: Any, shown: Any) -> None:
         out[j] = min(max(low + fs * (high - low), zero), last)
 
 
-@kernel(fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"})
 def lay_over(out: Any, beside: Any, cells: Any, others: Any, table: Any, places: Any) -> None:
     """Lay a sky over another one: where both have cloud, values of a table add up; else the larger place stays.
 
@@ -478,14 +478,14 @@ def lay_over(out: Any, beside: Any, cells: Any, others: Any, table: Any, places:
                 out[i, j] = _rank_of(places, per_value, total + _at(table, max(added, rank)))
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _at(table: Any, rank: Any) -> Any:
     n: Any = np.int64(rank)
     n = min(n, 254)
     return table[n] + (rank - np.float32(n)) * (table[n + 1] - table[n])
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _rank_of(places: Any, per_value: Any, value: Any) -> Any:
     """Return the place of a value, the last one if there is none."""
     at = min(value * per_value, np.float32(places.size - 1.01))
@@ -493,7 +493,7 @@ def _rank_of(places: Any, per_value: Any, value: Any) -> Any:
     return places[n] + (at - np.float32(n)) * (places[n + 1] - places[n])
 
 
-@kernel(fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"})
 def show(out: Any, ranks: Any, y: Any, y_turned: Any, x: Any, x_turned: Any, row: int, column: int, table: Any) -> None:
     """Write values of a table (256,) at ranks between the middles of cells, bilinear.
 
@@ -528,7 +528,7 @@ def show(out: Any, ranks: Any, y: Any, y_turned: Any, x: Any, x_turned: Any, row
             out[i, j] = table[n] + (rank - np.float32(n)) * (table[n + 1] - table[n])
 
 
-@kernel(fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"})
 def show_beside(
     out: Any, cells: Any, ranks: Any, cloudy: float, y: Any, y_turned: Any, x: Any, x_turned: Any, row: int, column: int
 ) -> None:

@@ -40,7 +40,7 @@ _KEPT = 4
 _STEPS = 8
 
 
-@kernel(fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"})
 def refine(
     out: Any, cells: Any, first: Any, strength: float, deviations: Any, most: float, visible: float, textures: Any,
     places: Any, parts: Any,
@@ -107,7 +107,7 @@ def refine(
         coarser = numbers
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _see(seen: Any, cells: Any, visible: float) -> None:
     """Write what is seen of cells."""
     rows, columns = cells.shape
@@ -124,7 +124,7 @@ def _see(seen: Any, cells: Any, visible: float) -> None:
             seen[i, j] += rest[j]
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _edges(level: Any, tail: Any, cells: Any) -> None:
     """Write what is seen with clear cells below 0, and replace it by where thickness falls exponentially (1 / ...)."""
     rows, columns = cells.shape
@@ -144,7 +144,7 @@ def _edges(level: Any, tail: Any, cells: Any) -> None:
             tail[1, i, j] = one / tail[0, i, j]
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _shape(values: Any, sums: Any, cell: int, taps: Any, level: Any, change: Any, tail: Any, line: Any) -> None:
     """Replace numbers of a row of cells by thickness over the visible one, and write its sums by cell."""
     side, columns = values.shape[1], values.shape[2]
@@ -175,7 +175,7 @@ def _shape(values: Any, sums: Any, cell: int, taps: Any, level: Any, change: Any
                 sums[j + 2] += value
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _cubic(f: float, out: Any) -> None:
     """Write weights of a cubic through values at -1 to 2 with central slopes (Catmull-Rom), and of 0 and 1 alone."""
     out[0], out[3] = 0.5 * f * (f * (2.0 - f) - 1.0), 0.5 * f * f * (f - 1.0)
@@ -183,7 +183,7 @@ def _cubic(f: float, out: Any) -> None:
     out[4], out[5] = 1.0 - f, f
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _smooth(factor: Any, sums: Any, cell: int, cells: Any, most: float, visible: float, side: int, line: Any) -> None:
     """Write what sums of values lack (0), the same also where it is not known (3: 1 where it is) (1), and for them (2).
 
@@ -220,7 +220,7 @@ def _smooth(factor: Any, sums: Any, cell: int, cells: Any, most: float, visible:
             factor[2, i, j + 1] = filled[i, j + 1] + more * (filled[i, j + 1] - blurred)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _weigh(values: Any, sums: Any, highest: Any, factor: Any, cell: int, line: Any) -> None:
     """Multiply values of a row of cells by the factor between cells; write their sums and largest by cell."""
     side, columns = values.shape[1], values.shape[2]
@@ -245,7 +245,7 @@ def _weigh(values: Any, sums: Any, highest: Any, factor: Any, cell: int, line: A
                 highest[j + 1] = max(highest[j + 1], value)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _keep(out: Any, values: Any, scale: Any, highest: Any, cell: int, cells: Any, most: float) -> None:
     """Write the parts of a row of cells with their means, none above ``most``; ``scale``: sums, and room."""
     side, columns = values.shape[1], values.shape[2]
@@ -277,7 +277,7 @@ def _keep(out: Any, values: Any, scale: Any, highest: Any, cell: int, cells: Any
             _limit(of_cell, values, k, scale[0, k], highest[k], cells[cell, k], most)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _limit(out: Any, values: Any, column: int, scale: float, highest: float, mean: float, most: float) -> None:
     """Write the parts of a cell some of which would exceed ``most``: they get it, and the rest is for the others."""
     side = out.shape[0]
@@ -308,7 +308,7 @@ def _limit(out: Any, values: Any, column: int, scale: float, highest: float, mea
             out[m, n] = limited + part * ((most - limited) if lack > 0.0 else limited)
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _logarithm(x: Any, bits: Any, row: int, power: Any) -> None:
     """Replace a row of positive numbers of single precision, whose ``bits`` share their memory, by their logarithms.
 
@@ -326,7 +326,7 @@ def _logarithm(x: Any, bits: Any, row: int, power: Any) -> None:
         x[row, j] = power[j] * np.float32(math.log(2.0)) + s * series
 
 
-@kernel(inner=True, fastmath={"contract"}, error_model="numpy")
+@kernel(inner=True, fastmath={"contract"})
 def _exponential(x: Any) -> Any:
     """Return exp(x), of single precision, for -12 < x < 12: a series of x / 32, squared five times."""
     one = np.float32(1.0)

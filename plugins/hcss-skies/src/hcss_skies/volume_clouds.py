@@ -143,7 +143,7 @@ class VolumeClouds:
         return out
 
 
-@kernel(fastmath={"contract"}, error_model="numpy")
+@kernel(fastmath={"contract"})
 def between(out: Any, fields: Any, y: Any, y_turned: Any, x: Any, x_turned: Any, start: Any) -> None:
     """Write periodic fields (F, rows, columns) between the middles of cells, bilinear, at places (F, Y, X).
 

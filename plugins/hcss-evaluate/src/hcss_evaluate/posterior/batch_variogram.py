@@ -114,7 +114,7 @@ def _pair_mean(step: float, count: int, curvature: Any, node: Any, weight: Any) 
     return reach * total
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _fill(
     shapes: Any,
     lags: Any,

@@ -24,7 +24,7 @@ from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array, ImageError
 
 
-@kernel(error_model="numpy")
+@kernel()
 def log_densities(
     positions: Any,
     semivariance: Any,

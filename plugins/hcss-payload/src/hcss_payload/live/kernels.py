@@ -23,7 +23,7 @@ TABLE_PER_VALUE, TABLE_HALF = 100.0, 700
 """Intervals of the table of radiance per standard deviation of the field, and those below the cloud's edge."""
 
 
-@kernel(error_model="numpy")
+@kernel()
 def node_places(directions: Any, turn: Any, origin: Any, axes: Any, frame: Any, powers: Any, fit: Any, out: Any) -> Any:
     """Write the places that the nodes of a mesh see; return the number of nodes beyond the limb.
 
@@ -88,7 +88,7 @@ def node_places(directions: Any, turn: Any, origin: Any, axes: Any, frame: Any, 
     return missed
 
 
-@kernel(error_model="numpy")
+@kernel()
 def to_points(places: Any, x: Any, y: Any, point_m: Any) -> Any:
     """Turn places (N, M, 2) in m, moved by x and y, into points in place; return the smallest and largest x and y.
 
@@ -105,7 +105,7 @@ def to_points(places: Any, x: Any, y: Any, point_m: Any) -> Any:
     return low_x, low_y, high_x, high_y
 
 
-@kernel(error_model="numpy")
+@kernel()
 def between_samples(values: Any, nodes: Any, parts: Any, corner: Any, out: Any) -> None:
     """Write what is between samples (Y, X) from a corner (row, column) on, at the nodes of a mesh and between them.
 
@@ -136,7 +136,7 @@ def between_samples(values: Any, nodes: Any, parts: Any, corner: Any, out: Any) 
             out[i, j] = near + y * (far - near)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def pack(first: Any, second: Any, tile: Any) -> None:
     """Write two keyframes (WIDE, WIDE) of the field into a tile (WIDE, WIDE, 2) of 16 bits."""
     per = np.float32(1.0) / VALUE_STEP
@@ -147,7 +147,7 @@ def pack(first: Any, second: Any, tile: Any) -> None:
             tile[y, x, 0], tile[y, x, 1] = np.int16(a), np.int16(b)
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _place_block(nodes: Any, by: Any, bx: Any, slots: Any, first: Any, corner: Any, places: Any) -> Any:
     """Write what all rows of a block of pixels share.
 
@@ -178,7 +178,7 @@ def _place_block(nodes: Any, by: Any, bx: Any, slots: Any, first: Any, corner: A
         places[0] = slots[tile_y - first[0], tile_x - first[1]] * (WIDE * WIDE) + in_y * WIDE + in_x
 
 
-@kernel(inner=True, error_model="numpy", inline="always")
+@kernel(inner=True, inline="always")
 def _place_points(
     corner: Any,
     block: Any,
@@ -217,7 +217,7 @@ def _place_points(
             places[start + x] = np.uint32(slot * size + rest)
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _gather_points(pool: Any, places: Any, around: Any) -> None:
     """Write the four points (4, X) of the pool around each pixel of a row: at its place, beside, below and across.
 
@@ -231,7 +231,7 @@ def _gather_points(pool: Any, places: Any, around: Any) -> None:
         nearest[x], beside[x], below[x], across[x] = pool[k], pool[k + one], pool[k + line], pool[k + both]
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _look_up_points(around: Any, across: Any, down: Any, later: Any, field: Any) -> None:
     """Write the field, in steps, between the four points of each pixel of a row.
 
@@ -253,7 +253,7 @@ def _look_up_points(around: Any, across: Any, down: Any, later: Any, field: Any)
         field[x] = top + down[x] * (bottom - top)
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _place_values(field: Any, per: Any, middle: Any, most: Any, step: Any, part: Any, places: Any) -> None:
     """Write where the values of a row are in a flat table with ``step`` numbers in an interval, and the parts of it."""
     f = np.float32
@@ -265,7 +265,7 @@ def _place_values(field: Any, per: Any, middle: Any, most: Any, step: Any, part:
         part[x], places[x] = at - f(interval), np.uint32(interval) * step
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _between_nodes(values: Any, y: Any, first: Any, step: Any, row: Any) -> None:
     """Write a row y of pixels, from the pixel of a node on, between nodes (N, M) that are some steps apart."""
     f = np.float32
@@ -281,7 +281,7 @@ def _between_nodes(values: Any, y: Any, first: Any, step: Any, row: Any) -> None
         near = far
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _look_up_radiance(table: Any, places: Any, part: Any, band: Any, values: Any, more: Any, row: Any) -> None:
     """Write the radiance of a band of a row, with what clear pixels have more; ``values`` (4, X) is overwritten."""
     first = np.uint32(4 * band)
@@ -299,7 +299,7 @@ def _look_up_radiance(table: Any, places: Any, part: Any, band: Any, values: Any
         row[x] = start[x] + part[x] * change[x] + more[x] * (shown[x] + part[x] * fading[x])
 
 
-@kernel(error_model="numpy")
+@kernel()
 def sky_rows(
     nodes: Any,
     step: Any,

@@ -73,7 +73,7 @@ class Kernels:
         return None if weights is None or len(weights.down) > 1 else Kernels(weights)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def measure_rows(
     image: Any,
     down: Any,
@@ -150,14 +150,14 @@ def measure_rows(
     return apart == 0
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _mirrored(index: Any, size: Any) -> Any:
     while index < 0 or index >= size:
         index = -1 - index if index < 0 else 2 * size - 1 - index
     return index
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _pattern_row(pattern: Any, y: Any, pattern_row: Any) -> None:
     # Loops over pixels compile in a tenth of the time of assignments to slices.
     if pattern.size and pattern.shape[1] == pattern_row.size:
@@ -167,19 +167,19 @@ def _pattern_row(pattern: Any, y: Any, pattern_row: Any) -> None:
         _fill(pattern_row, pattern[y, 0])
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _fill(row: Any, value: Any) -> None:
     for x in range(row.size):
         row[x] = value
 
 
-@kernel(inner=True, error_model="numpy", fastmath={"contract"})
+@kernel(inner=True, fastmath={"contract"})
 def _add_row(row: Any, weight: Any, total: Any) -> None:
     for x in range(total.size):
         total[x] += weight * row[x]
 
 
-@kernel(inner=True, error_model="numpy", fastmath={"contract"})
+@kernel(inner=True, fastmath={"contract"})
 def _add_neighbours(flat: Any, first: Any, step: Any, weights: Any, k: Any, total: Any) -> None:
     """Add weighted neighbours, ``step`` apart in ``flat`` from ``first`` on, to a row; weights from the k-th on."""
     a, b, c, d = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
@@ -195,7 +195,7 @@ def _add_neighbours(flat: Any, first: Any, step: Any, weights: Any, k: Any, tota
         )
 
 
-@kernel(inner=True, error_model="numpy", fastmath={"contract"})
+@kernel(inner=True, fastmath={"contract"})
 def _add_noise(signal: Any, gain: Any, offset: Any, normals: Any, detector: Any) -> Any:
     """Turn a row of radiance into signals with noise; not 0 if some pixels have few or too many electrons.
 
@@ -225,7 +225,7 @@ def _add_noise(signal: Any, gain: Any, offset: Any, normals: Any, detector: Any)
     return apart
 
 
-@kernel(inner=True, error_model="numpy")
+@kernel(inner=True)
 def _write_numbers(signal: Any, detector: Any, radiance: Any, number: Any) -> None:
     f = np.float32
     full, per_step, most = f(detector.full - detector.dark), f(1.0 / detector.step), f(detector.most)

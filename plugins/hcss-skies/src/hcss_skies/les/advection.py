@@ -29,7 +29,7 @@ def constants(dtype: Any) -> tuple[Any, ...]:
     return tuple(kind(x) for x in (1.0 / 3.0, 0.5, 1.0 / 6.0, 13.0 / 3.0, 2.0, 4e-6, 6.0, 3.0))
 
 
-@kernel(inner=True, fastmath=FAST, error_model="numpy")
+@kernel(inner=True, fastmath=FAST)
 def weno5(a: Any, b: Any, c: Any, d: Any, e: Any, weno: Any) -> Any:
     """Return the value between c and d, upwind from c, of five cells in a row; one division in the place of four."""
     third, half, sixth, curved, two, least, six, three = weno
@@ -54,7 +54,7 @@ def weno5(a: Any, b: Any, c: Any, d: Any, e: Any, weno: Any) -> Any:
     return c + change / (a0 + a1 + a2)
 
 
-@kernel(inner=True, fastmath=FAST, error_model="numpy")
+@kernel(inner=True, fastmath=FAST)
 def upwind(speed: Any, q: Any, weno: Any) -> Any:
     """Return the flux speed * q through a face of six cells in a row, three on each side."""
     q0, q1, q2, q3, q4, q5 = q
@@ -69,7 +69,7 @@ def upwind(speed: Any, q: Any, weno: Any) -> Any:
     return speed * weno5(a, b, c, d, e, weno)
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def advect(
     q: Any,
     u: Any,
@@ -145,7 +145,7 @@ def advect(
                 tendency[i, j, k] += per_mass[k] * (flux[k] - flux[k + 1])
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def advect_w(
     w: Any, u: Any, v: Any, lower: Any, upper: Any, density: Any, per_mass: Any, per_side: Any, tendency: Any, weno: Any
 ) -> None:
@@ -203,7 +203,7 @@ def advect_w(
                 tendency[i, j, k] += per_mass[k] * (flux[k - 1] - flux[k])
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def step(new: Any, old: Any, tendency: Any, seconds: Any) -> None:
     """Set new = old + seconds * tendency, and the tendency to 0 for the next stage."""
     nx, ny, nz = new.shape

@@ -57,7 +57,7 @@ def falls_through(heights_m: Array, profile: Array, value: float) -> float:
     return float(heights_m[k] + part * (heights_m[k + 1] - heights_m[k]))
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def add_large_scale(q: Any, mean: Any, source: Any, weights: Any, sponge: Any, tendency: Any) -> None:
     """Add source, subsidence and sponge to the tendency of a field of cells.
 
@@ -81,7 +81,7 @@ def add_large_scale(q: Any, mean: Any, source: Any, weights: Any, sponge: Any, t
                 tendency[i, j, k] += weights[0, k] * (q[i, j, k] - q[i, j, k - 1])
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def add_rotation(
     u: Any, v: Any, rotation: Any, u_away: Any, v_away: Any, quarter: Any, u_rate: Any, v_rate: Any
 ) -> None:
@@ -113,7 +113,7 @@ def add_rotation(
                 v_rate[i, j, k] -= rotation * (u_here - u_away[k])
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def damp(w: Any, sponge: Any, tendency: Any) -> None:
     """Add -a w to the tendency of w; ``sponge`` (nz + 1,) is on faces."""
     nx, ny, faces = w.shape

@@ -68,7 +68,7 @@ class PressureSolver:
         _subtract_gradient(potential, u, v, w, 1.0 / self._mesh.side_m, self._per_distance)
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def _divergence(u: Any, v: Any, w: Any, density: Any, mass: Any, per_side: float, out: Any) -> None:
     nx, ny, nz = out.shape
     for i in range(nx):
@@ -80,7 +80,7 @@ def _divergence(u: Any, v: Any, w: Any, density: Any, mass: Any, per_side: float
                 out[i, j, k] = mass[k] * per_side * sideways + density[k + 1] * w[i, j, k + 1] - density[k] * w[i, j, k]
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def _solve(x: Any, lower: Any, pivot: Any, ratio: Any) -> None:
     modes, nz = x.shape
     for m in range(modes):
@@ -91,7 +91,7 @@ def _solve(x: Any, lower: Any, pivot: Any, ratio: Any) -> None:
             x[m, k] -= ratio[m, k] * x[m, k + 1]
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def _subtract_gradient(potential: Any, u: Any, v: Any, w: Any, per_side: float, per_distance: Any) -> None:
     nx, ny, nz = potential.shape
     for i in range(nx):

@@ -16,7 +16,7 @@ from hcss_skies.les.thermodynamics import G
 from hcss_twin.core.kernels import kernel
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def radiative_heating(
     liquid: Any, water: Any, faces: Any, density: Any, exner: Any, cp: float, law: Any, heating: Any, mean: Any
 ) -> None:

@@ -20,7 +20,7 @@ from hcss_skies.les.thermodynamics import G, saturation
 from hcss_twin.core.kernels import kernel
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def fall_and_change(
     theta_l: Any, water: Any, rain: Any, liquid: Any, theta_0: float, warming: float, pressure: Any, exner: Any,
     density: Any, depth: Any, droplets: float, seconds: float, heating: Any,
@@ -106,7 +106,7 @@ def settling_coefficient(droplets_cm3: float, sigma: float) -> float:
     return 1.19e8 * float(volume ** (2.0 / 3.0)) * math.exp(5.0 * math.log(sigma) ** 2)
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def settle(
     theta_l: Any, water: Any, liquid: Any, warming: float, exner: Any, density: Any, depth: Any, coefficient: float,
     seconds: float, heating: Any,

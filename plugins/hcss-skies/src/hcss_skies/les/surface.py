@@ -15,7 +15,7 @@ from hcss_skies.les.advection import FAST
 from hcss_twin.core.kernels import kernel
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def add_stress(
     u: Any, v: Any, frame: Any, friction: float, drag: float, per_depth: float, u_rate: Any, v_rate: Any
 ) -> None:
@@ -51,7 +51,7 @@ def add_stress(
             v_rate[i, j, 0] -= per_depth * (friction / speed + drag * speed) * north
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def add_bulk_flux(
     q: Any, u: Any, v: Any, frame: Any, coefficient: float, at_sea: float, per_depth: float, tendency: Any
 ) -> float:

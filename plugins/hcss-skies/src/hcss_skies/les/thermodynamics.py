@@ -100,7 +100,7 @@ class ReferenceState:
         return cls(cp, latent, float(round(theta_l_K[0])), pressure_Pa, exner, theta_v, density, at_faces)
 
 
-@kernel(inner=True, fastmath=FAST, error_model="numpy")
+@kernel(inner=True, fastmath=FAST)
 def saturation(temperature: float, pressure: float) -> tuple[float, float]:
     """Return q_s (g/kg) over water and dq_s/dT; the vapour pressure is a polynomial of eighth order.
 
@@ -118,7 +118,7 @@ def saturation(temperature: float, pressure: float) -> tuple[float, float]:
     return q, 1e5 * EPSILON * slope * pressure / (dry * dry)
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def condensate(theta_l: float, water: float, pressure: float, exner: float, warming: float = LATENT / CP * G) -> float:
     """Return the cloud water q_c (g/kg) with which vapour is not supersaturated: Newton's method, four steps.
 
@@ -135,14 +135,14 @@ def condensate(theta_l: float, water: float, pressure: float, exner: float, warm
     return max(liquid, 0.0)
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def virtual(theta_l: float, water: float, liquid: float, rain: float, exner: float, warming: float) -> float:
     """Return theta_v = theta (1 + .608 q_v - q_c - q_r)."""
     theta = theta_l + warming / exner * liquid
     return theta * (1.0 + G * (VIRTUAL * (water - liquid) - liquid - rain))
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def saturation_adjustment(
     theta_l: Any,
     water: Any,
@@ -195,7 +195,7 @@ def saturation_adjustment(
     mean[:] /= nx * ny
 
 
-@kernel(fastmath=FAST, error_model="numpy")
+@kernel(fastmath=FAST)
 def add_buoyancy(theta_v: Any, mean: Any, per_theta: Any, tendency: Any) -> None:
     """Add g (theta_v - mean) / theta_v of the reference state, interpolated to faces, to the tendency of w.
 
