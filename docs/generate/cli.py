@@ -43,7 +43,7 @@ file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` sh
 Two options are not listed below: `--force` replaces existing files, and `--json` prints the result as JSON for scripts
 (it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md):
 {PLUGINS}.
-Commands of hcss-light, hcss-payload and hcss-skies are described in their READMEs.
+Commands of hcss-dataset, hcss-light, hcss-payload and hcss-skies are described in their READMEs.
 """
 
 _SHARED = ("Print the result as JSON.", "Replace existing files.")
