@@ -44,8 +44,8 @@ Two options are not listed below: `--force` replaces existing files, and `--json
 (it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md):
 {PLUGINS}.
 The tab key completes commands and scenario names after `eval "$(_HCSS_COMPLETE=bash_source hcss)"` (also `zsh_source`,
-`fish_source`). Commands of hcss-explore, hcss-light, hcss-payload and
-hcss-skies are described in their READMEs.
+`fish_source`). Commands of hcss-dataset, hcss-explore,
+hcss-light, hcss-payload and hcss-skies are described in their READMEs.
 """
 
 _SHARED = ("Print the result as JSON.", "Replace existing files.")

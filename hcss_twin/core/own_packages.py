@@ -10,6 +10,7 @@ COMMANDS: Mapping[str, str] = {
     "bench": "hcss-bench",
     "check": "hcss-author",
     "clouds": "hcss-evaluate",
+    "dataset": "hcss-dataset",
     "evaluate": "hcss-evaluate",
     "explore": "hcss-explore",
     "export": "hcss-export",
@@ -22,6 +23,7 @@ COMMANDS: Mapping[str, str] = {
     "reproduce": "hcss-paper",
     "passes": "hcss-payload",
     "serve": "hcss-payload",
+    "score": "hcss-dataset",
     "skies": "hcss-skies",
     "sweep": "hcss-sweep",
 }

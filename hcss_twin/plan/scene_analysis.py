@@ -150,6 +150,9 @@ def inputs_of_analysis(scenario: Scenario, assembly: Assembly, catalog: Catalog)
             del layer[name]
     # They depend on all views of the image, and on which terms there are, not on how light between columns is computed.
     del text["image"]["window"], text["output"]["certificate"]
+    # Which variables there are depends on the providers of elements; columns do not know where elements are.
+    for element in text.get("elements", ()):
+        del element["parameters"]
     for section, names in (
         ("motion", ("wind_speed", "wind_from", "evolution_time")),
         ("radiance", ("light", "light_accuracy", "light_profile")),

@@ -285,7 +285,8 @@ def _build(
         if section.name is not None:
             load_instrument(section.name, inputs.catalog)
         choice = choose_sensor(section, inputs.catalog)
-    registry, scene = Registry.discover(), StageScene(source, earlier, inputs)
+    registry = inputs.catalog.shelf.get_or_compute("registry", Registry.discover)
+    scene = StageScene(source, earlier, inputs)
     inputs = replace(inputs, scene_at=scene)
     with attribute_to_field(f"{field}.model", choice.parameters):
         entry = registry.resolve(Kind.SENSORS, choice.model)

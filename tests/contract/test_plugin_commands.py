@@ -160,6 +160,7 @@ def test_a_hook_in_the_group_of_providers_alone_is_told_its_group(install):
     [
         "hcss-author",
         "hcss-bench",
+        "hcss-dataset",
         "hcss-evaluate",
         "hcss-export",
         "hcss-modtran",

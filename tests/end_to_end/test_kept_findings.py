@@ -92,6 +92,17 @@ def test_what_findings_do_not_depend_on_finds_the_same(asked, changes, monkeypat
     assert describe(kept) == describe(anew)
 
 
+def test_findings_do_not_depend_on_where_elements_are(asked):
+    def beside(x):
+        return plan(elements=[{"parameters": {"tracks": [{"x": x, "y": 0.0, "altitude": 5000.0, "intensity": 1.0}]}}])
+
+    first = beside(0.0)
+    assert asked
+    asked.clear()
+    assert beside(500.0).omissions == first.omissions
+    assert not asked
+
+
 def test_a_changed_file_is_found_out_anew(asked, tmp_path):
     response = tmp_path / "response.csv"
     response.write_text("wavelength_um,response\n3.5,0\n3.7,1\n3.9,0\n")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,8 +48,9 @@ class KernelCorrelation:
     curvature: Array
 
     @classmethod
+    @lru_cache(maxsize=1)
     def tabulate(cls) -> KernelCorrelation:
-        """Tabulate the autocorrelation of the variance-normalised cubic kernel (takes about 30 ms).
+        """Tabulate the autocorrelation of the variance-normalised cubic kernel, once in a process (about 30 ms).
 
         rho(u) = mean over the phase f in [0, 1) of sum_i w_i(f) w_i(f + u), with w_i the weight of
         node i and sum_i w_i^2 = 1.
@@ -64,6 +66,7 @@ class KernelCorrelation:
             shifted = _spread(phases + lag - cell, cell.astype(np.int64))
             # Half the squared difference is 1 - rho for weights of unit norm, without loss of digits.
             curvature[index] = 0.5 * np.mean(np.sum((weights - shifted) ** 2, axis=1)) / lag**2
+        curvature.flags.writeable = False
         return cls(curvature)
 
     def __call__(self, lag_cells: Array) -> Array:
