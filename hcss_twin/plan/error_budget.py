@@ -169,7 +169,9 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
     numeric = plan.numerics.error + plan.grid_refinement.error
     assembly = plan.assembly
     classes = {CLEAR: (CLEAR, assembly.sea_temperature_K)} if assembly.has_clear_sky else {}
-    for layer in plan.layers:
+    for layer, cloudy in zip(plan.layers, assembly.cloudy_layers, strict=True):
+        if not cloudy:
+            continue  # no pixel has this cloud
         top = layer.temperature_K
         kelvin = float(assembly.profile.temperature_at(layer.top_m)) if top is None else top
         classes[layer.name] = (CLOUDY, kelvin)

@@ -183,6 +183,12 @@ def test_the_budget_of_a_scene_names_every_cause_and_the_model_that_avoids_it(pl
     assert [each.relative for each in measured.contributions["clear", bands[0]][:2]] == [1e-5, numerics]
 
 
+def test_clouds_that_no_pixel_has_are_no_class(plan):
+    clear = Scenario.load("stratus", {**CHEAP, "clouds.coverage": 0.0, "bands": [[10.5, 11.0]]})
+    assert {of for of, _ in error_budget(make_plan(clear)).contributions} == {"clear"}
+    assert {of for of, _ in error_budget(plan).contributions} == {"clear", "paper-stratus"}
+
+
 def test_a_scene_is_within_if_nothing_left_out_exceeds_its_share(plan):
     budget = error_budget(plan)
     left = {
