@@ -13,6 +13,9 @@ from hcss_twin.plan.plan import Plan
 MOST_BANDS, MOST_CLASSES = 4, 2
 """Columns and rows of the table of errors; ``--verbose`` has all."""
 
+_ALIKE = 1.5
+"""An omission is one share of the radiance for all bands: it is a temperature only where these agree so far."""
+
 
 def run_text(plan: Plan, certificate: Certificate | None, output: Path, written: Sequence[str]) -> Iterator[str]:
     """Yield what a run says, about eight lines.
@@ -33,15 +36,23 @@ def run_text(plan: Plan, certificate: Certificate | None, output: Path, written:
             yield from _errors(certificate.budget)
     elif plan.needs_radiance:
         yield "computed, NOT CHECKED: output.certificate is 0"
-    left_out = [*_left_out(plan, certificate)]
+    left_out = [*_left_out(plan, certificate, _kelvin_of_one(certificate))]
     if left_out:
         yield "; ".join(left_out)
     if filled := plan.filled_in:
         yield "assumed: " + "; ".join(f"{item.field} = {item.value}" for item in filled)
-    yield f"next: hcss preview {output}{' --kelvin' if plan.needs_radiance else ''}; hcss report {output}"
+    yield f"next: hcss preview {output}; hcss report {output}"
 
 
-def _left_out(plan: Plan, certificate: Certificate | None) -> Iterator[str]:
+def _kelvin_of_one(certificate: Certificate | None) -> float:
+    """Return a change of brightness temperature over the relative change of radiance; 0 where bands differ in it."""
+    budget = certificate.budget if certificate is not None else None
+    cells = budget.contributions.values() if budget is not None else ()
+    found = [(cell[0].kelvin or 0.0) / cell[0].relative for cell in cells if cell[0].relative]
+    return max(found) if found and max(found) < _ALIKE * min(found) else 0.0
+
+
+def _left_out(plan: Plan, certificate: Certificate | None, kelvin_of_one: float) -> Iterator[str]:
     """Yield what is left out beyond its share of the accuracy: no model has it, the user's choice, the plan's."""
     if certificate is not None and certificate.beyond:
         yield f"NOT WITHIN the accuracy: {_first(certificate.beyond)}"
@@ -49,8 +60,9 @@ def _left_out(plan: Plan, certificate: Certificate | None) -> Iterator[str]:
     large = [omission for omission in plan.omissions if omission.decision and omission.exceeds(limit)]
     large.sort(key=lambda omission: -(omission.size or 0.0))
     for heading, by_user in (("switched off by you", True), ("left out for its time", False)):
-        if chosen := [_omitted(omission) for omission in large if (omission.decision == SWITCHED_OFF) == by_user]:
-            yield f"{heading}: {_first(chosen)}"
+        chosen = [omission for omission in large if (omission.decision == SWITCHED_OFF) == by_user]
+        if chosen:
+            yield f"{heading}, not in these figures: {_first([_omitted(each, kelvin_of_one) for each in chosen])}"
 
 
 def _errors(budget: ErrorBudget) -> Iterator[str]:
@@ -60,7 +72,7 @@ def _errors(budget: ErrorBudget) -> Iterator[str]:
     if len(classes) > MOST_CLASSES:  # the classes with the largest error
         classes = sorted(classes, key=lambda of: -max(budget.total((of, band))[1] for band in bands))[:MOST_CLASSES]
     shown = bands[:MOST_BANDS]
-    rows = [["how true, models included (>: at least)", *shown]]
+    rows = [["how true: rms error of models (>: part unknown)", *shown]]
     rows += [[f"  {of}", *(_cell(budget, of, band) for band in shown)] for of in classes]
     widths = [max(len(row[column]) for row in rows) for column in range(len(shown) + 1)]
     for row in rows:
@@ -70,14 +82,17 @@ def _errors(budget: ErrorBudget) -> Iterator[str]:
 def _cell(budget: ErrorBudget, of: str, band: str) -> str:
     largest = max(budget.contributions[of, band], key=lambda contribution: contribution.relative or 0.0)
     least = "> " if budget.unknown((of, band)) else ""
-    unknown = [contribution.name for contribution in budget.contributions[of, band] if contribution.relative is None]
-    rest = f"; {unknown[0]} unknown" if unknown else ""
+    unknown = [contribution for contribution in budget.contributions[of, band] if contribution.unknown]
+    unknown.sort(key=lambda contribution: contribution.relative is not None)  # what has no figure at all goes first
+    part = "part of " if unknown and unknown[0].relative is not None else ""
+    rest = f"; {part}{unknown[0].name} unknown" if unknown else ""
     return f"{least}{budget.total((of, band))[1]:.2g} K, {largest.name}{rest}"
 
 
-def _omitted(omission: Omission) -> str:
-    size = 100.0 * (omission.size or 0.0)
-    return f"{omission.what}, {size:.2g} % ({omission.sense or 'any pixel'}), needs {omission.needs}"
+def _omitted(omission: Omission, kelvin_of_one: float) -> str:
+    size = omission.size or 0.0
+    kelvin = f", about {size * kelvin_of_one:.2g} K" if kelvin_of_one and " K" not in omission.sense else ""
+    return f"{omission.what}, {100.0 * size:.2g} %{kelvin} ({omission.sense or 'any pixel'}), needs {omission.needs}"
 
 
 def _first(texts: Sequence[str]) -> str:
