@@ -171,6 +171,7 @@ EXAMPLES: dict[str, list[Any]] = {
     "instrument.model": ["radiometer"],
     "instrument.parameters": [{"gain_deviation": 0.01}],
     "instrument.response": ["response.csv"],
+    "instrument.response_column": ["response"],
     "instrument.jitter": [0.2, "0.3 px"],
 }
 """Values of keys that are no numbers, choices or switches."""
