@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from hcss_twin.core.arguments import checked
-from hcss_twin.core.errors import CubeError, choose_from
+from hcss_twin.core.errors import CubeError, OptionError, choose_from
 from hcss_twin.core.reading import MAX_VALUES
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.engine.cube_temperature import brightness_temperature
@@ -93,13 +93,18 @@ class CubeAccessor:
         Returns
         -------
         Dataset (time, ...)
-            With ``y`` and ``x``, or ``row`` and ``column``, of the pixel in each frame.
+            With ``y`` and ``x``, or ``row`` and ``column``, of the pixel in each frame; ``latitude`` and ``longitude``
+            of cubes on the ground, which are those of the image centre, become those of the place.
 
         Raises
         ------
+        OptionError
+            For a latitude beyond the poles.
         CubeError
             If no frame sees the place.
         """
+        if not -90.0 <= latitude <= 90.0:
+            raise OptionError(f"at: latitude: {latitude:g} (the first argument); allowed: -90 to 90")
         rows, columns, seen = self._pixels_at(latitude, longitude)
         if not np.any(seen):
             raise CubeError(f"latitude {latitude:g}, longitude {longitude:g}: no frame of the cube sees that place")
@@ -110,6 +115,9 @@ class CubeAccessor:
         # frames are taken one by one, because a platform that moves has the place in another pixel
         frames["time"] = xr.DataArray(np.arange(seen.size), dims="time")
         picked = self._cube.isel(frames)
+        for name, degrees in (("latitude", latitude), ("longitude", longitude)):
+            if name in picked.coords and picked[name].ndim == 0:
+                picked = picked.assign_coords({name: ((), float(degrees), picked[name].attrs)})
         if np.all(seen):
             return picked
         when = xr.DataArray(seen, dims="time")

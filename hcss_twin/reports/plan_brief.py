@@ -123,9 +123,16 @@ def _details(plan: Plan) -> Rows:
 
 def _clouds(plan: Plan) -> Rows:
     layers = [
-        f"{layer.name}, cover {layer.coverage:.3g}, {layer.base_m:g} to {layer.top_m:g} m" for layer in plan.layers
+        f"{layer.name}, cover {_cover(layer.coverage, generator)}, {layer.base_m:g} to {layer.top_m:g} m"
+        for layer, generator in zip(plan.layers, plan.assembly.generators, strict=True)
     ]
     yield "clouds", _listed(layers, "; ") if layers else "none"
+
+
+def _cover(stated: float, generator: object) -> str:
+    """Say what share of pixels has cloud: an image, and pixels that clouds fill in part, have their own."""
+    found = getattr(generator, "image_coverage", None)
+    return f"{stated:.3g}" if found is None else f"{found:.3g} of pixels ({stated:.3g} stated)"
 
 
 def _sun(plan: Plan) -> str:

@@ -124,7 +124,7 @@ def _clouds(plan: Plan) -> Rows:
         of_image = getattr(generator, "image_coverage", None)
         coverage = f"{layer.coverage:g}" + (" of the sky on average" if layer.coverage_mode == "field" else "")
         if of_image is not None:
-            coverage = f"{of_image:.3g}, that of the image"
+            coverage = f"{of_image:.3g} of pixels, as the image or film has it ({layer.coverage:g} stated)"
         thickness = f"{layer.thickness_min_m:g} to {layer.thickness_max_m:g} m thick"
         yield "clouds", f"{layer.name}: coverage {coverage}, {_extent(layer, plan)}, {thickness}; {_named(entry)}"
         if plan.needs_radiance or any("optical" in spec.name for spec in plan.variables):

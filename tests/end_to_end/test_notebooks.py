@@ -114,6 +114,7 @@ def test_the_series_of_a_place_follows_it_through_the_frames(cube, row, column):
     latitude, longitude = to_geographic(east, north, float(cube.latitude), float(cube.longitude))
     series = cube.hcss.at(float(latitude), float(longitude))
     assert series.radiance.dims == ("time", "band")
+    assert (float(series.latitude), float(series.longitude)) == (float(latitude), float(longitude))
     for frame in range(3):
         there = column - 10 * frame
         expected = cube.radiance[frame, :, row, there] if there >= 0 else np.full(2, np.nan)
@@ -124,6 +125,8 @@ def test_the_series_of_a_place_follows_it_through_the_frames(cube, row, column):
 def test_a_place_that_no_frame_sees_is_refused(cube):
     with pytest.raises(CubeError, match="no frame of the cube sees that place"):
         cube.hcss.at(0.0, 0.0)
+    with pytest.raises(OptionError, match="at: latitude: 150"):
+        cube.hcss.at(150.0, 35.0)
 
 
 def camera(turn_deg=30.0, pixel_m=100.0, rows=21, columns=31):

@@ -210,7 +210,8 @@ def test_plan_and_preview_know_the_sensor(folder, tmp_path):
     assert plan["sensor"]["parameters"]["bits"] == 14
     assert not any("blur" in note for note in plan["notes"])  # of the clean cube
     pictures = json.loads(hcss("preview", folder / "pair.sensor.nc", "-o", tmp_path, "--no-animation", "--json").output)
-    assert [path.rpartition("/")[2] for path in pictures] == ["pair.sensor_mwir_kelvin.png", "pair.sensor_spike_kelvin.png"]
+    names = [path.rpartition("/")[2] for path in pictures]
+    assert names == ["pair.sensor_mwir_kelvin.png", "pair.sensor_spike_kelvin.png"]
 
 
 def test_a_sensor_that_fails_leaves_the_clean_cube_and_no_half_of_its_own(folder, tmp_path, monkeypatch):

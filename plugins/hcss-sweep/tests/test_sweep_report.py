@@ -37,12 +37,7 @@ def test_points_have_their_values_certificates_and_means(result, pages, kind):
     rows = pages[kind].table("point", "view.zenith", "clouds.type", "state", "certificate")
     assert len(rows) == 4
     for row, record in zip(rows, result.points, strict=True):
-        assert row[:4] == [
-            str(record.point),
-            f"{record.values['view.zenith']:g}",
-            record.values["clouds.type"],
-            "done",
-        ]
+        assert row[:4] == [str(record.point), f"{record.values['view.zenith']:g}", record.values["clouds.type"], "done"]
         assert row[4].startswith("computed as specified, within ")
         with open_cube(result.folder / record.file) as cube:
             kelvin = brightness_temperature(cube).sel(band=["lwir", "mwir"])  # that with most to see first
