@@ -38,7 +38,7 @@ from hcss_twin.models.radiance.physical.sea_surface import (
 )
 from hcss_twin.models.radiance.physical.slab_solver import SlabSolver
 from hcss_twin.models.radiance.physical.sunlight_between import sunlight_between
-from hcss_twin.models.radiance.physical.sunlight_in_air import received, scattered_above, seen_scattered, sun_share
+from hcss_twin.models.radiance.physical.sunlight_in_air import received, scattered_in, seen_scattered, sun_share
 from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, blind_mirror, sunlit_mirror, unlit_mirror
 from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.providers import CloudLayer, ColumnSetting, RadianceInputs, Sun, TransmittanceProvider, View
@@ -143,6 +143,8 @@ class SettingColumns:
         )
         self._air = cached_by_spectrum(air, maxsize=2)
         self._shared_air = partial(air, kept_values=_KEPT_BETWEEN_VIEWS)
+        in_air = scattered_in(setting.transmittance, setting.profile)
+        self._scattered = in_air if memory is None else memory.objects.setdefault("scattered", in_air)
         # Settings share what of the sea depends neither on view nor on sun.
         mirror = cached_by_spectrum(blind_mirror, maxsize=_MIRRORS)
         self._blind_mirror = mirror if memory is None else memory.objects.setdefault("mirror", mirror)
@@ -265,7 +267,8 @@ class SettingColumns:
             sea_inputs = setting.sea, wavenumber, directions
             return sunlit_modes(along, *sea_inputs), sunlit_mirror(mirror, *sea_inputs, sea)
 
-        scattered = scattered_above(setting, directions, wavenumber)
+        of_view = directions.zenith_deg[VIEW], directions.sun, directions.relative_azimuth
+        scattered = self._scattered(wavenumber, *of_view)
         return _Scene(self._air(wavenumber), directions, sea, irradiance, modes, scattered)
 
     def _new_unlit_sea(self, wavenumber: Array, wind_azimuth: float, view_only: bool) -> SeaSurface:
