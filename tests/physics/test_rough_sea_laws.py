@@ -7,7 +7,7 @@ from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.parameters import CoxMunkParameters, RoughSeaParameters
 from hcss_twin.models.radiance.physical.directions import column_directions
 from hcss_twin.models.radiance.physical.numerics import LEVELS
-from hcss_twin.models.radiance.physical.sea_surface import unlit_sea_modes
+from hcss_twin.models.radiance.physical.sea_surface import sunlit, unlit_sea_modes, unlit_sea_surface
 from hcss_twin.models.refractive_index import load_refractive_index
 from hcss_twin.models.sea.cox_munk import CoxMunkSea
 from hcss_twin.models.sea.facets import incidence_nodes
@@ -17,7 +17,7 @@ from hcss_twin.models.sea.sea_water import load_sea_water
 from hcss_twin.models.sea.slope_statistics import slope_statistics
 from hcss_twin.physics.fresnel import unpolarised_reflectance
 from hcss_twin.physics.geometry import wind_azimuths
-from hcss_twin.providers import SeaInputs, View
+from hcss_twin.providers import SeaInputs, Sun, View
 
 # 14, 11, 8.5, 4, 3.1 and 2.75 um
 WAVENUMBER = 1e4 / np.array([14.0, 11.0, 8.5, 4.0, 3.1, 2.75])
@@ -225,3 +225,18 @@ def test_azimuth_modes_of_the_finest_level_give_back_the_glint_of_a_calm_sea():
     turns = np.cos(np.arange(1, finest.turned_modes)[:, None] * azimuth)
     series = mean[:, None] + 2.0 * modes[:, steep].T @ turns
     np.testing.assert_allclose(series, exact, rtol=0.0, atol=1e-3 * exact.max())
+
+
+@pytest.mark.parametrize("slopes", ["isotropic", "upwind-crosswind"])
+@pytest.mark.parametrize("tilt", [None, (0.05, -0.03)])
+def test_a_sea_asked_for_its_light_toward_the_view_alone_answers_as_for_all_directions(slopes, tilt):
+    whole = sea(8.0, slopes=slopes)
+    model = whole if tilt is None else whole.tilted(*tilt, 20.0)
+    directions = column_directions(View(35.0, 20.0), Sun(50.0, 190.0, 1.0), 270.0, 6)
+    every, seen = (
+        sunlit(unlit_sea_surface(model, WAVENUMBER, directions, view_only=only), model, WAVENUMBER, directions)
+        for only in (False, True)
+    )
+    for name in ("emissivity", "reflection", "sun"):
+        np.testing.assert_array_equal(getattr(seen, name), getattr(every, name)[:1])
+    assert np.all(seen.sun > 0.0)

@@ -5,7 +5,13 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.engine.certificate.reference_columns import AFRESH_COLUMNS, SOLVED_AFRESH, References, columns_afresh
+from hcss_twin.engine.certificate.reference_columns import (
+    AFRESH_COLUMNS,
+    CURVE_SHARE,
+    SOLVED_AFRESH,
+    References,
+    columns_afresh,
+)
 from hcss_twin.engine.certificate.reference_curve import reference_curve
 from hcss_twin.providers import CloudLayer, Microphysics
 
@@ -87,3 +93,22 @@ def test_a_tenth_of_the_scenes_solves_columns_afresh():
     drawn = [columns_afresh(Scenario.load("stratus", {"seed": number})) for number in range(200)]
     assert set(drawn) == {0, AFRESH_COLUMNS}
     assert np.count_nonzero(drawn) == pytest.approx(200 / SOLVED_AFRESH, abs=13)
+
+
+@pytest.mark.parametrize("afresh", [0, 3])
+@pytest.mark.parametrize("vapour", [0.0, 0.05])
+def test_certificates_read_from_curves_how_columns_change_with_texture(vapour, afresh):
+    texture = {"sea": {"temperature_texture": 0.3}, "atmosphere": {"water_vapour_texture": vapour}}
+    plan = make_plan(Scenario.load("stratus", CHEAP | {"bands": ["lwir-10.8"]} | texture))
+    least, most = 1.01 * plan.layers[0].thickness_min_m, 0.99 * plan.layers[0].thickness_max_m  # no nodes of the curve
+    thickness = np.append(0.0, np.geomspace(least, most, 8))[:, None]
+    suns, curves = [plan.sun_up_at(0.0)] * len(thickness), References(from_curves=True, afresh=afresh)
+    states, exact = (each.perturbed(plan, thickness, suns) for each in (curves, References()))
+    total = exact.sum(axis=2, keepdims=True)
+    assert np.max(np.abs(exact - exact[0]) / total) > 1e-4
+    allowed = 1e-12 if afresh else CURVE_SHARE * plan.accuracy.relative
+    away = np.max(np.abs((states - states[0]) - (exact - exact[0])) / total)
+    assert away <= allowed
+    assert afresh or away > 0.0  # they are read, not solved
+    assert (curves.check_error > 0.0) == (afresh > 0)
+    assert curves.read == curves.checked == 0  # columns are counted once, where those of the scene are asked for

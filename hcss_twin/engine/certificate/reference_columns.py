@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -49,7 +50,8 @@ CLOUDS_ON_FINER_GRID = 5
 """Clouds of one layer that are computed on the next finer spectral grid."""
 
 CURVE_SHARE = 0.01
-"""Largest error of a curve of reference columns, as a share of the accuracy."""
+"""Largest error of a curve of reference columns, as a share of the accuracy: of those in the states of the texture,
+whose differences alone are used, relative to the radiance of each state."""
 
 Suns = Sequence[Sun | None]
 Views = Sequence[View]
@@ -70,14 +72,17 @@ def columns_afresh(scenario: Scenario) -> int:
 
 @dataclass(frozen=True)
 class ReferenceColumns:
-    """Terms (N, K, B) of columns, changes of them, or (9, N, K, B) in the states of an expansion."""
+    """Terms (N, K, B) of columns, changes of them, or (N, S, K, B) in the states of an expansion."""
 
     terms: Array
 
 
 @dataclass(frozen=True)
 class KeptCurve:
-    """Curve of one layer, None if the columns do not lie on a smooth one, and the wavenumbers of its level change."""
+    """Curve of one layer, None if the columns do not lie on a smooth one, and the wavenumbers of its level change.
+
+    Columns of the curve are (N, 1 + S, K, B): those of the scene, then those in the states of its texture.
+    """
 
     curve: ReferenceCurve | None
     nodes: SpectralNodes
@@ -121,25 +126,54 @@ class References:
         ProviderError
             If a provider breaks its contract.
         """
+        result, (drawn, nodes) = self._shared(plan, thickness_m, suns, views), self._drawn(plan, thickness_m, suns)
+        self.checked += drawn.size
+
+        def exact(some: Array, suns: Suns, views: Views) -> Array:
+            return self._columns(plan, some, suns, views, nodes or AFRESH_NODES_TOLERANCE)
+
+        return self._with_afresh(result, drawn, exact, thickness_m, suns, views)
+
+    def perturbed(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views = ()) -> Array:
+        """Return terms (S, N, K, B) of columns (N, L) at :attr:`hcss_twin.plan.texture.Texture.expansion_states`.
+
+        They are of a coarse level of the radiance model: only their differences, a percent of the radiance, are used.
+        """
+        result, (drawn, _) = self._shared(plan, thickness_m, suns, views, True), self._drawn(plan, thickness_m, suns)
+        exact = partial(self._states, plan)
+        return np.moveaxis(self._with_afresh(result, drawn, exact, thickness_m, suns, views), 1, 0)
+
+    def _drawn(self, plan: Plan, thickness_m: Array, suns: Suns) -> tuple[NDArray[np.intp], SpectralNodes | None]:
+        """Return the rows of columns that are solved although others know them, and their wavenumbers on a curve."""
         cloudy = np.flatnonzero(np.any(thickness_m, axis=1))
         if self._afresh == 0 or not cloudy.size:
-            return self._shared(plan, thickness_m, suns, views)
-        result = self._shared(plan, thickness_m, suns, views)
+            return cloudy[:0], None
         seed = int.from_bytes(hashlib.sha256(thickness_m.tobytes()).digest()[:8], "big")
         layers = np.flatnonzero(np.any(thickness_m, axis=0))
         on_curve = self.from_curves and layers.size == 1 and len(set(suns)) == 1
         nodes = self._kept(plan, int(layers[0]), suns[0]).nodes if on_curve else None
         afresh = cloudy.size if nodes is not None else min(self._afresh * len(set(suns)), cloudy.size)
-        drawn = np.sort(np.random.default_rng(seed).choice(cloudy, afresh, replace=False))
-        of_drawn = [suns[row] for row in drawn.tolist()], [views[row] for row in drawn.tolist()] if views else ()
-        exact = self._columns(plan, thickness_m[drawn], *of_drawn, nodes or AFRESH_NODES_TOLERANCE)
-        known, result[drawn] = result[drawn], exact
-        self.checked += drawn.size
-        self.check_error = max(self.check_error, largest_error(np.sum(known, axis=1), np.sum(result[drawn], axis=1)))
+        return np.sort(np.random.default_rng(seed).choice(cloudy, afresh, replace=False)), nodes
+
+    def _with_afresh(
+        self,
+        result: Array,
+        drawn: NDArray[np.intp],
+        solve: Callable[[Array, Suns, Views], Array],
+        thickness_m: Array,
+        suns: Suns,
+        views: Views,
+    ) -> Array:
+        """Return columns (N, ..., K, B) with the drawn ones solved."""
+        if drawn.size:
+            of_drawn = [suns[row] for row in drawn.tolist()], [views[row] for row in drawn.tolist()] if views else ()
+            known, result[drawn] = result[drawn], solve(thickness_m[drawn], *of_drawn)
+            away = largest_error(np.sum(known, axis=-2), np.sum(result[drawn], axis=-2))
+            self.check_error = max(self.check_error, away)
         return result
 
-    def _shared(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views) -> Array:
-        """Return columns as :meth:`terms` does, whatever of them other scenes know."""
+    def _shared(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views, in_states: bool = False) -> Array:
+        """Return columns (N, K, B), or (N, S, K, B) in the texture's states, whatever of them other scenes know."""
         solved, parts = np.ones(thickness_m.shape[0], dtype=np.bool_), list[tuple[NDArray[np.bool_], Array]]()
         clouds = np.count_nonzero(thickness_m, axis=1)
         for index, sun in product(range(len(plan.layers)), dict.fromkeys(suns)) if self.from_curves else ():
@@ -149,14 +183,18 @@ class References:
             if curve is None:
                 continue
             levels = plan.assembly.profile.altitude_m
-            parts.append((alone, curve.terms(plan.layers[index], levels, thickness_m[alone, index])))
+            columns = curve.terms(plan.layers[index], levels, thickness_m[alone, index])
+            parts.append((alone, columns[:, 1:] if in_states else columns[:, 0]))
             solved &= ~alone
-            self.read, self.curve_columns = self.read + int(np.count_nonzero(alone)), self.curve_columns + curve.columns
             self.curve_error = max(self.curve_error, curve.error)
+            if not in_states:
+                self.read += int(np.count_nonzero(alone))
+                self.curve_columns += curve.columns
         if np.any(solved) or not parts:
             rows = np.flatnonzero(solved).tolist()
             of_rows = [suns[row] for row in rows], [views[row] for row in rows] if views else ()
-            parts.append((solved, self._columns(plan, thickness_m[solved], *of_rows)))
+            solve = self._states if in_states else self._columns
+            parts.append((solved, solve(plan, thickness_m[solved], *of_rows)))
         result = np.empty((solved.size, *parts[-1][1].shape[1:]))
         for rows_of, values in parts:
             result[rows_of] = values
@@ -168,9 +206,13 @@ class References:
         def columns(thickness_m: Array) -> Array:
             every = np.zeros((thickness_m.size, len(plan.layers)))
             every[:, index] = thickness_m
-            terms, nodes, _ = _reference_terms(plan, every, [sun] * len(every), (), NODES_TOLERANCE)
+            suns = [sun] * len(every)
+            terms, nodes, spectra = _reference_terms(plan, every, suns, (), NODES_TOLERANCE)
             chosen.append(nodes)
-            return terms
+            if not plan.texture.expansion_states:
+                return terms[:, None]
+            states = _perturbed_terms(plan, every, suns, (), spectra)
+            return np.concatenate((terms[:, None], np.moveaxis(states, 0, 1)), axis=1)
 
         def compute() -> KeptCurve:
             self.solved += 1
@@ -194,15 +236,12 @@ class References:
 
         return self.recalled(plan, compute, thickness_m, suns, views, same)
 
-    def perturbed(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views = ()) -> Array:
-        """Return terms (S, N, K, B) of columns (N, L) at :attr:`hcss_twin.plan.texture.Texture.expansion_states`.
-
-        They are of a coarse level of the radiance model: only their differences, a percent of the radiance, are used.
-        """
+    def _states(self, plan: Plan, thickness_m: Array, suns: Suns, views: Views = ()) -> Array:
+        """Return terms (N, S, K, B) in the states of the texture, from spectra of this run where it solved them."""
 
         def compute() -> Array:
             known = self._spectra.get(_digest(plan, thickness_m, suns, views))
-            return _perturbed_terms(plan, thickness_m, suns, views, known)
+            return np.moveaxis(_perturbed_terms(plan, thickness_m, suns, views, known), 0, 1)
 
         return self.recalled(plan, compute, thickness_m, suns, views, "texture")
 

@@ -21,7 +21,7 @@ ORDERS = (20, 40)
 """Orders of the polynomials: emissivity changes from 0 to 1 while the thickness grows by a factor of ten."""
 
 ColumnsAt = Callable[[Array], Array]
-"""Maps thicknesses (N,) of the layer to terms (N, K, B)."""
+"""Maps thicknesses (N,) of the layer to terms (N, ..., K, B)."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class ReferenceCurve:
     ----------
     segments_m : tuple of ndarray (n,)
         Thicknesses of the nodes of each smooth segment.
-    nodes : ndarray (N, K, B)
+    nodes : ndarray (N, ..., K, B)
         Columns at all nodes.
     error : float
         Largest error of columns between the nodes of half the number, relative to their total.
@@ -48,7 +48,7 @@ class ReferenceCurve:
         return len(self.nodes)
 
     def terms(self, layer: CloudLayer, level_m: Array, thickness_m: Array) -> Array:
-        """Return terms (N, K, B) of columns (N,) within the thickness limits of the layer."""
+        """Return terms (N, ..., K, B) of columns (N,) within the thickness limits of the layer."""
         placed = PlacedAxis(axis_of(layer, level_m), self.segments_m)
         return placed.interpolate(self.nodes, np.maximum(thickness_m, placed.axis.low))
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import copy
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Self, TypeVar
 
 import numpy as np
 
+from hcss_twin.core.cached_method import cached_by_spectrum
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import RoughSeaParameters
 from hcss_twin.models.sea.cox_munk import bearings, directions, mirror_facet, reflectance_at, relative_azimuths
@@ -21,7 +22,7 @@ from hcss_twin.models.sea.reflection import (
     checked_nodes,
     reflected,
 )
-from hcss_twin.models.sea.sea_water import OWN_ERRORS, foam_coverage, foam_reflectance, load_sea_water, notes
+from hcss_twin.models.sea.sea_water import OWN_ERRORS, SeaWater, foam_coverage, foam_reflectance, load_sea_water, notes
 from hcss_twin.models.sea.slope_statistics import Tilt, resolved_variances, slope_density, slope_statistics, unresolved
 from hcss_twin.models.sea.wave_field import ResolvedWaves
 from hcss_twin.models.sea.wave_spectrum import WaveSpectrum
@@ -34,6 +35,8 @@ _Value = TypeVar("_Value")
 _WIND_AZIMUTHS = 16
 _MAX_VIEWS = 64
 """Reflections held in memory, by view and node set; a column needs one view and its streams, with two sets."""
+_SPECTRA = 2
+"""Sets of wavenumbers whose reflectance at the nodes of incidence is held in memory."""
 
 
 class RoughSea:
@@ -76,6 +79,8 @@ class RoughSea:
             parameters.salinity_psu,
             by_temperature=parameters.water_temperature,
         )
+        # Asked for twice at each view; the tilted parts of a sea share it.
+        self._reflectance = cached_by_spectrum(partial(_reflectance_at_nodes, self._water), maxsize=_SPECTRA)
         self._foam = foam_coverage(wind, parameters.foam_law) if parameters.foam else 0.0
         self._foam_emissivity = parameters.foam_emissivity
         self._reflection = _reflection(self._slopes, parameters.shadowing, parameters.re_reflection)
@@ -214,9 +219,7 @@ class RoughSea:
         bearing = bearings(wind_azimuth, mu.size)
         whole = self if bearing is not None or self._whole is None else self._whole
         first, second = whole._folded(mu, nodes, basis, bearing)
-        index = self._water.at(wavenumber_cm1)
-        reflectance = unpolarised_reflectance(index, incidence_nodes(INCIDENCE_COUNT)[:, None])
-        water = reflected(first, second, reflectance)
+        water = reflected(first, second, self._reflectance(np.asarray(wavenumber_cm1, dtype=np.float64)))
         if self._foam == 0.0:
             return water
         x, w = gauss_legendre(64)
@@ -257,6 +260,11 @@ class RoughSea:
 
 
 _reflection = lru_cache(maxsize=4)(Reflection)
+
+
+def _reflectance_at_nodes(water: SeaWater, wavenumber_cm1: Array) -> Array:
+    """Return Fresnel's reflectance (K, V) at the nodes of incidence."""
+    return unpolarised_reflectance(water.at(wavenumber_cm1), incidence_nodes(INCIDENCE_COUNT)[:, None])
 
 
 def _keep(store: dict[_Key, _Value], key: _Key, value: _Value) -> None:

@@ -20,7 +20,7 @@ _COSINES, _AZIMUTHS = 64, 48
 
 @dataclass(frozen=True)
 class SeaSurface:
-    """Emissivity and reflection of the sea, which sum to one in each direction.
+    """Emissivity and reflection of the sea, which sum to one in each of D directions: the view, and mostly the streams.
 
     Attributes
     ----------
@@ -50,11 +50,15 @@ class SeaSurface:
 
 def sunlit(surface: SeaSurface, sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaSurface:
     """Return a surface with the sunlight that it reflects for the sun of ``directions``."""
-    return replace(surface, sun=_sunlight(sea, wavenumber_cm1, directions))
+    return replace(surface, sun=_sunlight(sea, wavenumber_cm1, directions, len(surface.sun)))
 
 
-def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> SeaSurface:
+def unlit_sea_surface(
+    sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections, *, view_only: bool = False
+) -> SeaSurface:
     """Return emission and sky reflection of a sea model, independent of the sun; sunlight is 0.
+
+    With ``view_only``, they are those toward the view (D = 1): nothing else is seen where no cloud reflects light.
 
     A provider may have ``reflection_weights(wavenumber_cm1, mu, mu_nodes) -> (M, N, V)``, the fraction of the light in
     each direction that comes from the sky at each node. Otherwise its BRDF is integrated over a fine grid of directions
@@ -67,23 +71,25 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDi
     """
     reflection_weights = getattr(sea, "reflection_weights", None)
     wind = _wind(sea, directions)
+    mu = directions.mu[: VIEW + 1] if view_only else directions.mu
     # Only the view has an azimuth relative to the wind; streams are azimuth means.
     others = slice(VIEW + 1, None) if wind else slice(None)
-    weights = np.empty((directions.mu.size, directions.count, wavenumber_cm1.size))
+    together = mu[others].size > 0
+    weights = np.empty((mu.size, directions.count, wavenumber_cm1.size))
     if reflection_weights is not None:
         # Called before the emissivity, which some providers then have in memory.
-        weights[others] = reflection_weights(wavenumber_cm1, directions.mu[others], directions.streams.mu)
+        if together:
+            weights[others] = reflection_weights(wavenumber_cm1, mu[others], directions.streams.mu)
         if wind:
-            weights[VIEW] = reflection_weights(
-                wavenumber_cm1, directions.mu[VIEW : VIEW + 1], directions.streams.mu, **wind
-            )[0]
-    emissivity = np.empty((directions.mu.size, wavenumber_cm1.size))
-    emissivity[others] = sea.emissivity(wavenumber_cm1, directions.mu[others])
+            weights[VIEW] = reflection_weights(wavenumber_cm1, mu[VIEW : VIEW + 1], directions.streams.mu, **wind)[0]
+    emissivity = np.empty((mu.size, wavenumber_cm1.size))
+    if together:
+        emissivity[others] = sea.emissivity(wavenumber_cm1, mu[others])
     if wind:
-        emissivity[VIEW] = sea.emissivity(wavenumber_cm1, directions.mu[VIEW : VIEW + 1], **wind)[0]
+        emissivity[VIEW] = sea.emissivity(wavenumber_cm1, mu[VIEW : VIEW + 1], **wind)[0]
     left = np.maximum(1.0 - emissivity, 0.0)
     if reflection_weights is None:
-        weights = _integrated(sea, wavenumber_cm1, directions)
+        weights = _integrated(sea, wavenumber_cm1, mu, directions.streams.mu)
         defect = float(np.max(np.abs(emissivity[0] + weights[0].sum(axis=0) - 1.0)))
         if defect > MAX_DEFECT:
             raise ProviderError(
@@ -94,7 +100,7 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDi
     nothing = total <= 0.0
     # If the BRDF is 0 everywhere, it cannot be scaled: all light comes from the mirror direction.
     if np.any(nothing & (left > 0.0)):
-        nearest = np.argmin(np.abs(directions.mu[:, None] - directions.streams.mu), axis=1)
+        nearest = np.argmin(np.abs(mu[:, None] - directions.streams.mu), axis=1)
         for row, node in enumerate(nearest):
             weights[row, node] = np.where(nothing[row], 1.0, weights[row, node])
         total = weights.sum(axis=1)
@@ -102,14 +108,14 @@ def unlit_sea_surface(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDi
     return SeaSurface(emissivity, weights, np.zeros_like(emissivity))
 
 
-def _integrated(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> Array:
-    """Integrate BRDF x cosine over the sky onto the streams with linear weights, (D, N, V)."""
+def _integrated(sea: SeaModel, wavenumber_cm1: Array, toward: Array, streams: Array) -> Array:
+    """Integrate BRDF x cosine over the sky onto the streams (N,) with linear weights, (D, N, V)."""
     nodes, node_weights = np.polynomial.legendre.leggauss(_COSINES)
     mu_in, d_mu = 0.5 * (nodes + 1.0), 0.5 * node_weights
     azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
-    onto = hats(mu_in, directions.streams.mu)
-    result = np.empty((directions.mu.size, directions.count, wavenumber_cm1.size))
-    for row, mu in enumerate(directions.mu):
+    onto = hats(mu_in, streams)
+    result = np.empty((toward.size, streams.size, wavenumber_cm1.size))
+    for row, mu in enumerate(toward):
         into, turn = (angles.ravel() for angles in np.meshgrid(mu_in, azimuth, indexing="ij"))
         brdf = sea.brdf(wavenumber_cm1, np.full(into.size, mu), into, turn)
         mean = brdf.reshape(_COSINES, _AZIMUTHS, -1).mean(axis=1)
@@ -129,8 +135,9 @@ def hats(mu: Array, nodes: Array) -> Array:
     return weights
 
 
-def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections) -> Array:
-    result = np.zeros((directions.mu.size, wavenumber_cm1.size))
+def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections, count: int) -> Array:
+    """Return the BRDF (D, V) for sunlight toward the first directions."""
+    result = np.zeros((count, wavenumber_cm1.size))
     if directions.sun is None:
         return result
     one = np.ones(1)
@@ -141,6 +148,8 @@ def _sunlight(sea: SeaModel, wavenumber_cm1: Array, directions: ColumnDirections
         directions.relative_azimuth * one,
         **_wind(sea, directions),
     )[0]
+    if count == 1:
+        return result
     azimuth = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
     streams = directions.streams.mu
     many, turn = np.repeat(streams, azimuth.size), np.tile(azimuth, streams.size)

@@ -38,7 +38,7 @@ from hcss_twin.models.radiance.physical.sea_surface import (
 )
 from hcss_twin.models.radiance.physical.slab_solver import SlabSolver
 from hcss_twin.models.radiance.physical.sunlight_between import sunlight_between
-from hcss_twin.models.radiance.physical.sunlight_in_air import received, scattered_above, seen_scattered, sun_share
+from hcss_twin.models.radiance.physical.sunlight_in_air import received, scattered_in, seen_scattered, sun_share
 from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, blind_mirror, sunlit_mirror, unlit_mirror
 from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.providers import CloudLayer, ColumnSetting, RadianceInputs, Sun, TransmittanceProvider, View
@@ -129,7 +129,7 @@ class SettingColumns:
         elif gathers(setting.transmittance):
             self._gas = GatheredGas(setting.transmittance)
         # The engine requests the same few spectra repeatedly, for one or several sun positions.
-        self._scene = cached_by_spectrum(self._new_scene, maxsize=4)
+        self._scene = cached_by_spectrum(self._new_scene, maxsize=8)
         memory, sublayers = setting.air_memory, numerics.sublayers
         layers = {} if memory is None else memory.small
         air = partial(
@@ -143,10 +143,12 @@ class SettingColumns:
         )
         self._air = cached_by_spectrum(air, maxsize=2)
         self._shared_air = partial(air, kept_values=_KEPT_BETWEEN_VIEWS)
+        in_air = scattered_in(setting.transmittance, setting.profile)
+        self._scattered = in_air if memory is None else memory.objects.setdefault("scattered", in_air)
         # Settings share what of the sea depends neither on view nor on sun.
         mirror = cached_by_spectrum(blind_mirror, maxsize=_MIRRORS)
         self._blind_mirror = mirror if memory is None else memory.objects.setdefault("mirror", mirror)
-        self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=4)
+        self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=8)
         self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
         # Solved clouds are the most expensive: clear skies at other sun positions must not evict them.
         self._slab_solvers = cached_by_spectrum(self._slab_solvers_by_sun, maxsize=_MAX_SPECTRA)
@@ -186,7 +188,8 @@ class SettingColumns:
 
     def _clear(self, wavenumber_cm1: Array, sun: Sun | None) -> dict[str, Array]:
         """Return terms (V,) of the column without cloud."""
-        scene = self._scene(wavenumber_cm1, sun)
+        # The closure asks the sea for its light toward streams; where it is traced, nothing sends it back down.
+        scene = self._scene(wavenumber_cm1, sun, self._parameters.closure_order > 0)
         ((_, columns),) = self._gathered(scene, [([0], self._columns(scene, (), 1))])
         return self._terms(scene, columns)
 
@@ -199,7 +202,7 @@ class SettingColumns:
         views: Sequence[View],
     ) -> dict[str, Array]:
         """Return terms (N, V) of columns that have cloud."""
-        scene = self._scene(wavenumber_cm1, sun)
+        scene = self._scene(wavenumber_cm1, sun, False)
         if len(views) > len(suns):  # all views under one sun cost less than all suns toward one view
             suns = [sun]
         solvers = self._solvers_together(wavenumber_cm1, sun, suns)
@@ -247,13 +250,14 @@ class SettingColumns:
         gas.learn(wavenumber, rehearsal.paths)
         yield from waiting
 
-    def _new_scene(self, wavenumber: Array, sun: Sun | None) -> _Scene:
+    def _new_scene(self, wavenumber: Array, sun: Sun | None, view_only: bool) -> _Scene:
         setting = self._setting
         directions = self._directions(setting.view, sun)
         irradiance = received(self._inputs.solar_irradiance, directions, wavenumber)
         most, closed_form, unlit = self._numerics.turned_modes, self._closed_form, self._unlit_sea_modes
 
-        sea = sunlit(self._unlit_sea(wavenumber, directions.wind_azimuth), setting.sea, wavenumber, directions)
+        surface = self._unlit_sea(wavenumber, directions.wind_azimuth, view_only)
+        sea = sunlit(surface, setting.sea, wavenumber, directions)
 
         @cache
         def modes() -> tuple[ReflectionModes, Mirror] | None:  # stored in this object, so it must not refer to it
@@ -263,12 +267,13 @@ class SettingColumns:
             sea_inputs = setting.sea, wavenumber, directions
             return sunlit_modes(along, *sea_inputs), sunlit_mirror(mirror, *sea_inputs, sea)
 
-        scattered = scattered_above(setting, directions, wavenumber)
+        of_view = directions.zenith_deg[VIEW], directions.sun, directions.relative_azimuth
+        scattered = self._scattered(wavenumber, *of_view)
         return _Scene(self._air(wavenumber), directions, sea, irradiance, modes, scattered)
 
-    def _new_unlit_sea(self, wavenumber: Array, wind_azimuth: float) -> SeaSurface:
+    def _new_unlit_sea(self, wavenumber: Array, wind_azimuth: float, view_only: bool) -> SeaSurface:
         directions = replace(self._sunless_directions(), wind_azimuth=wind_azimuth)
-        return unlit_sea_surface(self._setting.sea, wavenumber, directions)
+        return unlit_sea_surface(self._setting.sea, wavenumber, directions, view_only=view_only)
 
     def _new_unlit_sea_modes(self, wavenumber: Array) -> tuple[ReflectionModes, Mirror]:
         sea_inputs, numerics = (self._setting.sea, wavenumber, self._sunless_directions()), self._numerics

@@ -8,13 +8,14 @@ from functools import cache
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_by_spectrum
 from hcss_twin.models.radiance.physical.columns import SceneColumns
-from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections
+from hcss_twin.models.radiance.physical.directions import ColumnDirections
 from hcss_twin.physics.geometry import sun_zenith_along
 from hcss_twin.physics.paths import to_space
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
-from hcss_twin.providers import ColumnSetting, SolarIrradiance, Sun, TransmittanceProvider
+from hcss_twin.providers import SolarIrradiance, Sun, TransmittanceProvider
 
 MAX_SUN_ZENITH_DEG = 88.0
 """Beyond this zenith angle, sunlight scattered in the air is omitted: paths to the sun graze the Earth."""
@@ -25,6 +26,9 @@ not depend on the sea's temperature, and radiance is a smooth function of it."""
 
 _MIN_EARTH_RADIUS_M = 6356752.0
 """Polar radius; in providers with a larger radius the sun is no lower."""
+
+_SPECTRA = 4
+"""Sets of wavenumbers, views and suns for which scattered sunlight is held in memory."""
 
 
 def received(solar_irradiance: SolarIrradiance, directions: ColumnDirections, wavenumber_cm1: Array) -> Array:
@@ -43,10 +47,19 @@ def sun_share(
     return received(solar_irradiance, directions, wavenumber_cm1) / (np.pi * cold)
 
 
-def scattered_above(setting: ColumnSetting, where: ColumnDirections, wavenumber_cm1: Array) -> Callable[[float], Array]:
-    """Return sunlight (V,) scattered once into the view above an altitude, as :func:`scattered_once`."""
-    of_air, azimuth = (setting.transmittance, setting.profile), where.relative_azimuth
-    return scattered_once(*of_air, where.zenith_deg[VIEW], where.sun, azimuth, wavenumber_cm1)
+ScatteredAbove = Callable[[Array, float, Sun | None, float], Callable[[float], Array]]
+"""Maps wavenumbers, the view's zenith, the sun and its relative azimuth to sunlight scattered above an altitude."""
+
+
+def scattered_in(transmittance: TransmittanceProvider, profile: Profile) -> ScatteredAbove:
+    """Return :func:`scattered_once` of one air, whose last results are shared by columns over different seas."""
+
+    def of_air(
+        wavenumber_cm1: Array, view_zenith_deg: float, sun: Sun | None, relative_azimuth: float
+    ) -> Callable[[float], Array]:
+        return scattered_once(transmittance, profile, view_zenith_deg, sun, relative_azimuth, wavenumber_cm1)
+
+    return cached_by_spectrum(of_air, maxsize=_SPECTRA)
 
 
 def scattered_once(
