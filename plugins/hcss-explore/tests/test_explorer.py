@@ -136,7 +136,7 @@ def test_a_run_says_what_hcss_run_says_and_leaves_nothing(explorer, folder):
     said = explorer.run({"frames.count": "1"}, lambda: True)
     assert said["code"] == 0, said["text"]
     lines = said["text"].splitlines()
-    assert lines[0].startswith("scene.nc")
+    assert any(line.startswith("scene.nc") for line in lines)  # the first may say that kernels are compiled
     assert any(line.startswith("next:") for line in lines)
     assert explorer.run({}, lambda: False) == {"text": "", "code": None}
     assert set(folder.rglob("*")) == before
