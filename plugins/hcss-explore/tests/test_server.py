@@ -1,5 +1,6 @@
 """What the server lets in, and how it answers many at once; without a browser."""
 
+import http.client
 import json
 import os
 import re
@@ -201,6 +202,30 @@ def test_of_requests_that_wait_only_the_newest_of_a_page_is_computed():
     ]
 
 
+def test_a_page_whose_request_waits_long_for_another_is_told_so_before_its_turn(server):
+    begun, told = threading.Event(), threading.Event()
+
+    def work(_check):
+        begun.set()
+        told.wait(30.0)
+
+    other = threading.Thread(target=server.newest.compute, args=(lambda: True, work))
+    other.start()
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    try:
+        assert begun.wait(30.0)
+        body = json.dumps(changed(seed="6"))
+        connection.request("POST", f"/{server.token}/frame", body, {"Content-Type": "application/json"})
+        answer = connection.getresponse()
+        assert json.loads(answer.readline()) == {"stage": "turn"}
+        told.set()
+        assert read_frame(answer.read())[0] == ["plan", "tables", "frame"]
+    finally:
+        told.set()
+        other.join(30.0)
+        connection.close()
+
+
 def test_a_newer_frame_ends_the_spectrum_of_its_page_and_of_no_other():
     newest = Newest()
     mine, other = newest.ask("a", "pixel"), newest.ask("b", "pixel")
@@ -245,7 +270,7 @@ def test_a_session_writes_the_saved_scenario_and_nothing_else(asked, server, fol
     monkeypatch.chdir(elsewhere)
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
     stages, about, _, kelvin = read_frame(asked("frame", {**changed(seed="505"), "number": 1}).content)
-    assert stages == ["plan", "tables", "frame"]
+    assert [stage for stage in stages if stage != "turn"] == ["plan", "tables", "frame"]
     assert np.nanmin(kelvin) > 150.0
     pixel = asked("pixel", {**changed(seed="505"), "number": 1, "row": 2, "column": 3, "band": 1})
     assert json.loads(pixel.content)["row"] == 2

@@ -25,6 +25,9 @@ CLEAR = "none (clear sky)"
 OTHERS = "others"
 """Key of the text with assignments of other keys."""
 
+_OF_CAMERAS = ("camera", "orbit", "attitude", "jitter")
+"""Sections that say where a camera looks; a scenario with an instrument lacks some of them."""
+
 _SKIPPED = ("provider",)
 """Keys of other packages' sections that have no control."""
 
@@ -39,7 +42,7 @@ def controls(raw: Raw, scenario: Scenario, catalog: Catalog) -> list[dict[str, A
     scenario : Scenario
         The same, whose defaults are shown where nothing is given.
     """
-    known = json.loads(scenario.to_json())
+    known, camera = json.loads(scenario.to_json()), has_camera(scenario)
 
     def text(key: str, label: str, unit: str = "", slider: tuple[float, float, float] | None = None) -> Control:
         given, default = value_of(raw, key), value_of(known, key)
@@ -63,7 +66,7 @@ def controls(raw: Raw, scenario: Scenario, catalog: Catalog) -> list[dict[str, A
                 text("seed", "Seed"),
             ],
         ),
-        ("View", [*_view(raw, text)]),
+        ("View", [*_view(raw, camera, text)]),
         *_layers(raw, text, catalog),
         (
             "Sea",
@@ -77,14 +80,19 @@ def controls(raw: Raw, scenario: Scenario, catalog: Catalog) -> list[dict[str, A
         (
             "Image and frames",
             [
-                *(text(key, label, unit) for key, label, unit in _image(raw)),
+                *(text(key, label, unit) for key, label, unit in _image(raw, camera)),
                 text("frames.count", "Frames"),
                 text("frames.interval", "Time between", "s"),
                 text("accuracy", "Accuracy"),
             ],
         ),
     ]
-    return [{"title": title, "controls": members} for title, members in groups]
+    return [{"title": title, "controls": members} for title, members in groups if members]
+
+
+def has_camera(scenario: Scenario) -> bool:
+    """Return whether a camera takes the images: one that is written, or one that follows from an instrument."""
+    return "camera" in scenario.sections
 
 
 def typed(key: str, given: Any) -> Any:
@@ -128,9 +136,9 @@ def _shown(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def _view(raw: Raw, text: Any) -> Iterator[Control]:
-    if "camera" in raw:
-        for section in ("camera", "orbit", "attitude", "jitter"):
+def _view(raw: Raw, camera: bool, text: Any) -> Iterator[Control]:
+    if camera:
+        for section in _OF_CAMERAS:
             for key, value in raw.get(section, {}).items():
                 if key not in _SKIPPED and isinstance(value, int | float | str):
                     yield text(f"{section}.{key}", f"{section}: {key.replace('_', ' ')}")
@@ -148,8 +156,8 @@ def _view(raw: Raw, text: Any) -> Iterator[Control]:
     yield text("view.azimuth", "Toward the sensor", "deg", (0.0, 355.0, 5.0))
 
 
-def _image(raw: Raw) -> Iterator[tuple[str, str, str]]:
-    if "camera" in raw or "instrument" in raw:
+def _image(raw: Raw, camera: bool) -> Iterator[tuple[str, str, str]]:
+    if camera or "instrument" in raw:
         return
     yield "image.rows", "Rows", ""
     yield "image.columns", "Columns", ""

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_explore.controls import changes_of, controls
+from hcss_explore.controls import changes_of, controls, has_camera
 from hcss_explore.keys import Raw, as_toml, with_absolute_paths, with_changes
 from hcss_twin import HcssError, Scenario, make_plan
 from hcss_twin.core.files import Writing
@@ -131,7 +131,8 @@ class Explorer:
         self.raw = with_changes(raw, assignments or {})
         scenario = self._scenario(self.raw)
         image = scenario.image
-        if image.rows * image.columns > LARGEST_AT_START and image.window is None and "camera" not in raw:
+        # of a camera's scene, [image] is the plane below it and not what the page shows
+        if image.rows * image.columns > LARGEST_AT_START and image.window is None and not has_camera(scenario):
             side = {"image.rows": min(image.rows, SIDE_AT_START), "image.columns": min(image.columns, SIDE_AT_START)}
             with suppress(HcssError):  # an instrument may decide on the size
                 smaller = with_changes(self.raw, side)

@@ -28,6 +28,9 @@ from hcss_twin.core.json_numbers import json_value
 LARGEST_REQUEST = 100_000
 """Bytes; the page sends some thousand."""
 
+LONG_S = 0.5
+"""Seconds of waiting for another request of which a page is told."""
+
 MOST_PAGES = 32
 """Open pages whose newest request is remembered."""
 
@@ -78,16 +81,32 @@ class Newest:
                 self._newest.popitem(last=False)
         return lambda: not self._closed and self._newest.get((page, kind)) == number
 
-    def compute(self, wanted: Callable[[], bool], work: Callable[[Callable[[], None]], Any]) -> Any:
-        """Return what work returns; it is given a check that raises Dropped once the request is not wanted."""
+    def compute(
+        self,
+        wanted: Callable[[], bool],
+        work: Callable[[Callable[[], None]], Any],
+        waits: Callable[[], None] = lambda: None,
+    ) -> Any:
+        """Return what work returns; it is given a check that raises Dropped once the request is not wanted.
+
+        Parameters
+        ----------
+        waits : callable
+            Called if other requests are computed first, and that takes long.
+        """
 
         def check() -> None:
             if not wanted():
                 raise Dropped
 
-        with self._computing:
+        if not self._computing.acquire(timeout=LONG_S):
+            waits()
+            self._computing.acquire()
+        try:
             check()
             return work(check)
+        finally:
+            self._computing.release()
 
     def run(self, wanted: Callable[[], bool], work: Callable[[], Any]) -> Any:
         """Return the result of a process, one of which runs at a time, beside what is computed here."""
@@ -223,7 +242,7 @@ class _Handler(BaseHTTPRequestHandler):
 
             return self.server.explorer.picture(changes, number, measured is True, stage)
 
-        answer = self._answer(wanted, work)
+        answer = self._answer(wanted, work, lambda: self._line({"stage": "turn"}))
         if isinstance(answer, Picture):
             numbers = answer.radiance, answer.kelvin, answer.thickness
             self._line({"about": answer.about, "bytes": sum(array.nbytes for array in numbers)})
@@ -258,9 +277,14 @@ class _Handler(BaseHTTPRequestHandler):
 
         self._send_json(self._told(work))
 
-    def _answer(self, wanted: Callable[[], bool], work: Callable[[Callable[[], None]], Any]) -> Any:
+    def _answer(
+        self,
+        wanted: Callable[[], bool],
+        work: Callable[[Callable[[], None]], Any],
+        waits: Callable[[], None] = lambda: None,
+    ) -> Any:
         """Return the result of work in its turn, or what hinders it."""
-        return self._told(lambda: self.server.newest.compute(wanted, work))
+        return self._told(lambda: self.server.newest.compute(wanted, work, waits))
 
     def _told(self, work: Callable[[], Any]) -> Any:
         try:

@@ -151,7 +151,12 @@ function showProblems(problems) {
 
 // ------------------------------------------------------------------ asking for frames
 
-const STAGES = { plan: "making a new plan", tables: "new plan made; computing its tables", frame: "computing the frame" };
+const STAGES = {
+  turn: "waiting for another request, of this page or of another",
+  plan: "making a new plan",
+  tables: "new plan made; computing its tables",
+  frame: "computing the frame",
+};
 let waiting = null;
 let soon = 0;
 
