@@ -6,6 +6,7 @@ is not computed there, and the plan says why.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
@@ -116,4 +117,6 @@ def why_not(key: str, value: str, table: Iterable[Excluded]) -> NotComputed | No
     if not beside:
         return None
     first = beside[0]
-    return NotComputed(f"the scene has {first.what.rstrip(',')}", f"{first.field}: {first.allowed}")
+    value_allowed = re.fullmatch("'([^']*)'", first.allowed)
+    needs = f'{first.field} = "{value_allowed[1]}"' if value_allowed else f"{first.field}: {first.allowed}"
+    return NotComputed(f"the scene has {first.what.rstrip(',')}", needs)

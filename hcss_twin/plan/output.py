@@ -95,7 +95,7 @@ def _expanded(names: Iterable[str], scenario: Scenario, assembly: Assembly, wave
     derived = [provider.variables for provider in assembly.derived]
     surfaces = [name for surfaces in assembly.surfaces for name in surfaces.names]
     terms, texture = assembly.model.terms, assembly.has_texture
-    light = scenario.radiance.is_between_columns and scenario.radiance.light != "columns"
+    light = scenario.radiance.is_between_columns
     return expand(names, terms, layers, shadows, waves, altitude, moves, elements, derived, surfaces, texture, light)
 
 

@@ -159,12 +159,11 @@ def inputs_of_analysis(scenario: Scenario, assembly: Assembly, catalog: Catalog)
     ):
         for name in names:
             del text[section][name]
-    between = scenario.radiance.is_between_columns
     parts: dict[str, Any] = {
         "scenario": {name: value for name, value in text.items() if name not in ("title", "seed", "sensor")},
         "filled_in": [item.as_dict() for item in assembly.filled_in],
         "files": dict(catalog.used),
-        "between_columns": [between, between and scenario.radiance.light != "columns"],
+        "between_columns": scenario.radiance.is_between_columns,
         "code": assembly.code,
         "layers": [(layer.base_m, layer.top_m) for layer in assembly.layers],
     }

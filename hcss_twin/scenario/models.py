@@ -179,8 +179,8 @@ class Radiance(ScenarioSection):
 
     @property
     def is_between_columns(self) -> bool:
-        """Whether light between columns is asked for, or compared with."""
-        return self.light not in ("auto", "columns") or self.light_accuracy is not None
+        """Whether light between columns is asked for, or left to the plan to choose."""
+        return self.light != "columns" and (self.light != "auto" or self.light_accuracy is not None)
 
 
 class ElementSection(ScenarioSection):
