@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from hcss_twin.engine.predicted_time import Prediction
-from hcss_twin.plan.error_budget import error_budget
+from hcss_twin.plan.error_budget import ErrorBudget, error_budget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, SWITCHED_OFF, TOO_DEAR, Omission
 from hcss_twin.plan.plan import Plan
 from hcss_twin.reports.tables import Table, bound_text
@@ -78,7 +78,24 @@ def _largest_error(plan: Plan) -> str:
     names = dict.fromkeys(_IN_PART.sub("", unknown) for unknown in budget.unknown(cell))
     least, unknown = ("at least ", f"; unknown: {', '.join(names)}") if names else ("", "")
     of, band = cell
-    return f"{least}{budget.total(cell)[1]:.2g} K in {of}, {band}: mostly {cause.name}{unknown}"
+    total = f"{least}{budget.total(cell)[1]:.2g} K in {of}, {band}: mostly {cause.name}"
+    return f"{total}{unknown}{_unknown_of_others(budget, of)}"
+
+
+def _unknown_of_others(budget: ErrorBudget, named: str) -> str:
+    """Say what is unknown of the classes that are not named: their error may be the largest."""
+    unknown: dict[str, dict[str, None]] = {}
+    for of, band in budget.contributions:
+        if of != named:
+            names = [_IN_PART.sub("", each) for each in budget.unknown((of, band))]
+            unknown.setdefault(of, {}).update(dict.fromkeys(names))
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for of, causes in unknown.items():
+        if causes:
+            alike.setdefault(tuple(causes), []).append(of)
+    return "".join(
+        f"; unknown in {_listed(classes, ', ')}: {', '.join(causes)}" for causes, classes in alike.items()
+    )
 
 
 def _largest_omission(plan: Plan) -> str:

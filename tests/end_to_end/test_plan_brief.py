@@ -75,6 +75,22 @@ def test_the_error_is_the_largest_total_of_the_budget_in_kelvin():
     assert re.match(rf"(at least )?{kelvin:.2g} K in {of}, {band}: mostly \w", row(text, "error"))
 
 
+def test_the_error_names_what_is_unknown_of_every_class():
+    """A class whose error is not known may have the largest: its causes stand beside the largest that is known."""
+    plan, text = brief("cumulus", {**CHEAP, "view.zenith": 45.0})
+    of_classes = {
+        of: {re.sub(" in .* of the band", "", each) for entry in bands.values() for each in entry["unknown"]}
+        for of, bands in describe(plan)["error_budget"].items()
+    }
+    told = row(text, "error")
+    named = re.search(r" K in ([^,]+), ", told)[1]
+    assert any(causes for of, causes in of_classes.items() if of != named)
+    for of, causes in of_classes.items():
+        if of != named and causes:
+            (found,) = re.findall(rf"; unknown in {of}: ([^;]+)", told)
+            assert set(found.split(", ")) == causes
+
+
 @pytest.mark.parametrize("name", ["degraded-cirrus", "cumulus", "cirrus-over-cumulus"])
 def test_the_largest_omission_is_named_and_the_command_line_takes_its_key(name):
     options = [word for key, value in CHEAP.items() for word in ("--set", f"{key}={value}")]

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -61,6 +62,14 @@ def test_air_of_a_place_has_the_climatology_at_the_sea_and_is_nowhere_supersatur
         below = air.altitude_m < tropopause_m(air)
         humidity = relative_humidity(air.mixing_ratio["h2o"], air.pressure_Pa, air.temperature_K)
         assert np.all(humidity[below] <= 1.0 + 1e-6)
+
+
+def test_air_warmer_than_all_model_atmospheres_is_said_to_be_extrapolated():
+    """Shares below 0 and above 100 % are how it is computed, not what a reader should have to understand."""
+    for kelvin, said in ((301.0, "extrapolated beyond tropical, by"), (297.0, "% midlatitude-summer and")):
+        (note,) = marine_air(SurfaceAir(kelvin, 0.02), 20.0, MONTHS[2], CATALOG).notes
+        assert said in note
+        assert all(0.0 <= float(share) <= 100.0 for share in re.findall(r"(-?\d+) %", note))
 
 
 def test_vapour_columns_follow_the_published_relation_to_sea_temperature():

@@ -129,10 +129,9 @@ def marine_air(surface: SurfaceAir, latitude_deg: float, time: datetime, catalog
     h2o = np.minimum(np.where(altitude <= base, 1.0, humidity) * saturated, surface.h2o)
     h2o = np.where(altitude <= highest, h2o, air.mixing_ratio["h2o"])
     changed = replace(air, name=NAME, mixing_ratio={**air.mixing_ratio, "h2o": h2o})
-    of_models = " and ".join(f"{100.0 * share:.0f} % {name}" for name, share in shares.items())
     at_sea = float(relative_humidity(h2o[:1], pressure[:1], air.temperature_K[:1])[0])
     note = (
-        f"profile '{NAME}': temperatures of {of_models}; air at the sea {surface.temperature_K:.1f} K with a relative "
+        f"profile '{NAME}': temperatures {_in_words(shares)}; air at the sea {surface.temperature_K:.1f} K with a relative "
         f"humidity of {100.0 * at_sea:.0f} %, free troposphere {100.0 * free:.0f} %; water vapour "
         f"{water_vapour_column_kg_m2(changed):.3g} kg m-2"
     )
@@ -163,3 +162,11 @@ def _around(kelvin: float) -> Mapping[str, float]:
     low, high = temperatures[upper - 1], temperatures[upper]
     share = float(np.clip((kelvin - low) / (high - low), 0.0, FARTHEST_SHARE))
     return {CHAIN[upper - 1]: 1.0 - share, CHAIN[upper]: share}
+
+
+def _in_words(shares: Mapping[str, float]) -> str:
+    """Say which model atmospheres temperatures lie between, or how far beyond the warmest."""
+    (cooler, of_cooler), (warmer, _) = shares.items()
+    if of_cooler < 0.0:
+        return f"extrapolated beyond {warmer}, by {-100.0 * of_cooler:.0f} % of the step from {cooler} to it"
+    return "of " + " and ".join(f"{100.0 * share:.0f} % {name}" for name, share in shares.items() if share > 0.0)

@@ -131,6 +131,11 @@ def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns_and_write
         write_to_cube(cube, scene(), json.loads(result.read_text()))
 
 
+def test_the_command_names_the_value_with_which_monte_carlo_computes_a_scene():
+    with pytest.raises(LightError, match="sea.waves: .*; allowed: 'off'"):
+        compare(scene("columns", sea={"waves": "on"}), 1, 100)
+
+
 def test_the_plan_notes_columns_that_err_by_more_than_the_scene_allows():
     cumulus = {"clouds": {"type": "paper-cumulus", "coverage": 0.45}, "view": {"zenith": 60.0}}
     for allowed, noted in ((0.01, True), (0.9, False)):

@@ -108,17 +108,21 @@ def summary(result: dict[str, Any]) -> dict[str, Any]:
 def _not_comparable(plan: Plan) -> str:
     """Return why Monte Carlo cannot compute a plan; empty if it can."""
     if not plan.assembly.has_cloud or not plan.needs_radiance:
-        return "scenario: Monte Carlo needs radiance and cloud; allowed: clouds.layers with cloud"
+        return "scenario: Monte Carlo needs radiance and cloud; allowed: 'radiance' in output.variables, and clouds"
     if not all(hasattr(plan.assembly.generators[layer], "thickness_around_m") for layer in plan.cloudy_layers):
         return "clouds.generator: its clouds end with the image; allowed: one that continues them"
     if "radiance" not in {spec.name for spec in plan.variables}:
-        return "output.variables: without 'radiance'; allowed: with it"
-    if plan.assembly.elements or plan.surfaces or plan.waves.varies:
-        what = "elements" if plan.assembly.elements else "surfaces" if plan.surfaces else "sea.waves"
-        return f"{what}: Monte Carlo has the mean sea below clouds and nothing else; allowed: without"
+        return "output.variables: 'radiance' is not among them; allowed: a list with 'radiance'"
+    only = "Monte Carlo has the mean sea below clouds and nothing else; allowed:"
+    if plan.assembly.elements:
+        return f"elements: {only} a scene without [[elements]]"
+    if plan.surfaces:
+        return f"surfaces: {only} a scene without [surfaces]"
+    if plan.waves.varies:
+        return f"sea.waves: {only} 'off'"
     if not plan.is_grid:
         return (
-            "scenario: Monte Carlo knows columns of cloud below pixels that form a grid on the ground; allowed: these"
+            "scenario: Monte Carlo knows columns of cloud below pixels that form a grid on the ground; allowed: no camera"
         )
     if plan.samples_per_pixel != 1:
         return f"image.samples_per_pixel: {plan.samples_per_pixel}; allowed: 1"
