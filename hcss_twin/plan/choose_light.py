@@ -52,18 +52,21 @@ def with_light(plan: Plan) -> Plan:
     offered = _installed_light(GROUP_OF_LAYERS) if several else of_one
     table, cloudy = excluded_beside_light(plan), plan.needs_radiance and plan.assembly.has_cloud
     errors: dict[str, float] = {}
+    choice = "as the scenario says"
     if name == AUTO:
         name = COLUMNS
-        parallel = not plan.views.varies
-        if section.light_accuracy is not None and offered and cloudy and parallel and not any(present(table)):
+        choice = _why_not_chosen(plan, bool(offered), table) if section.light_accuracy is not None and cloudy else ""
+        if section.light_accuracy is not None and cloudy and not choice:
             name, errors = _cheapest(plan, offered, section.light_accuracy)
+            choice = f"the cheapest within radiance.light_accuracy = {section.light_accuracy:g}" if errors else ""
     if name == COLUMNS:
         if section.light_profile != "uniform":
             message = f"'{section.light_profile}' has no effect on independent columns; allowed: 'uniform', or {_FIELD}"
             raise ScenarioError([Problem("radiance.light_profile", message)])
         within = [f"independent columns are within radiance.light_accuracy: {_percent(errors)}"]
         of_columns = within if errors else _notes_of_columns(plan, section.light_accuracy)
-        return replace(plan, notes=(*plan.notes, *of_columns))
+        columns = replace(plan.light, expected_rms=errors, choice=choice if cloudy else "")
+        return replace(plan, light=columns, notes=(*plan.notes, *of_columns))
     if name in of_one and name not in offered:
         choice = "".join(f"'{light}', " for light in offered)
         message = f"'{name}' computes one layer of cloud; allowed: {choice}'{COLUMNS}', or one layer in clouds.layers"
@@ -89,7 +92,7 @@ def with_light(plan: Plan) -> Plan:
     else:
         rms = transport.expected_errors()
     expected = _of_bands(plan, rms)
-    light = replace(light, expected_rms=expected)
+    light = replace(light, expected_rms=expected, choice=choice)
     beyond = {band: error for band, error in expected.items() if error > (section.light_accuracy or math.inf)}
     if beyond:
         notes.append(f"radiance.light_accuracy: the error of '{name}' is larger: {_percent(beyond)}")
@@ -149,6 +152,16 @@ def _over_views(plan: Plan, name: str, transport: LightTransport) -> tuple[Seque
     except HcssError as error:
         raise ScenarioError([Problem("platform.altitude" if plan.is_grid else _FIELD, str(error))]) from error
     return errors, note
+
+
+def _why_not_chosen(plan: Plan, offered: bool, table: Sequence[Excluded]) -> str:
+    """Return why a scene that gives an accuracy stays columns without a choice; empty if there is one."""
+    if not offered:
+        return "as no installed package has light between columns to choose"
+    if plan.views.varies:
+        return f"as the view varies over the image, for which {_FIELD} is not chosen by its error"
+    first = next(present(table), None)
+    return f"as the scene has {first.what.rstrip(',')}" if first else ""
 
 
 def _cheapest(plan: Plan, offered: Mapping[str, tuple[object, Any]], allowed: float) -> tuple[str, dict[str, float]]:

@@ -206,8 +206,8 @@ def error_budget(plan: Plan, engine: Mapping[str, float] | None = None) -> Error
                 ),
             )
             if band.name in plan.light.expected_rms and kind == CLOUDY:
-                sides = plan.light.expected_rms[band.name]
-                cells[of, band.name] += (Contribution(SIDES, sides, scale.kelvin(sides), 1.0, "rms"),)
+                rms, name = plan.light.expected_rms[band.name], SIDES if plan.light.varies else COLUMNS
+                cells[of, band.name] += (Contribution(name, rms, scale.kelvin(rms), 1.0, "rms"),)
             if of in unmeasured:
                 cells[of, band.name] += (Contribution(ALTITUDE),)
     return ErrorBudget(cells)

@@ -51,7 +51,8 @@ __all__ = ["Plan"]
 class PlannedLight(Effect):
     """Light transport of a scene: value of ``radiance.light``, package, class, and the error that it states.
 
-    The error is that of each band, rms over pixels relative to the mean radiance.
+    The error is that of each band, rms over pixels relative to the mean radiance. ``choice`` says why it is this one
+    where the scenario asks for another than the default.
     """
 
     kind = "light"
@@ -60,6 +61,7 @@ class PlannedLight(Effect):
     provider: str
     transport: Any
     expected_rms: Mapping[str, float] = field(default_factory=dict)
+    choice: str = ""
 
     def described(self) -> Mapping[str, Any]:
         """Return name, package and stated error."""

@@ -93,9 +93,7 @@ def _unknown_of_others(budget: ErrorBudget, named: str) -> str:
     for of, causes in unknown.items():
         if causes:
             alike.setdefault(tuple(causes), []).append(of)
-    return "".join(
-        f"; unknown in {_listed(classes, ', ')}: {', '.join(causes)}" for causes, classes in alike.items()
-    )
+    return "".join(f"; unknown in {_listed(classes, ', ')}: {', '.join(causes)}" for causes, classes in alike.items())
 
 
 def _largest_omission(plan: Plan) -> str:
@@ -143,7 +141,17 @@ def _clouds(plan: Plan) -> Rows:
         f"{layer.name}, cover {_cover(layer.coverage, generator)}, {layer.base_m:g} to {layer.top_m:g} m"
         for layer, generator in zip(plan.layers, plan.assembly.generators, strict=True)
     ]
-    yield "clouds", _listed(layers, "; ") if layers else "none"
+    yield "clouds", (_listed(layers, "; ") if layers else "none") + _light(plan)
+
+
+def _light(plan: Plan) -> str:
+    """Name the light between columns, and its expected error, where the scenario asks for another than the default."""
+    light = plan.light
+    if not light.choice:
+        return ""
+    largest = max(light.expected_rms.values(), default=None)
+    expected = "" if largest is None else f", expected error {100.0 * largest:.2g} %"
+    return f"; light: {light.name}{expected}"
 
 
 def _cover(stated: float, generator: object) -> str:

@@ -11,7 +11,7 @@ from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.plan.accuracy import SHARES
 from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.description import describe_particles
-from hcss_twin.plan.error_budget import beyond_accuracy, error_budget
+from hcss_twin.plan.error_budget import COLUMNS, beyond_accuracy, error_budget
 from hcss_twin.plan.few_columns import OMISSION_SHARE
 from hcss_twin.plan.output import quantization_lines
 from hcss_twin.plan.packing import packing_lines
@@ -179,6 +179,22 @@ def _radiation(plan: Plan) -> Rows:
         optics = f", optics {', '.join(dict.fromkeys(names))}" if names else ""
         known = assembly.spectral_grid.wavenumber_cm1.size
         yield "radiance", f"{_named(entries['radiance'])}{optics}; a few weighted wavenumbers represent {known}"
+        if light := _light(plan):
+            yield "light", light
+
+
+def _light(plan: Plan) -> str:
+    """Return which light between columns a scene has, why, and its expected error; empty if nothing chose it."""
+    light = plan.light
+    if not light.choice:
+        return ""
+    errors = ", ".join(f"{band} {100.0 * error:.2g} %" for band, error in light.expected_rms.items())
+    expected = (
+        f"expected error (rms over pixels) {errors}"
+        if errors
+        else f"its error is that of '{COLUMNS}' in the error budget"
+    )
+    return f"{light.name}{f' [{light.provider}]' if light.provider else ''}, {light.choice}; {expected}"
 
 
 def _surfaces(plan: Plan) -> Rows:

@@ -131,8 +131,8 @@ def marine_air(surface: SurfaceAir, latitude_deg: float, time: datetime, catalog
     changed = replace(air, name=NAME, mixing_ratio={**air.mixing_ratio, "h2o": h2o})
     at_sea = float(relative_humidity(h2o[:1], pressure[:1], air.temperature_K[:1])[0])
     note = (
-        f"profile '{NAME}': temperatures {_in_words(shares)}; air at the sea {surface.temperature_K:.1f} K with a relative "
-        f"humidity of {100.0 * at_sea:.0f} %, free troposphere {100.0 * free:.0f} %; water vapour "
+        f"profile '{NAME}': temperatures {_in_words(shares)}; air at the sea {surface.temperature_K:.1f} K with a "
+        f"relative humidity of {100.0 * at_sea:.0f} %, free troposphere {100.0 * free:.0f} %; water vapour "
         f"{water_vapour_column_kg_m2(changed):.3g} kg m-2"
     )
     return replace(changed, notes=(note,))

@@ -1,6 +1,7 @@
 """Tiers through scenarios: uniform limit, the same bits in windows, certificate, what is refused, the command."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -18,10 +19,13 @@ from light_scene import DAY, NIGHT, scene
 from hcss_twin import simulate
 from hcss_twin.core.errors import ScenarioError
 from hcss_twin.engine.compile import tables_of
+from hcss_twin.engine.predicted_time import predict
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.plan import choose_light
 from hcss_twin.plan.error_budget import error_budget
 from hcss_twin.plan.make_plan import make_plan
+from hcss_twin.reports.plan_brief import plan_brief
+from hcss_twin.reports.plan_text import plan_text
 
 
 @pytest.mark.parametrize(
@@ -132,8 +136,9 @@ def test_the_command_finds_the_tier_nearer_to_monte_carlo_than_columns_and_write
 
 
 def test_the_command_names_the_value_with_which_monte_carlo_computes_a_scene():
-    with pytest.raises(LightError, match="sea.waves: .*; allowed: 'off'"):
-        compare(scene("columns", sea={"waves": "on"}), 1, 100)
+    small = {"rows": 8, "columns": 8, "pixel_size": 5.0}
+    with pytest.raises(LightError, match=r"sea\.waves: .*; allowed: 'off'"):
+        compare(scene("columns", accuracy=0.001, image=small, sea={"waves": "on"}), 1, 100, 0, 1)
 
 
 def test_the_plan_notes_columns_that_err_by_more_than_the_scene_allows():
@@ -167,10 +172,22 @@ def test_the_plan_chooses_the_cheapest_light_that_is_accurate_enough(band, zenit
     cumulus = {"clouds": {"type": "paper-cumulus", "coverage": 0.45}, "bands": [band], "view": {"zenith": zenith}}
     plan = make_plan(scene(**cumulus, time=time, radiance={"light_accuracy": allowed}))
     assert plan.light.name == chosen
-    if chosen != "columns":
-        assert max(plan.light.expected_rms.values()) <= allowed
-    else:
+    largest = max(plan.light.expected_rms.values())
+    assert largest <= allowed
+    for text in (plan_text(plan), plan_brief(plan, predict(plan), "scene.toml")):
+        assert re.search(rf"{chosen}.*expected error .*{100.0 * largest:.2g} %", " ".join(text.split()))
+    if chosen == "columns":
         assert any("columns are within radiance.light_accuracy" in note for note in plan.notes)
+
+
+def test_columns_that_a_scene_names_are_displaced_whatever_accuracy_it_notes():
+    """Clouds with a shape in height: the advice for their parallax is a key and a value, with which it is computed."""
+    clouds = {"type": "stratocumulus", "generator": "fractal-relief"}
+    left_out = {}
+    for light in ("auto", "columns"):
+        plan = make_plan(scene(clouds=clouds, radiance={"light": light, "light_accuracy": 0.9}))
+        left_out[light] = [omission.needs for omission in plan.omissions if omission.what == "parallax of clouds"]
+    assert left_out == {"auto": ['radiance.light = "columns"'], "columns": []}
 
 
 def test_an_accuracy_that_no_light_has_is_refused_with_the_best():

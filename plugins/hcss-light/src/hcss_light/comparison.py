@@ -121,9 +121,7 @@ def _not_comparable(plan: Plan) -> str:
     if plan.waves.varies:
         return f"sea.waves: {only} 'off'"
     if not plan.is_grid:
-        return (
-            "scenario: Monte Carlo knows columns of cloud below pixels that form a grid on the ground; allowed: no camera"
-        )
+        return "scenario: Monte Carlo needs pixels that form a grid on the ground; allowed: no camera"
     if plan.samples_per_pixel != 1:
         return f"image.samples_per_pixel: {plan.samples_per_pixel}; allowed: 1"
     return ""
