@@ -42,10 +42,8 @@ class Ship:
     def pixels(self, time_s: float, rows: slice, columns: slice, scene: ElementScene) -> Sequence[ElementPixels]:
         """Return the pixels of the window that the deck meets."""
         of, angle = self._of, math.radians(self._of.heading)
-        along, across = (
-            np.array([1, 1, -1, -1]) * of.length / 2 + of.speed * time_s,
-            np.array([1, -1, -1, 1]) * of.width / 2,
-        )
+        along = np.array([1, 1, -1, -1]) * of.length / 2 + of.speed * time_s
+        across = np.array([1, -1, -1, 1]) * of.width / 2
         x = of.x + along * math.sin(angle) + across * math.cos(angle)
         y = of.y + along * math.cos(angle) - across * math.sin(angle)
         deck = np.stack(scene.project(x, y, np.full(4, of.height)), axis=1)  # corners (4, 2): row, column
