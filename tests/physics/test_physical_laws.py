@@ -307,4 +307,5 @@ def test_seas_are_asked_for_what_they_emit_once_for_all_suns(monkeypatch):
         sun = None if zenith is None else Sun(zenith, 200.0, 1.0)
         tested.clear(NU, sun)
     tested.cloudy(NU, ONE_LAYER[:1], sun)
-    assert len(asked) == 1
+    # Clear sky needs the light toward the view alone, clouds also that toward the streams.
+    assert [cosines.size for _, cosines in asked] == [1, 3]
