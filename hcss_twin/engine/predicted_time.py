@@ -36,6 +36,9 @@ LATEST = 9
 WORTH_MEASURING_S = 0.1
 """Stages that are predicted to take less say nothing of the machine."""
 
+UNLIKE = 10.0
+"""Times the reference: no machine is so slow, but a process that did other things first, as a notebook, counts them."""
+
 NAMES = {"planning": "start and planning"}
 
 PLANNING_S = 1.35
@@ -168,7 +171,11 @@ def learn(plan: Plan, was_kept: bool, measured: Mapping[Stage, float]) -> None:
     for name, expected in _reference_seconds(plan, was_kept).items():
         if name == "planning" and not was_kept:
             continue  # its analysis may have been new
-        if name in measured and min(expected, measured[name]) >= WORTH_MEASURING_S:
+        if (
+            name in measured
+            and min(expected, measured[name]) >= WORTH_MEASURING_S
+            and measured[name] < UNLIKE * expected
+        ):
             factors[name] = [*factors.get(name, []), measured[name] / expected][-LATEST:]
     with contextlib.suppress(OSError, CacheError):
         make_private(folder)
