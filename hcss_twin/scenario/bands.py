@@ -16,7 +16,7 @@ from hcss_twin.core.errors import CatalogError, Problem, choose_from
 from hcss_twin.core.units import QuantityParser
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.providers import SensorBand
-from hcss_twin.scenario.response_file import LONGEST_UM, NARROWEST, SHORTEST_UM, Unit, read_response
+from hcss_twin.scenario.response_file import LONGEST_UM, NARROWEST, SHORTEST_UM, StatedUnit, read_response
 from hcss_twin.scenario.section_types import ScenarioSection
 
 __all__ = ["spectral_band"]
@@ -34,7 +34,7 @@ class ResponseBand(ScenarioSection):
     column: str | None = Field(
         default=None, min_length=1, description="Label or number (from 1) of the response, if the file has several."
     )
-    unit: Unit | None = Field(
+    unit: StatedUnit | None = Field(
         default=None, description="Unit of wavelength or wavenumber, if the file does not say it."
     )
 

@@ -14,7 +14,7 @@ from hcss_twin.core.units import UNITS, InstrumentLength, QuantityParser, parse_
 from hcss_twin.models.sensor.parameters import OF_PHOTONS, RadiometerKeys, RadiometerParameters
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.problems import read_model
-from hcss_twin.scenario.response_file import Unit
+from hcss_twin.scenario.response_file import StatedUnit
 from hcss_twin.scenario.section_types import AGREEMENT
 
 DEFAULT_MODEL = "radiometer"
@@ -77,7 +77,7 @@ class Instrument(RadiometerKeys):
     response_column: str | None = Field(
         None, min_length=1, description="Label or number (from 1) of the response, if the file has several."
     )
-    response_unit: Unit | None = Field(
+    response_unit: StatedUnit | None = Field(
         None, description="Unit of wavelength or wavenumber, if the file does not say it."
     )
     psf: Literal["none", "gaussian", "airy", "file"] | None = Field(  # type: ignore[assignment]

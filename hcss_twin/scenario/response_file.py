@@ -13,9 +13,11 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import BeforeValidator
+from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
@@ -38,6 +40,21 @@ NARROWEST = 1e-6
 SHORTEST_UM, LONGEST_UM = 0.1, 1000.0
 
 Unit = Literal["um", "nm", "cm-1"]
+
+
+def _not_of_response(value: object) -> object:
+    """Answer who states the unit of the response in place of that of the wavelength."""
+    if isinstance(value, str) and value.strip().lower() in ("%", "percent", "per cent", "fraction", "1"):
+        raise PydanticCustomError(
+            "unit",
+            f"{Problem.shown(value)} is a unit of the response, which needs none: numbers above 1.5 or a label with % "
+            "mean percent; allowed: the unit of the wavelengths or wavenumbers (um, nm, cm-1), or none",
+        )
+    return value
+
+
+StatedUnit = Annotated[Unit, BeforeValidator(_not_of_response)]
+"""Unit as a key of a scenario."""
 
 PLAIN = ("wavelength_um", "response")
 """Labels of the form that needs no words."""

@@ -213,6 +213,41 @@ def test_one_number_of_landsat_7_is_the_published_temperature(kelvin, published_
     assert step / band_radiance_per_kelvin(bands["B6L"], kelvin) == pytest.approx(published_K, rel=0.2)
 
 
+TIRS_BAND_10 = {
+    # NASA, InstruPy, examples/passive_scanner_model/landsat8_TIRS_band1.json; the read noise is a guess
+    "f_number": 1.64,
+    "focal_length": 0.178,
+    "detector_pitch": 25e-6,
+    "transmission": 0.60,
+    "quantum_efficiency": 0.025,
+    "integration_time": "3.49 ms",
+    "read_noise": 20.0,
+}
+
+
+def test_electrons_and_nedt_of_landsat_8_tirs_are_those_of_instrupy():
+    # InstruPy, tests/test_passive_optical_scanner_model.py: without air, scene at 290 K, band of 10.9 +- 0.3 um.
+    dynamic_range, snr, nedt = 129736.13, 1610.69, 0.03895
+    box = (10.6, 11.2)
+    per_radiance = built({**TIRS_BAND_10, "photon_temperature": 290.0}, bands=(box,)).worked_out["bands"]["b0"][
+        "electrons_per_radiance"
+    ]
+    found = per_radiance * black_body(290.0, box=box)
+    noise = np.hypot(np.sqrt(found), 20.0)
+    assert found / 20.0 == pytest.approx(dynamic_range, rel=1e-5)
+    assert found / noise == pytest.approx(snr, rel=1e-5)
+    per_kelvin = (black_body(290.5, box=box) - black_body(289.5, box=box)) * per_radiance
+    assert noise / per_kelvin == pytest.approx(nedt, rel=0.01)
+
+
+def test_photons_explain_most_of_the_noise_that_landsat_8_tirs_has_in_orbit():
+    # Montanaro et al., Remote Sens. 6, 11753 (2014): about 0.05 K at 300 K; the dark current is not published.
+    provider = built({**TIRS_BAND_10, "photon_temperature": 300.0}, bands=((10.60, 11.19),))
+    of_photons = provider.worked_out["bands"]["b0"]["nedt"]
+    assert of_photons == pytest.approx(0.0390, abs=5e-5)  # 22 % less
+    assert of_photons < 0.05
+
+
 @pytest.mark.parametrize("f_number", [1.5, 2.0, 4.0])
 def test_mtf_at_half_a_cycle_per_pixel_is_that_of_diffraction_at_the_f_number(f_number):
     known = built({"f_number": f_number, "detector_pitch": 15e-6, "focal_length": 0.25}).worked_out["bands"]["b0"]

@@ -238,3 +238,19 @@ def test_unit_and_column_of_a_response_file_are_those_of_the_band():
 def test_keys_about_a_response_file_without_one_are_refused(name):
     given = {**CAMERA, name: "nm"}
     assert f"{name} has no effect without response" in str(problems(instrument=given, platform=FAR))
+
+
+@pytest.mark.parametrize("unit", ["percent", "%", "fraction"])
+@pytest.mark.parametrize(
+    ("field", "keys"),
+    [
+        (
+            "instrument.response_unit",
+            lambda unit: {"instrument": {**CAMERA, "response": "a.csv", "response_unit": unit}},
+        ),
+        ("bands[0].unit", lambda unit: {"bands": [{"name": "a", "response": "a.csv", "unit": unit}]}),
+    ],
+)
+def test_a_unit_of_the_response_is_answered_by_what_percent_is_known_by(unit, field, keys):
+    found = problems(**keys(unit), platform=FAR)
+    assert f"'{unit}' is a unit of the response, which needs none: numbers above 1.5" in found[field]
