@@ -36,18 +36,21 @@ def lines(generated: str) -> Iterator[str]:
         if rows:
             yield "| reference | kind | compared | blind | difference | condition | source |"
             yield "|---|---|---|---|---|---|---|"
-            yield from map(_row, rows)
+            for before, row in zip([None, *rows], rows, strict=False):
+                yield _row(row, before)
     yield "\n## Not measured\n\n| effect | source |\n|---|---|"
     for effect in catalog.unmeasured:
         yield f"| {effect.what} | `{effect.source}` |"
 
 
-def _row(row: Comparison) -> str:
+def _row(row: Comparison, before: Comparison | None) -> str:
     um = "" if row.um is None else f" ({row.um[0]:g}-{row.um[1]:g} um)"
     blind = "yes" if row.blind else "no"
     needs = f"; for {', '.join(row.when)}" if row.when else ""
-    figure = failed_figure(row)
-    return (
-        f"| {row.reference}{um} | {KINDS[row.kind]} | {row.count} | {blind} | {figure} | {row.condition}{needs} | "
-        f"`{row.source}` |"
-    )
+    condition = f"{row.condition}{needs}"
+    if before is not None and (before.condition, before.when) == (row.condition, row.when):
+        condition = "the same"
+    source = "the same" if before is not None and before.source == row.source else f"`{row.source}`"
+    kind = {"measurement": "measurement", "own code": "own codes"}.get(row.kind, KINDS[row.kind])
+    cells = row.reference + um, kind, row.count, blind, failed_figure(row), condition, source
+    return f"| {' | '.join(cells)} |"
