@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hcss_twin.reports.evidence import KINDS, Comparison, EvidenceCatalog
+from hcss_twin.reports.evidence_page import failed_figure
 
 PAGE = "reference/evidence.md"
 
@@ -14,7 +15,8 @@ _INTRODUCTION = """# Evidence
 
 Comparisons of the models with references. `hcss report --evidence CUBE` selects those of a scene
 ([how](../how-to/trust.md#evidence)). *Blind*: no constant, limit or input of what was compared was chosen with the data
-of the reference. Consistency of own codes is no test of accuracy.
+of the reference. Consistency of own codes is no test of accuracy. *Failed*: the model missed the goal of
+the comparison, which supports nothing.
 """
 
 
@@ -23,9 +25,9 @@ def lines(generated: str) -> Iterator[str]:
     catalog = EvidenceCatalog.read()
     yield _INTRODUCTION.format(generated=generated)
     of_kind = [(name, [row for row in catalog.comparisons if row.kind == kind]) for kind, name in KINDS.items()]
-    yield "| kind of reference | comparisons | blind |\n|---|---|---|"
+    yield "| kind of reference | comparisons | blind | failed |\n|---|---|---|---|"
     for name, rows in of_kind:
-        yield f"| {name} | {len(rows)} | {sum(row.blind for row in rows)} |"
+        yield f"| {name} | {len(rows)} | {sum(row.blind for row in rows)} | {sum(row.failed for row in rows)} |"
     for quantity in catalog.quantities:
         rows = [row for row in catalog.comparisons if row.quantity == quantity.name]
         yield f"\n## {quantity.title}\n"
@@ -34,17 +36,21 @@ def lines(generated: str) -> Iterator[str]:
         if rows:
             yield "| reference | kind | compared | blind | difference | condition | source |"
             yield "|---|---|---|---|---|---|---|"
-            yield from map(_row, rows)
+            for before, row in zip([None, *rows], rows, strict=False):
+                yield _row(row, before)
     yield "\n## Not measured\n\n| effect | source |\n|---|---|"
     for effect in catalog.unmeasured:
         yield f"| {effect.what} | `{effect.source}` |"
 
 
-def _row(row: Comparison) -> str:
+def _row(row: Comparison, before: Comparison | None) -> str:
     um = "" if row.um is None else f" ({row.um[0]:g}-{row.um[1]:g} um)"
     blind = "yes" if row.blind else "no"
     needs = f"; for {', '.join(row.when)}" if row.when else ""
-    return (
-        f"| {row.reference}{um} | {KINDS[row.kind]} | {row.count} | {blind} | {row.figure} | {row.condition}{needs} | "
-        f"`{row.source}` |"
-    )
+    condition = f"{row.condition}{needs}"
+    if before is not None and (before.condition, before.when) == (row.condition, row.when):
+        condition = "the same"
+    source = "the same" if before is not None and before.source == row.source else f"`{row.source}`"
+    kind = {"measurement": "measurement", "own code": "own codes"}.get(row.kind, KINDS[row.kind])
+    cells = row.reference + um, kind, row.count, blind, failed_figure(row), condition, source
+    return f"| {' | '.join(cells)} |"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from importlib import import_module
 from types import ModuleType
 
@@ -62,7 +62,8 @@ def _class(node: ast.ClassDef) -> Iterator[str]:
     bases = [_source(base) for base in node.bases]
     yield f"\n### `{node.name}`{' (Protocol)' if 'Protocol' in bases else ''}\n"
     yield _docstring(node)
-    members = [line for each in node.body if (line := _member(each))]
+    told = _told(node)
+    members = [line for each in node.body if (line := _member(each, told))]
     if members:
         yield "\n".join(("\n```python", *members, "```"))
     for each in node.body:
@@ -71,8 +72,17 @@ def _class(node: ast.ClassDef) -> Iterator[str]:
             yield _docstring(each)
 
 
-def _member(node: ast.stmt) -> str:
+def _told(node: ast.ClassDef) -> set[str]:
+    """Return the attributes without a default that the docstring lists with their type."""
+    _, _, rest = (ast.get_docstring(node) or "").partition("Attributes\n----------\n")
+    listed = re.findall(r"(?m)^(\w[\w, ]*) : ", rest.partition("\n\n")[0])
+    return {name for names in listed for name in names.split(", ")}
+
+
+def _member(node: ast.stmt, told: Collection[str] = ()) -> str:
     if isinstance(node, ast.AnnAssign):
+        if node.value is None and isinstance(node.target, ast.Name) and node.target.id in told:
+            return ""
         if isinstance(node.value, ast.Call):  # the names that metadata allows are in the docstring
             node.value.keywords = [each for each in node.value.keywords if each.arg != "metadata"]
         return _source(node)

@@ -148,10 +148,24 @@ def lines(generated: str) -> Iterator[str]:
     for topic in TOPICS:
         yield f"\n## {topic.title}{' (ours alone)' if topic.ours else ''}"
         for name in topic.modules:
+            if name == "hcss_twin.providers":
+                yield f"\n`{name}`, which the [provider reference](provider-reference.md) describes\n"
+                yield from _by_units(name)
+                continue
             yield f"\n`{name}`\n\n| name | what it is | units |\n|---|---|---|"
             for each in import_module(name).__all__:
                 about, units = described(name, each)
                 yield f"| `{each}` | {about} | {units} |"
+
+
+def _by_units(module: str) -> Iterator[str]:
+    """Yield the names of a module by their units."""
+    names: dict[str, list[str]] = {}
+    for name in import_module(module).__all__:
+        names.setdefault(described(module, name)[1], []).append(f"`{name}`")
+    yield "| units | names |\n|---|---|"
+    for units, each in sorted(names.items(), key=lambda item: item[0] != "-"):
+        yield f"| {units} | {', '.join(each)} |"
 
 
 def described(module: str, name: str) -> tuple[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import sys
 import tomllib
 import typing
@@ -64,8 +65,23 @@ Selecting another provider (`clouds.generator`, `atmosphere.provider`, `sea.mode
 """
 
 
+_LONG = 8
+"""Words of a description from which it is given once, where the key comes first."""
+
+
 def lines(generated: str) -> Iterator[str]:
-    """Yield the page."""
+    """Yield the page; a key that another section has with the same meaning refers to it."""
+    place, places, rows = "", dict[tuple[str, str], str](), re.compile(r"\| (`\w+`) \|.*\| ([^|]+) \|")
+    for line in _lines(generated):
+        for part in line.split("\n"):
+            if part.startswith("#"):
+                place = part.lstrip("# ")
+        row = rows.fullmatch(line)
+        first = places.setdefault((row[1], row[2]), place) if row and len(row[2].split()) >= _LONG else place
+        yield line if first == place or row is None else f"{line.removesuffix(f'{row[2]} |')}As of {first}. |"
+
+
+def _lines(generated: str) -> Iterator[str]:
     yield _INTRODUCTION.replace("{GENERATED}", generated)
     yield "## Top level\n"
     yield from _table(ScenarioModel, skip_models=True)

@@ -194,6 +194,11 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
     "--kelvin", is_flag=True, help="Insist on brightness temperature; without it, radiance where the cube has none."
 )
 @click.option("--variable", help="Variable to show, for example cloud_thickness; default: brightness temperature.")
+@click.option(
+    "--linear",
+    is_flag=True,
+    help="Linear scale, for example of --variable radiance; default: more contrast where values are frequent.",
+)
 @click.option("--frames", default=4, type=click.IntRange(1, 64), help="Frames per contact sheet.")
 @click.option("--animation/--no-animation", default=True, help="Also write a GIF per band.")
 @Shared.force
@@ -203,6 +208,7 @@ def preview(
     output: Path | None,
     kelvin: bool,
     variable: str | None,
+    linear: bool,
     frames: int,
     animation: bool,
     force: bool,
@@ -212,7 +218,14 @@ def preview(
     from hcss_twin.reports.preview import draw_preview
 
     paths = draw_preview(
-        cube, output or cube.parent, kelvin=kelvin, frames=frames, animation=animation, variable=variable, replace=force
+        cube,
+        output or cube.parent,
+        kelvin=kelvin,
+        frames=frames,
+        animation=animation,
+        variable=variable,
+        linear=linear,
+        replace=force,
     )
     if as_json:
         Shared.write_json([str(path) for path in paths])

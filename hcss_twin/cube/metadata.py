@@ -54,8 +54,9 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec("hcss_provider_laws", "JSON", "a provider is of another package",
         "Laws of the conformance kit by outcome for each such provider: `probes`, tried before the first frame of this "
         "run, and the last `hcss check` of the same version and parameters, or \"not checked\"."),
-    AttributeSpec("hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read, by catalog name or path."),
-    AttributeSpec("hcss_input_files", "JSON", "files of the user are read",
+    AttributeSpec("hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read, by catalog name, by "
+        "path from the scenario's folder (`./x.csv`), or, of a file elsewhere, by absolute path."),
+    AttributeSpec("hcss_input_files", "JSON", "files of the user are read, with `output.store_inputs`",
         "Those of at most 256 kB by SHA-256: compressed (zlib), in base64."),
     AttributeSpec("hcss_filled_in", "JSON", ALWAYS,
         "Values that the scenario left open: list of `field`, `value` and `why`."),

@@ -21,7 +21,14 @@ from hcss_twin.cube.header import SCENARIO_ATTRIBUTE, Attribute
 from hcss_twin.cube.metadata import creation_time
 from hcss_twin.cube.sensor_cube import SENSOR_ATTRIBUTE
 from hcss_twin.cube.variables import ELEMENT_PLACE, ELEMENT_POINT_RADIANCE, ELEMENT_RATE
-from hcss_twin.engine.provenance import CERTIFICATE, CLEAN_CERTIFICATE, STORED, Recorded, stored_attribute
+from hcss_twin.engine.provenance import (
+    CERTIFICATE,
+    CLEAN_CERTIFICATE,
+    STORED,
+    Recorded,
+    recorded_files,
+    stored_attribute,
+)
 from hcss_twin.models.radiance.spectral_grid import SpectralBand
 from hcss_twin.plan.builder import numbered, scene_of
 from hcss_twin.plan.description import describe_providers
@@ -194,8 +201,8 @@ def bands_of(dataset: xr.Dataset, name: str, base: Path | None = None) -> list[S
     CatalogError
         If a band response file is missing.
     """
-    recorded = Recorded.of(dict(dataset.attrs), name)
-    catalog = Catalog(base=base or recorded.base)
+    recorded = Recorded.of(dict(dataset.attrs), str(dataset.encoding.get("source", name)), base)
+    catalog = Catalog(base=recorded.base)
     try:
         given = TypeAdapter(Bands).validate_python(recorded.scenario["bands"])
         with recorded.stored_files(name) as catalog.shelf.stored:
@@ -281,7 +288,7 @@ def sensor_attributes(
     kinds = [numbered(Kind.SENSORS, index, len(entries)) for index in range(len(entries))]
     models = ", ".join(f"'{entry.name}'" for entry in entries)
     providers = json.loads(str(clean["hcss_providers"]))
-    files = {**json.loads(str(clean["hcss_files_sha256"])), **catalog.used}
+    files = {**json.loads(str(clean["hcss_files_sha256"])), **recorded_files(catalog, scenario)}
     providers |= describe_providers(dict(zip(kinds, entries, strict=True)))
     identifier = hashlib.sha256(f"{clean.get('id', '')}\n{about}".encode()).hexdigest()[:16]
     title = str(clean.get("title", ""))
@@ -302,7 +309,7 @@ def sensor_attributes(
         "hcss_versions": json.dumps({**json.loads(str(clean["hcss_versions"])), **versions()}),
         "hcss_files_sha256": json.dumps(dict(sorted(files.items()))),
     }
-    attributes |= stored_attribute(catalog, clean.get(STORED))
+    attributes |= stored_attribute(catalog, scenario["output"].get("store_inputs", True), clean.get(STORED))
     if "hcss_certificate" in clean:
         attributes[CLEAN_CERTIFICATE] = str(clean["hcss_certificate"])
     return {**attributes, **{name: None for name in CERTIFICATE if name in clean}}

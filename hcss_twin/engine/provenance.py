@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path, PurePath
@@ -33,6 +34,9 @@ VERSIONS, PROVIDERS, FILES = "hcss_versions", "hcss_providers", "hcss_files_sha2
 
 STORED = "hcss_input_files"
 """Attribute with the small files of the user that were read."""
+
+HERE = "./"
+"""First letters of the name of a recorded file below the folder of the scenario, as catalog names have none."""
 
 CERTIFICATE = (
     "hcss_certificate",
@@ -65,13 +69,13 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
         "hcss_seed": str(scenario.seed),
         VERSIONS: json.dumps(plan.catalog.shelf.versions()),
         PROVIDERS: json.dumps(describe_providers(plan.assembly.entries)),
-        FILES: json.dumps(plan.catalog.used),
+        FILES: json.dumps(recorded_files(plan.catalog, json.loads(scenario.to_json()))),
         "hcss_filled_in": json.dumps([_as_stored(item.as_dict()) for item in plan.filled_in]),
         "hcss_skipped": json.dumps([vars(item) for item in plan.omissions]),
         "hcss_particles": json.dumps([describe_particles(layer) for layer in plan.layers]),
         "hcss_notes": json.dumps(plan.notes),
     }
-    attributes |= stored_attribute(plan.catalog)
+    attributes |= stored_attribute(plan.catalog, scenario.output.store_inputs)
     laws = _laws_of_plugins(plan)
     if laws:
         attributes[LAWS] = json.dumps(laws)
@@ -91,8 +95,37 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
     return attributes
 
 
-def stored_attribute(catalog: Catalog, before: Any = None) -> dict[str, str]:
+def recorded_files(catalog: Catalog, scenario: Mapping[str, Any]) -> dict[str, str]:
+    """Return SHA-256 of the files that a catalog opened, by names that tell nothing of the folders of a machine.
+
+    They are catalog names, and for files of the user paths from the folder of the scenario, where they are below it or
+    the scenario names them so; other paths are absolute.
+    """
+    base = catalog.base.resolve()
+    given = {str((base / text).resolve()): text for text in _relative_paths(scenario)}
+    return dict(sorted((_recorded_name(name, base, given), digest) for name, digest in catalog.used.items()))
+
+
+def _recorded_name(name: str, base: Path, given: Mapping[str, str]) -> str:
+    path = Path(name)
+    if not path.is_absolute():
+        return name
+    if path.is_relative_to(base):
+        return HERE + path.relative_to(base).as_posix()
+    return HERE + PurePath(given[name]).as_posix() if name in given else name
+
+
+def _relative_paths(scenario: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the values of a scenario that may be paths from its folder to files outside it."""
+    for _, text in leaves(scenario):
+        if isinstance(text, str) and PurePath(text).parts[:1] == ("..",):
+            yield text
+
+
+def stored_attribute(catalog: Catalog, wanted: bool, before: Any = None) -> dict[str, str]:
     """Return the attribute with the small files of the user that a catalog opened, and those stored before, if any."""
+    if not wanted:
+        return {}
     used = catalog.used
     paths = {name: path for name, path in catalog.shelf.user_files.items() if name in used}
     if not paths and before is None:
@@ -201,7 +234,11 @@ class Recorded:
     providers : mapping
         ``name``, ``distribution`` and ``version`` by kind; clouds of several layers are numbered.
     files : mapping of str to str
-        SHA-256 by catalog name or absolute path.
+        SHA-256 by catalog name or absolute path, in ``base`` where the cube records it relative to its scenario.
+    base : Path
+        Folder in which the scenario's relative paths refer to the recorded files; else the working folder.
+    names : mapping of str to str
+        As recorded, of the names in ``files``.
     """
 
     attributes: Mapping[str, Any]
@@ -209,10 +246,25 @@ class Recorded:
     versions: Mapping[str, str]
     providers: Mapping[str, Mapping[str, str]]
     files: Mapping[str, str]
+    base: Path
+    names: Mapping[str, str]
 
     @classmethod
-    def of(cls, attributes: Mapping[str, Any], path: str) -> Recorded:
+    def of(
+        cls, attributes: Mapping[str, Any], path: str, base: Path | None = None, near: Iterable[Path] = ()
+    ) -> Recorded:
         """Read the provenance attributes of a cube.
+
+        Parameters
+        ----------
+        attributes : mapping
+            Global attributes of the file.
+        path : str
+            Of the file, for messages; its folder is searched for the recorded files.
+        base : Path, optional
+            Folder of the scenario's relative paths.
+        near : iterable of Path
+            Other files or folders in which the recorded files may be.
 
         Raises
         ------
@@ -231,19 +283,12 @@ class Recorded:
             if not isinstance(table, dict) or not of_texts:
                 raise CubeError(f"{path}: the global attribute {name} is malformed")
             tables.append(table)
-        return cls(attributes, *tables)
-
-    @property
-    def base(self) -> Path:
-        """Folder in which the scenario's relative paths refer to the recorded files; else the working folder."""
-        folders: set[Path] = set()
-        for _, text in leaves(self.scenario):
-            parts = PurePath(text).parts if isinstance(text, str) else ()
-            for file in map(Path, self.files):
-                if 0 < len(parts) < len(file.parts) and file.is_absolute() and file.parts[-len(parts) :] == parts:
-                    folders.add(file.parents[len(parts) - 1])
-        known = [folder for folder in folders if folder.is_dir()]
-        return known[0] if len(known) == 1 else Path.cwd()
+        scenario, versions, providers, files = tables
+        if base is None:
+            base = _base_of(scenario, files, [Path(path).parent, Path.cwd(), *near])
+        names = {_absolute(name, base): name for name in files}
+        absolute = {name: files[recorded] for name, recorded in names.items()}
+        return cls(attributes, scenario, versions, providers, absolute, base, names)
 
     def stored_files(self, cube: str) -> AbstractContextManager[StoredFiles]:
         """Unpack the input files that the cube stores as long as they are needed; raises CubeError if altered."""
@@ -305,7 +350,8 @@ class Recorded:
                 now = _digest(name)
                 state = "missing" if now is None else state if used is None else "no longer read"
             if now != recorded or state != "changed":
-                changes.append(FileChange(name, state, recorded, now, at))
+                own = self.names[name]
+                changes.append(FileChange(own, state, recorded, now, own if now is None else at))
         changes += [FileChange(name, "not read before", None, digest, name) for name, digest in new.items()]
         return tuple(changes)
 
@@ -342,6 +388,43 @@ class Recorded:
         )
 
 
+def _absolute(name: str, base: Path) -> str:
+    return os.path.realpath(base / name) if name.startswith(HERE) else name
+
+
+def _base_of(scenario: Mapping[str, Any], files: Iterable[str], folders: Iterable[Path]) -> Path:
+    """Return the folder in which the scenario's relative paths refer to the recorded files; else the working folder."""
+    relative = [name for name in files if name.startswith(HERE)]
+    folders = [folder for folder in folders if folder.is_dir()] if relative else []
+    below = [child for folder in dict.fromkeys(folders) for child in _folders_in(folder)]
+    for several in (*([folder] for folder in folders), below):
+        known = [folder for folder in several if any(_is_file(folder / name) for name in relative)]
+        if len(known) == 1:
+            return known[0]
+    found: set[Path] = set()
+    for _, text in leaves(scenario):
+        parts = PurePath(text).parts if isinstance(text, str) else ()
+        for file in map(Path, files):  # of cubes that record absolute paths
+            if 0 < len(parts) < len(file.parts) and file.is_absolute() and file.parts[-len(parts) :] == parts:
+                found.add(file.parents[len(parts) - 1])
+    known = [folder for folder in found if folder.is_dir()]
+    return known[0] if len(known) == 1 else Path.cwd()
+
+
+def _folders_in(folder: Path) -> list[Path]:
+    try:
+        return [child for child in folder.iterdir() if child.is_dir()]
+    except OSError:  # not readable
+        return []
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def _is_table_of_texts(table: Any, nested: bool) -> bool:
     if nested and isinstance(table, dict):
         wanted = {"name", "distribution", "version"}
@@ -351,10 +434,7 @@ def _is_table_of_texts(table: Any, nested: bool) -> bool:
 
 def _is_elsewhere(name: str) -> bool:
     """Whether a recorded file is no catalog file, and exists."""
-    try:
-        return Path(name).is_absolute() and Path(name).is_file()
-    except (OSError, ValueError):
-        return False
+    return Path(name).is_absolute() and _is_file(Path(name))
 
 
 def _digest(name: str) -> str | None:

@@ -140,8 +140,8 @@ def verify_cube(
     path : path
         A finished cube.
     base : Path, optional
-        Base folder of relative paths of its scenario. By default the original folder if its files still exist,
-        otherwise the working folder.
+        Base folder of relative paths of its scenario. By default the first of the cube's folder, the working folder,
+        ``data`` and the only one in them that has one of the recorded files, otherwise the working folder.
     frames : int, optional
         Number of frames to check, spread from the first to the last; by default all.
     progress : callable, optional
@@ -159,20 +159,20 @@ def verify_cube(
     CubeError
         If the file is not a finished cube, has no provenance, or cannot be read.
     """
+    data = [*data]
     with open_cube(path) as dataset:
-        recorded = Recorded.of(dict(dataset.attrs), os.fspath(path))
+        recorded = Recorded.of(dict(dataset.attrs), os.fspath(path), base, data)
         axes = {name: dataset[name].to_numpy() for name in ("time", "band", LAYER) if name in dataset.coords}
         plane = with_plane_axes(dataset).sizes
         size = plane.get("y", 0), plane.get("x", 0)
     if axes.get("time", np.empty(0)).dtype.kind != "M":
         raise CubeError(f"cannot read {os.fspath(path)}: it has no frame times (coordinate time)")
     shelf = ResultCache(within=[Path(path).absolute().parent, *([] if base is None else [base]), *data])
-    base = recorded.base if base is None else base
-    outcome = Verification(os.fspath(path), str(base), axes["time"].size, versions=recorded.version_changes())
+    outcome = Verification(os.fspath(path), str(recorded.base), axes["time"].size, versions=recorded.version_changes())
     plan: Plan | None = None
     with recorded.stored_files(os.fspath(path)) as shelf.stored:
         try:
-            scenario = Scenario.from_dict(recorded.scenario, base=base, origin=os.fspath(path), shelf=shelf)
+            scenario = Scenario.from_dict(recorded.scenario, base=recorded.base, origin=os.fspath(path), shelf=shelf)
             if not scenario.sections:  # the size of other rays is compared with their cube
                 outcome = replace(outcome, layout=_other_size(size, scenario))
             if not outcome.layout:

@@ -43,7 +43,14 @@ class CubeAccessor:
         return brightness_temperature(self._cube)
 
     @checked
-    def plot(self, variable: str | None = None, band: str | None = None, frame: int = 0, axes: Any = None) -> Any:
+    def plot(
+        self,
+        variable: str | None = None,
+        band: str | None = None,
+        frame: int = 0,
+        axes: Any = None,
+        linear: bool = False,
+    ) -> Any:
         """Draw a frame with its scale, as ``hcss preview`` does.
 
         Parameters
@@ -56,6 +63,8 @@ class CubeAccessor:
             Number of the frame.
         axes : matplotlib.axes.Axes, optional
             Where to draw; default: a new figure of pyplot.
+        linear : bool
+            Linear scale; without it, frequent values have more contrast.
 
         Returns
         -------
@@ -79,7 +88,7 @@ class CubeAccessor:
             from matplotlib import pyplot
 
             axes = pyplot.subplots(layout="constrained")[1]
-        return axes_of_frame(dataset, image, frame, axes)
+        return axes_of_frame(dataset, image, frame, linear, axes)
 
     @checked
     def at(self, latitude: float, longitude: float) -> xr.Dataset:

@@ -2,7 +2,8 @@
 
 ``catalogs/evidence.toml`` lists comparisons of the models with measurements, published values and other codes. A scene
 has those whose words (``when``) are all among its own (:func:`tags_of`) and whose wavelengths lie in one of its bands.
-A quantity is supported in a band by the share of the band's wavelengths that measurements cover.
+A quantity is supported in a band by the share of the band's wavelengths that measurements cover; a comparison that the
+model failed supports nothing.
 """
 
 from __future__ import annotations
@@ -76,6 +77,7 @@ class Comparison:
     quote: str
     when: tuple[str, ...] = ()
     um: Limits | None = None
+    failed: bool = False
 
 
 @dataclass(frozen=True)
@@ -148,15 +150,18 @@ class Support:
     band : str
         Empty for quantities that do not depend on the band.
     measured : float
-        Share of the band's wavelengths that measurements cover, 0 to 1.
+        Share of the band's wavelengths that measurements cover, 0 to 1, without those that the model failed.
     kinds : tuple of str
-        Of the references of all comparisons, the strongest first.
+        Of the references of all comparisons that the model did not fail, the strongest first.
+    failed : tuple of str
+        Kinds of the references of those that it failed.
     """
 
     quantity: Quantity
     band: str
     measured: float
     kinds: tuple[Kind, ...]
+    failed: tuple[Kind, ...]
 
 
 @dataclass(frozen=True)
@@ -236,11 +241,14 @@ class Evidence:
             rows = [row for row in self.comparisons if row.quantity == quantity.name]
             for band in self._bands_of(quantity.um) if quantity.by_band else [""]:
                 here = [row for row in rows if not band or band in self._bands_of(row.um)]
-                kinds = tuple(kind for kind in KINDS if any(row.kind == kind for row in here))
-                measured = [row.um for row in here if row.kind == "measurement"]
+                kinds, failed = (
+                    tuple(kind for kind in KINDS if any(row.kind == kind and row.failed is fails for row in here))
+                    for fails in (False, True)
+                )
+                measured = [row.um for row in here if row.kind == "measurement" and not row.failed]
                 whole = self.bands_um.get(band) if band else None
                 share = float(bool(measured)) if whole is None else _covered(whole, measured)
-                found.append(Support(quantity, band, share, kinds))
+                found.append(Support(quantity, band, share, kinds, failed))
         return tuple(found)
 
     @property
@@ -290,7 +298,8 @@ class Evidence:
             "budget": self.budget,
             "comparisons": [{**asdict(row), "quantity": name[row.quantity]} for row in self.comparisons],
             "support": [
-                {"quantity": row.quantity.title, "band": row.band, "measured_share": row.measured, "kinds": row.kinds}
+                {"quantity": row.quantity.title, "band": row.band, "measured_share": row.measured, "kinds": row.kinds,
+                 "failed": row.failed}
                 for row in self.support
             ],
             "no_measurement": [{"quantity": row.quantity.title, "band": row.band} for row in self.unsupported],

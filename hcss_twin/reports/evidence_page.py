@@ -9,7 +9,7 @@ from typing import Any
 
 from hcss_twin.cube.zarr_writer import cube_bytes
 from hcss_twin.reports.cube_page import achieved_table
-from hcss_twin.reports.evidence import KINDS, Evidence, Support
+from hcss_twin.reports.evidence import KINDS, Comparison, Evidence, Support
 from hcss_twin.reports.page import Markup, Page
 from hcss_twin.reports.provenance import Provenance
 from hcss_twin.reports.tables import Table
@@ -53,6 +53,7 @@ def _summary(evidence: Evidence) -> Iterator[Markup.Block]:
     measured = [row for row in evidence.comparisons if row.kind == "measurement"]
     totals = [row for row in evidence.budget if row["model"] == "total"]
     largest = max(totals, key=lambda row: row["relative"], default=None)
+    title = {quantity.name: quantity.title for quantity in evidence.quantities}
     items = []
     if largest is not None:
         least = "at least " if largest["statistic"] == "at least" else ""
@@ -65,6 +66,10 @@ def _summary(evidence: Evidence) -> Iterator[Markup.Block]:
     items.append(
         f"Comparisons with measurements: {len(measured)}, of which {sum(row.blind for row in measured)} blind."
     )
+    failed = [row for row in evidence.comparisons if row.failed]
+    if failed:
+        listed = "; ".join(dict.fromkeys(f"{title[row.quantity]} ({row.reference})" for row in failed))
+        items.append(f"Comparisons that the models failed, which support nothing: {len(failed)}: {listed}.")
     shares = {quantity.title: [row.measured for row in evidence.support if row.quantity is quantity]
               for quantity in evidence.quantities}  # fmt: skip
     never = [title for title, of_bands in shares.items() if not any(of_bands)]
@@ -161,7 +166,7 @@ def _comparisons(evidence: Evidence) -> Iterator[Markup.Block]:
     yield Markup.paragraph(
         "Blind: no constant, limit or input of what was compared was chosen with the data of the reference. Figures "
         "hold for the stated conditions, which may differ from those of this scene. A comparison is not agreement: see "
-        "the difference. Sources are files of the hcss_twin repository."
+        "the difference, and the word failed. Sources are files of the hcss_twin repository."
     )
     title = {quantity.name: quantity.title for quantity in evidence.quantities}
     rows, last = [], ""
@@ -171,9 +176,14 @@ def _comparisons(evidence: Evidence) -> Iterator[Markup.Block]:
         last = row.quantity
         blind = "yes" if row.blind else "no"
         where = Markup.joined([row.condition, Markup.element("br"), Markup.element("code", row.source)])
-        rows.append([shown, row.reference, um, KINDS[row.kind], row.count, blind, row.figure, where])
+        rows.append([shown, row.reference, um, KINDS[row.kind], row.count, blind, failed_figure(row), where])
     header = ["quantity", "reference", "um", "kind", "compared", "blind", "difference", "condition and source"]
     yield Table(header, rows, text_columns=len(header))
+
+
+def failed_figure(row: Comparison) -> str:
+    """Return the figure of a comparison, after the word failed if the model did."""
+    return f"failed: {row.figure}" if row.failed else row.figure
 
 
 def _unsupported(evidence: Evidence) -> Iterator[Markup.Block]:
@@ -184,8 +194,10 @@ def _unsupported(evidence: Evidence) -> Iterator[Markup.Block]:
         of_band = {row.band: row for row in evidence.support if row.quantity is quantity}
         cells = [_share(of_band.get(band if quantity.by_band else "")) for band in bands]
         best = [kind for row in of_band.values() for kind in row.kinds if kind != "measurement"]
-        others = ", ".join(KINDS[kind] for kind in KINDS if kind in best)
-        rows.append([quantity.title, *cells, others or "nothing"])
+        others = [KINDS[kind] for kind in KINDS if kind in best]
+        failed = {kind for row in of_band.values() for kind in row.failed}
+        others += [f"failed: {KINDS[kind]}" for kind in KINDS if kind in failed]
+        rows.append([quantity.title, *cells, ", ".join(others) or "nothing"])
     yield Table(["quantity", *bands, "other evidence"], rows, text_columns=len(bands) + 2)
 
 

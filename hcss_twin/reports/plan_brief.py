@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.predicted_time import Prediction
 from hcss_twin.plan.error_budget import ErrorBudget, error_budget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, SWITCHED_OFF, TOO_DEAR, Omission
@@ -123,7 +124,7 @@ def _details(plan: Plan) -> Rows:
     where = f"{abs(place.latitude):g} {'NS'[place.latitude < 0]} {abs(place.longitude):g} {'EW'[place.longitude < 0]}"
     yield "scene", f"{where}, {when}, {_sun(plan)}; view zenith {plan.view.zenith_deg:.3g} deg"
     if plan.needs_radiance:
-        checked = plan.scenario.output.certificate
+        checked = PixelSample(plan).size
         certificate = f"checked in {checked} random pixels" if checked else "NOT CHECKED: output.certificate is 0"
         yield "accuracy", f"{plan.accuracy} (numerical error, not that of the models), {certificate}"
     yield from _clouds(plan)

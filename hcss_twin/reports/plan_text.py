@@ -8,6 +8,7 @@ from typing import Any
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
+from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.plan.accuracy import SHARES
 from hcss_twin.plan.builder import numbered
 from hcss_twin.plan.description import describe_particles
@@ -237,7 +238,7 @@ def _output(plan: Plan) -> Rows:
     size = next((f"{count / factor:.1f} {unit}" for unit, factor in (("TB", 1e12), ("GB", 1e9)) if count >= factor), "")
     size = size or f"{count / 1e6:.1f} MB"
     stored = f" before compression, compressed at level {output.compression}" if output.compression else ""
-    checked = f"; certificate of {output.certificate} pixels" if output.certificate else "; no certificate"
+    checked = f"; certificate of {PixelSample(plan).size} pixels" if output.certificate else "; no certificate"
     names = ", ".join(spec.name for spec in plan.variables)
     yield "output", f"{names}: {size}{stored}{checked if plan.needs_radiance else ''}"
     for index, provider in enumerate(plan.assembly.derived):

@@ -49,6 +49,7 @@ def draw_preview(
     frames: int = 4,
     animation: bool = True,
     variable: str | None = None,
+    linear: bool = False,
     replace: bool = False,
 ) -> list[Path]:
     """Draw a variable of a cube, each band or cloud layer separately, the band with most to see first.
@@ -67,6 +68,9 @@ def draw_preview(
         Also write a GIF of all frames (at most 200) per band.
     variable : str, optional
         Default: brightness temperature, or the first of ``DRAWN`` in the cube.
+    linear : bool
+        Draw every variable on a linear scale; without it, frequent values of radiance and brightness temperature have
+        more contrast.
     replace : bool
         Replace existing files.
 
@@ -106,9 +110,9 @@ def draw_preview(
             stem = "_".join([Path(cube).stem, *(_FORBIDDEN.sub("-", word) for word in (image.part, suffix) if word)])
             if any(path.stem == stem for path in written):  # differs only in characters not allowed in names
                 stem += f"_{len(written)}"
-            _contact_sheet(dataset, image, frames, drawn(folder / f"{stem}.png"))
+            _contact_sheet(dataset, image, frames, linear, drawn(folder / f"{stem}.png"))
             if animation and image.frames > 1:
-                _animation(image, drawn(folder / f"{stem}.gif"))
+                _animation(image, linear, drawn(folder / f"{stem}.gif"))
     return written
 
 
@@ -116,7 +120,11 @@ def _step(image: ShownImage) -> int:
     return max(1, -(-max(image.shape) // PIXELS_SHOWN))
 
 
-def _contact_sheet(dataset: xr.Dataset, image: ShownImage, frames: int, path: Path) -> None:
+def _scale(image: ShownImage, shown: NDArray[Any], linear: bool, flags: tuple[str, ...]) -> ColourScale:
+    return ColourScale.of(shown, image.colours, flags, is_stretched(image.name) and not (linear or image.flags))
+
+
+def _contact_sheet(dataset: xr.Dataset, image: ShownImage, frames: int, linear: bool, path: Path) -> None:
     count = min(frames, image.frames)
     chosen = np.unique(np.linspace(0, image.frames - 1, count).round().astype(int))
     step = _step(image)
@@ -128,7 +136,7 @@ def _contact_sheet(dataset: xr.Dataset, image: ShownImage, frames: int, path: Pa
     height = panel * min(max(image.shape[0] / image.shape[1], 0.3), 3.0)
     figure = Figures.new(panel * columns + _SIDE_IN, max((height + 0.3) * rows + 0.5, 3.6))
     grid = figure.add_gridspec(rows, columns + 1, width_ratios=[panel] * columns + [_SIDE_IN])
-    scale = ColourScale.of(shown, image.colours, image.flags, is_stretched(image.name))
+    scale = _scale(image, shown, linear, image.flags)
     norm, colours = _norm(scale)
     start = dataset["time"].to_numpy()[0]
     where = Orientation.of(dataset)
@@ -153,11 +161,11 @@ def _contact_sheet(dataset: xr.Dataset, image: ShownImage, frames: int, path: Pa
         figure.savefig(draft, dpi=110, format="png")
 
 
-def axes_of_frame(dataset: xr.Dataset, image: ShownImage, frame: int, axis: Any) -> Any:
+def axes_of_frame(dataset: xr.Dataset, image: ShownImage, frame: int, linear: bool, axis: Any) -> Any:
     """Draw one frame with its colour bar and scale bar into axes of matplotlib; returns them."""
     step = _step(image)
     values = image.values([frame], step)
-    scale = ColourScale.of(values, image.colours, image.flags, is_stretched(image.name))
+    scale = _scale(image, values, linear, image.flags)
     norm, colours = _norm(scale)
     drawn = axis.imshow(values[0], origin="lower", cmap=colours, norm=norm, interpolation="nearest")
     axis.set(facecolor=MISSING, xticks=[], yticks=[])
@@ -239,13 +247,13 @@ def time_label(time: np.datetime64 | NDArray[Any], start: np.datetime64) -> str:
     return f"t = {text} s"
 
 
-def _animation(image: ShownImage, path: Path) -> None:
+def _animation(image: ShownImage, linear: bool, path: Path) -> None:
     from PIL import Image, ImageDraw, ImageFont
 
     numbers = np.arange(0, image.frames, max(1, -(-image.frames // _FRAMES_ANIMATED)))
     step = _step(image)
     sample = image.values(numbers[:: max(1, numbers.size // 8)], step)
-    scale = ColourScale.of(sample, image.colours, stretched=is_stretched(image.name) and not image.flags)
+    scale = _scale(image, sample, linear, ())
     # The step in time may vary, so each frame shows its own time.
     labels = [time_label(image.times[number], image.times[0]) for number in numbers]
     font = ImageFont.load_default(LABEL_PIXELS)

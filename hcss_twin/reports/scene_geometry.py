@@ -10,6 +10,7 @@ import numpy as np
 
 from hcss_twin.core.errors import HcssError
 from hcss_twin.cube.header import SCENARIO_ATTRIBUTE
+from hcss_twin.engine.provenance import recorded_files
 from hcss_twin.reports import orientation
 from hcss_twin.reports.provenance import Provenance
 
@@ -101,7 +102,7 @@ def _type_altitudes(name: str, hashes: Mapping[str, str]) -> tuple[float | None,
         usual = load_cloud_type(name, catalog).layer
     except HcssError:
         return None, None
-    same = all(hashes.get(file) == sha256 for file, sha256 in catalog.used.items())
+    same = all(hashes.get(file) == sha256 for file, sha256 in recorded_files(catalog, {}).items())
     return (usual.base, usual.top) if same else (None, None)
 
 

@@ -30,7 +30,7 @@ def check_of(source: str) -> Check | None:
     Raises
     ------
     ScenarioError
-        If it is the file of a sweep and the package that computes sweeps is not installed.
+        If it is the file of a sweep or data set and the package that makes them is not installed.
     HcssError
         If the function cannot be imported.
     """

@@ -238,6 +238,11 @@ class OutputSection(ScenarioSection):
     certificate: QuantityParser.Whole = Field(
         24, ge=0, le=3000, description="Random pixels recomputed without tables to certify the accuracy; 0: none."
     )
+    store_inputs: bool = Field(
+        True,
+        description="Store your input files of at most 256 kB in the cube, so that others can verify it; false: only "
+        "their SHA-256.",
+    )
 
 
 class ScenarioModel(ScenarioSection):

@@ -36,17 +36,15 @@ from hcss_twin.scenario.viewing import as_given, viewing_problems, with_viewing
 
 _Scenario = TypeVar("_Scenario", bound=ScenarioModel)
 
-MANY = ("sweep", "sensors")
-"""Sections of a file that describes many scenarios."""
+MANY = {
+    "sweep": ("sweep", "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes"),
+    "sensors": ("sweep", "the file describes many sensors of a scene, which `hcss sweep FILE -o FOLDER` computes"),
+    "base": ("dataset", "the file describes a data set, which `hcss dataset FILE -o FOLDER` makes"),
+}
+"""Sections of files that describe many scenarios: command, and what the file is."""
 
 UNCERTAIN = "uncertain"
 """Section that assigns distributions to keys."""
-
-_NOT_ONE_SCENE = (
-    "the file describes many scenes, which `hcss sweep FILE -o FOLDER` computes and `hcss validate FILE` checks; "
-    f"allowed here: a file without this section. The command comes with {COMMANDS['sweep']}: "
-    f"{how_to_install(COMMANDS['sweep'])}"
-)
 
 _NOT_CERTAIN = (
     "the file has uncertain keys, which `hcss propagate FILE` propagates (docs/how-to/uncertainty.md); allowed here: "
@@ -191,7 +189,7 @@ class Scenario(ScenarioModel):
             raise ScenarioError([Problem("scenario", f"{Problem.shown(raw)} is not a table of keys")], origin)
         for section in MANY:
             if section in raw:
-                raise ScenarioError([Problem(section, _NOT_ONE_SCENE)], origin)
+                raise ScenarioError([Problem(section, _not_one_scene(section))], origin)
         if UNCERTAIN in raw:
             raise ScenarioError([Problem(UNCERTAIN, _NOT_CERTAIN)], origin)
         data, problems, notes = apply_overrides(normalise(raw), overrides or {})
@@ -382,6 +380,14 @@ def _typed_fields(short: bool, overrides: Mapping[str, Any], renamed: Mapping[st
     return typed
 
 
+def _not_one_scene(section: str) -> str:
+    command, kind = MANY[section]
+    return (
+        f"{kind} and `hcss validate FILE` checks; allowed here: a file without this section. The command comes with "
+        f"{COMMANDS[command]}: {how_to_install(COMMANDS[command])}"
+    )
+
+
 def _locate(source: str | Path, folders: tuple[str, ...]) -> Path:
     try:
         path = Path(source).expanduser()
@@ -396,6 +402,8 @@ def _locate(source: str | Path, folders: tuple[str, ...]) -> Path:
             return catalog.find(str(source), folder, ".toml")
     what = "a folder" if is_folder else "a pipe, socket or device" if str(source) and path.exists() else "no such file"
     choices = choose_from(str(source), {name for folder in folders for name in catalog.names(folder, ".toml")})
+    if str(source) in catalog.names("sweeps", ".toml"):
+        choices = f"it is a shipped sweep, which `hcss sweep {source} -o FOLDER` computes; {choices}"
     shipped = " or ".join(folder.removesuffix("s") for folder in folders)
     raise _bad_file(f"{what}, and no shipped {shipped} of that name; {choices}", str(source))
 

@@ -76,6 +76,29 @@ def test_files_of_sweeps_name_the_package_that_is_not_installed(install, file):
         assert "comes with hcss-sweep: pip install" in str(error)
 
 
+@pytest.mark.parametrize("command", ["validate", "plan", "run"])
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ("sweep", "describes many scenes, which `hcss sweep FILE"),
+        ("sensors", "describes many sensors of a scene, which `hcss sweep FILE"),
+        ("base", "describes a data set, which `hcss dataset FILE"),
+    ],
+)
+def test_files_of_many_scenes_are_named_with_their_command(install, file, command, section, words):
+    install()
+    error = CliRunner().invoke(cli, [command, file(section)]).exception
+    assert isinstance(error, ScenarioError)
+    assert words in str(error)
+    assert "unknown key" not in str(error)
+
+
+def test_a_shipped_sweep_is_no_scenario_and_its_command_is_named(install):
+    install()
+    error = CliRunner().invoke(cli, ["plan", "seasons"]).exception
+    assert "it is a shipped sweep, which `hcss sweep seasons -o FOLDER` computes" in str(error)
+
+
 def test_sections_that_no_package_checks_are_unknown_keys(install, file):
     install(visits="visitor:check")
     error = validate(file("visit")).exception

@@ -78,6 +78,73 @@ def test_the_stored_files_have_no_names_and_no_folders(cube):
     assert not any(part in text for part in ("secret-programme", "response", "inputs"))
 
 
+def test_no_attribute_tells_where_the_inputs_were(cube):
+    with netCDF4.Dataset(cube) as file:
+        recorded = json.loads(file.getncattr("hcss_files_sha256"))
+        text = "\n".join(str(file.getncattr(name)) for name in file.ncattrs())
+    assert "./inputs/response.csv" in recorded
+    assert "secret-programme" not in text
+    assert not any(name.startswith("/") for name in recorded)
+
+
+def test_a_file_above_the_folder_is_named_as_the_scenario_names_it(made, tmp_path, monkeypatch):
+    (tmp_path / "shared").mkdir()
+    (tmp_path / "shared" / "response.csv").write_text(RESPONSE)
+    raw = json.loads(scenario(tmp_path / "scenes" / "own").read_text())
+    for path in ("../../shared/response.csv", str(tmp_path / "shared" / "response.csv")):
+        raw["bands"][0]["response"] = path
+        (tmp_path / "scenes" / "own" / "scene.json").write_text(json.dumps(raw))
+        out = tmp_path / "scenes" / "cube.nc"
+        out.unlink(missing_ok=True)
+        hcss_twin.simulate(hcss_twin.Scenario.load(tmp_path / "scenes" / "own" / "scene.json"), out).close()
+        with netCDF4.Dataset(out) as file:
+            recorded = json.loads(file.getncattr("hcss_files_sha256"))
+        # an absolute path is in the scenario anyway
+        assert [name for name in recorded if name.endswith("response.csv")] == [
+            path if path.startswith("/") else f"./{path}"
+        ]
+        monkeypatch.chdir(tmp_path)
+        assert verify_cube(out).verdict is Verdict.IDENTICAL  # with the stored copy
+        assert verify_cube(out, base=tmp_path / "scenes" / "own", data=[tmp_path]).verdict is Verdict.IDENTICAL
+    (tmp_path / "shared" / "response.csv").write_text(RESPONSE.replace("0.9", "0.5"))
+    assert verify_cube(out, data=[tmp_path]).verdict is Verdict.DIFFERENT
+
+
+def test_inputs_are_kept_out_of_a_cube_that_is_then_verified_beside_them(tmp_path, monkeypatch):
+    path = scenario(tmp_path / "home")
+    (tmp_path / "elsewhere").mkdir()
+    out = tmp_path / "elsewhere" / "cube.nc"
+    hcss_twin.simulate(hcss_twin.Scenario.load(path, {"output.store_inputs": False}), out).close()
+    measured = out.with_name("measured.nc")
+    monkeypatch.chdir(tmp_path / "home")
+    hcss_twin.sense(out, sensor="generic-mwir", output=measured).close()
+    for cube in (out, measured):
+        with netCDF4.Dataset(cube) as file:
+            assert "hcss_input_files" not in file.ncattrs()
+            assert "./inputs/response.csv" in json.loads(file.getncattr("hcss_files_sha256"))
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert verify_cube(out).verdict is Verdict.NOT_RECOMPUTED
+    assert verify_cube(out, base=tmp_path / "home").verdict is Verdict.IDENTICAL
+    assert verify_cube(out, data=[tmp_path / "home"]).verdict is Verdict.IDENTICAL
+    beside = shutil.copy(out, tmp_path / "home" / "cube.nc")
+    assert verify_cube(beside).verdict is Verdict.IDENTICAL
+
+
+def test_cubes_of_before_that_record_absolute_paths_are_verified(made, tmp_path, monkeypatch):
+    folder = tmp_path / "home"
+    scenario(folder)
+    old = shutil.copy(made, tmp_path / "old.nc")
+    with netCDF4.Dataset(old, "a") as file:
+        recorded = json.loads(file.getncattr("hcss_files_sha256"))
+        names = {str(folder / name) if name.startswith("./") else name: value for name, value in recorded.items()}
+        file.setncattr("hcss_files_sha256", json.dumps(names))
+        file.delncattr("hcss_input_files")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    found = verify_cube(old, data=[folder])
+    assert (found.verdict, found.files) == (Verdict.IDENTICAL, ())
+
+
 def test_a_file_that_is_there_and_may_be_read_goes_before_the_copy(cube, tmp_path):
     (tmp_path / "inputs").mkdir()
     (tmp_path / "inputs" / "response.csv").write_text(RESPONSE.replace("0.9", "0.5"))

@@ -6,12 +6,13 @@ import pytest
 from cheap import CHEAP
 from click.testing import CliRunner
 
-from hcss_twin import Scenario, make_plan
+from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.cli.main import cli
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.engine.predicted_time import predict
 from hcss_twin.plan.description import describe
 from hcss_twin.reports.plan_brief import MOST_LINES, plan_brief
+from hcss_twin.reports.plan_text import plan_text
 from hcss_twin.reports.tables import WIDTH
 
 FIRST = ["size", "time", "memory", "error", "left out", "assumed"]
@@ -102,6 +103,27 @@ def test_the_largest_omission_is_named_and_the_command_line_takes_its_key(name):
     after = CliRunner().invoke(cli, ["plan", name, *options, "--set", f"{key}={value}"])
     assert after.exit_code == 0
     assert not row(after.stdout, "left out").startswith(largest.what)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"output.certificate": 60, "frames.count": 5},
+        {"image.samples_per_pixel": 3, "output.certificate": 24},
+        {"image.rows": 3, "image.columns": 4},
+    ],
+)
+def test_the_plan_states_as_many_checked_pixels_as_the_run(changes, tmp_path):
+    scene = Scenario.load(
+        "stratus", {**CHEAP, "image.rows": 12, "image.columns": 12, "output.certificate": 24, **changes}
+    )
+    made = make_plan(scene)
+    stated = re.search(r"checked in (\d+) random pixels", plan_brief(made, predict(made), "stratus"))
+    assert stated
+    assert f"certificate of {stated[1]} pixels" in plan_text(made)
+    with simulate(scene) as cube:
+        assert int(cube.attrs["hcss_certificate_pixels"]) == int(stated[1])
 
 
 def test_a_scene_of_masks_states_no_error_and_no_accuracy():

@@ -61,6 +61,30 @@ def test_the_animation_shows_the_variable_that_was_named(cube, tmp_path):
     np.testing.assert_array_equal(grey[-40:, :60] > 127, mask == 1)
 
 
+def test_a_linear_scale_is_one_and_the_usual_one_is_not(cube, tmp_path):
+    """Greys against percentiles of the radiance in the cube, by numpy."""
+    from hcss_twin import open_cube
+
+    with open_cube(cube) as dataset:
+        radiance = dataset.radiance.isel(band=0).to_numpy().astype(float)
+    low, high = np.percentile(radiance, (0.5, 99.5))
+    expected = 255.0 * np.clip((radiance[0, ::-1] - low) / (high - low), 0.0, 1.0)
+
+    def off(folder, **options):
+        films = [path for path in draw_preview(cube, folder, variable="radiance", **options) if path.suffix == ".gif"]
+        with Image.open(next(path for path in films if "mwir" in path.name)) as image:
+            return np.abs(np.asarray(image.convert("L"))[-40:, :60] - expected).max()
+
+    assert off(tmp_path / "linear", linear=True) <= 1.0
+    assert off(tmp_path / "usual") > 20.0
+    answer = CliRunner().invoke(
+        cli, ["preview", str(cube), "-o", str(tmp_path / "command"), "--variable", "radiance", "--linear"]
+    )
+    assert answer.exit_code == 0, answer.output
+    for name in ("all_mwir.png", "all_mwir.gif"):
+        assert (tmp_path / "command" / name).read_bytes() == (tmp_path / "linear" / name).read_bytes()
+
+
 def test_a_variable_without_any_value_is_drawn(tmp_path):
     path = tmp_path / "clear.nc"
     clear = {**SMALL, "clouds.coverage": 0.0, "output.variables": ["cloud_top_altitude"], "image.rows": 20}

@@ -1,6 +1,7 @@
 """Evidence of a cube: rows are those of its scene, and each has a source that says what the row says."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -121,6 +122,23 @@ def test_a_provider_of_another_package_with_a_known_name_has_no_evidence():
 def test_a_band_is_supported_by_the_share_that_measurements_cover(bands, share):
     (row,) = (row for row in evidence(bands=bands).support if row.quantity.name == "clear sky")
     assert row.measured == pytest.approx(share, abs=1e-6)
+
+
+def test_a_comparison_that_the_model_failed_supports_nothing():
+    def fields(scene):
+        (row,) = (row for row in scene.support if row.quantity.name == "cloud fields")
+        return row
+
+    told_apart = fields(evidence())  # fractal clouds are always told from measured images
+    assert (told_apart.measured, told_apart.failed) == (0.0, ("measurement",))
+    assert "measurement" not in told_apart.kinds
+    assert "cloud fields" in {row.quantity.name for row in evidence().unsupported}
+    passed = replace(CATALOG, comparisons=tuple(replace(row, failed=False) for row in CATALOG.comparisons))
+    scene = evidence()
+    same = fields(replace(scene, catalog=passed))
+    assert (same.measured, same.failed) == (1.0, ())
+    rows = [row for row in scene.as_dict()["support"] if row["failed"]]
+    assert [row["quantity"] for row in rows] == ["Shapes and structure of cloud fields"]
 
 
 def test_comparisons_at_other_wavelengths_are_not_shown():

@@ -84,6 +84,12 @@ class PixelSample:
         self.counts = {frame: count // parts + (index < count % parts) for index, frame in enumerate(chosen)}
         """Pixels to draw, by frame."""
 
+    @property
+    def size(self) -> int:
+        """Number of pixels to draw, which the frames have as a rule; those that cannot be recomputed are not drawn."""
+        pixels = self._plan.grid.rows * self._plan.grid.columns
+        return sum(min(count, pixels) for count in self.counts.values())
+
     def of_part(self, index: int, before: int = 0, corner: tuple[int, int] = (0, 0)) -> PartSample | None:
         """Return a sampler for a part of a frame, as in :class:`PartSample`; None if nothing is drawn from it."""
         count = self.counts.get(index)

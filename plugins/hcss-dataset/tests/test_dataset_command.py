@@ -11,6 +11,7 @@ from hcss_dataset.rendering import Studio
 from sets import keys
 
 from hcss_twin import Scenario, ScenarioError
+from hcss_twin.cli.main import cli
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "small-targets.toml"
 
@@ -34,6 +35,23 @@ def test_it_tells_what_it_made_and_what_is_missing():
     answer = json.loads(run("--frames", "8", "--json").output)
     assert (answer["frames"], answer["missing"], answer["refused"]) == (4, 0, 0)
     assert json.loads(run("--frames", "8", "--json").output)["frames"] == 0
+
+
+def test_validate_checks_the_file_and_its_first_draw():
+    valid = CliRunner().invoke(cli, ["validate", "mine.json"])
+    assert valid.output.startswith("valid: data set, "), valid.output
+    assert ", 2 frames a draw" in valid.output
+    raw = json.loads(Path("mine.json").read_text())
+    for section, content, field in (
+        ("split", {"trian": 1.0}, "split.trian"),
+        ("draw", {"sea.temperature": {"distribution": "uniform", "from": 800.0, "to": 900.0}}, "draw"),
+    ):
+        Path("wrong.json").write_text(json.dumps(raw | {section: content}))
+        refused = CliRunner().invoke(cli, ["validate", "wrong.json"]).exception
+        assert isinstance(refused, ScenarioError)
+        assert refused.problems[0].field == field
+    refused = CliRunner().invoke(cli, ["validate", "mine.json", "--set", "seed=3"]).exception
+    assert "below [base]" in str(refused)
 
 
 def test_a_draw_is_shown_as_a_scenario():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hcss_evaluate.matching.structure import CloudImage, grey_inputs, image_structure
 from hcss_evaluate.posterior.batch_variogram import BatchVariogram, DimensionLikelihood
-from hcss_evaluate.posterior.doubts import doubts, unlikeness
+from hcss_evaluate.posterior.doubts import doubts, main_modes, unlikeness
 from hcss_evaluate.posterior.estimator_noise import EstimatorNoise
 from hcss_evaluate.posterior.image_data import (
     ImageData,
@@ -216,6 +216,36 @@ def test_doubts_name_the_parameters_that_they_concern(image):
     edge = small.copy()
     edge[:10, 0] = likelihood.noise.centre[0] + 0.999 * likelihood.noise.width[0]
     assert doubted(edge) == [("H",)]
+    two = small.copy()
+    two[:, 0] += np.linspace(-0.02, 0.02, 50)
+    two[:20, 0] += 0.2
+    assert doubted(two) == [("H",)]
+    (doubt,) = doubts("i", likelihood, two, space, **sure)
+    assert "two modes, at 0.49" in doubt.reason or "two modes, at 0.5" in doubt.reason
+    assert "(60% of the draws) and 0.6" in doubt.reason or "(60% of the draws) and 0.7" in doubt.reason
+
+
+def test_two_modes_are_found_and_one_mode_of_any_shape_is_one():
+    rng = np.random.default_rng(0)
+    one = {
+        "normal": lambda: rng.standard_normal(400),
+        "uniform": lambda: rng.uniform(size=400),
+        "heavy tails": lambda: rng.standard_t(3, 400),
+        "skewed": lambda: rng.lognormal(0.0, 0.8, 400),
+        # equal normals two standard deviations apart have one maximum exactly (Robertson and Fryer, 1969)
+        "nearly two": lambda: rng.standard_normal(400) + 2.0 * (rng.uniform(size=400) < 0.5),
+    }
+    for name, draw in one.items():
+        assert sum(len(main_modes(draw())) == 2 for _ in range(200)) <= 4, name
+    for share, fewest in ((0.1, 95), (0.5, 100)):
+        found = [
+            main_modes(rng.standard_normal(400) + np.where(rng.uniform(size=400) < share, 5.0, 0.0)) for _ in range(100)
+        ]
+        assert sum(len(modes) == 2 for modes in found) >= fewest
+        places, shares = np.transpose([modes for modes in found if len(modes) == 2], (2, 1, 0))
+        np.testing.assert_allclose(places.mean(axis=1), (0.0, 5.0), atol=0.15)
+        np.testing.assert_allclose(shares.mean(axis=1), (1.0 - share, share), atol=0.02)
+    assert main_modes(np.full(50, 3.0)) == [(3.0, 1.0)]
 
 
 def test_an_image_without_the_field_is_unlike_those_of_its_posterior(image):

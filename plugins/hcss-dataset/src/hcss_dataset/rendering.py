@@ -120,6 +120,25 @@ class OwnImage:
         return float(self.radiance[band].flat[np.argmax(np.abs(self.radiance[band]))])
 
 
+def checked_draw(source: str, overrides: Mapping[str, Any]) -> tuple[str, dict[str, int]]:
+    """Check the file of a data set and its first draw without computing frames, for ``hcss validate``.
+
+    Raises
+    ------
+    ScenarioError
+        With all problems of the file, or why the first draw is refused.
+    """
+    if overrides:
+        message = "a data set takes no keys from the command line; allowed: in the file, below [base]"
+        raise ScenarioError([Problem(next(iter(overrides)), message)], source)
+    distribution = Distribution.load(source)
+    studio = Studio(distribution)
+    first = studio.sequence(0)
+    counts = {"drawn_keys": len(distribution.draw), "frames_per_draw": int(first.scenario.frames.count)}
+    drawn, frames = counts.values()
+    return f"data set, {drawn} drawn keys, {frames} frames a draw; the first draw was planned", counts
+
+
 class Studio:
     """Makes the sequences of a distribution; what draws share is kept.
 
