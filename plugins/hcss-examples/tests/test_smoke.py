@@ -69,3 +69,40 @@ def test_the_plan_says_how_many_values_have_tables():
     (planned,) = make_plan(of(**CHEAP, **SMOKE, **{"bands": ["lwir-10.8"]})).point_effects
     assert planned.described()["smoke"]["nodes"][0] == 0.0
     assert planned.described()["smoke"]["nodes"][-1] == 0.8
+
+
+NARROW_GLINT = {
+    "time": "2024-06-20T10:00:00+09:30",
+    "place": {"latitude": 20.0, "longitude": 140.0},
+    "image": {"rows": 16, "columns": 16, "pixel_size": 20.0},
+    "view": {"zenith": 30.0, "azimuth": 255.0},
+    "sea": {"model": "rough-sea", "temperature": 300.0, "wind_speed": 6.0, "temperature_texture": 0.0},
+    "atmosphere": {"water_vapour_texture": 0.0},
+    "clouds": {
+        "layers": [{"type": "cumulus", "base": 600.0, "top": 1500.0, "coverage": 0.3, "coverage_mode": "field"}]
+    },
+    "radiance": {"model": "as-printed"},
+    "bands": [[3.99, 4.01]],
+    "accuracy": 1e-3,
+    "output": {"variables": ["radiance", "cloud_mask"], "certificate": 0},
+}
+EVERYWHERE = {"smoke": {"optical_depth": 1.0, "width": 1e6}}
+"""Smoke of one optical depth at all places of such an image, but for 1e-5."""
+
+
+@pytest.mark.parametrize("effect", ["slant.shadows", "sea.waves"])
+def test_what_shadows_and_waves_change_is_weakened_by_bouguers_law_on_both_ways(effect):
+    """The sunlight that they change crosses the smoke twice; in a narrow band, which has one transmittance."""
+    off = {"slant.shadows": "off", "slant.parallax": "off", "sea.waves": "off"}
+
+    def change(smoke):
+        of_key = (simulate(Scenario.from_dict(NARROW_GLINT | smoke, off | {effect: key})) for key in ("on", "off"))
+        with_it, without = (made.isel(time=0) for made in of_key)
+        return (with_it["radiance"] - without["radiance"]).values[0][with_it["cloud_mask"].values == 0]
+
+    alone, smoky = change({}), change(EVERYWHERE)
+    large = np.abs(alone) > 0.3 * np.abs(alone).max()
+    assert np.count_nonzero(large) > 5
+    zenith = np.radians([30.0, make_plan(Scenario.from_dict(NARROW_GLINT)).sun_at(0.0).zenith_deg])
+    print(smoky[large] / alone[large], np.exp(-0.25 * np.sum(1.0 / np.cos(zenith))), np.count_nonzero(large))
+    assert smoky[large] / alone[large] == pytest.approx(np.exp(-0.25 * np.sum(1.0 / np.cos(zenith))), rel=1e-2)
