@@ -116,7 +116,7 @@ def air(north_deg, east_deg):
     height_m = 44330.0 * (1.0 - (PRESSURE_PA / 101300.0) ** 0.19)
     return (
         289.0 - 6.3e-3 * height_m - 1.5 * north_deg + 1.0 * east_deg,
-        60.0 - height_m / 300.0 - 4.0 * north_deg - 3.0 * east_deg,
+        np.exp(-height_m / 6000.0) * (55.0 - 4.0 * north_deg - 3.0 * east_deg),
     )
 
 
