@@ -223,6 +223,11 @@ MEANINGLESS: dict[frozenset[str], str] = {
     for why, ones, others in (
         ("two views of one image", _CAMERAS, ("altitude", "push-broom", "view to the glint", "low view")),
         ("two image geometries", _CAMERAS[:2], _CAMERAS[2:]),
+        (
+            "two sizes of one image: a window is a part of a grid, and a camera has rows and columns",
+            _CAMERAS,
+            ("window",),
+        ),
         ("a table is computed for one air", ("table of air",), _OTHER_AIR),
         ("tops of their own have the temperature of the air there", ("own tops",), ("cloud temperature",)),
         ("a sensor measures radiance", ("mask alone",), _SENSORS),

@@ -30,6 +30,8 @@ class AirOverField:
         preceded by the factor that converts their difference into the interpolation error.
     varies : bool
         Whether places have air of their own; not that of a scenario with one profile.
+    is_of_place : bool
+        Whether it is the air of one place, everywhere, of several that a scene has (:mod:`.air_by_place`).
     """
 
     @dataclass(frozen=True, eq=False)
@@ -67,6 +69,7 @@ class AirOverField:
     at: Callable[[float, float], AirOverField.Air]
     left_out: Callable[[], Iterator[tuple[float, AirOverField.Air, AirOverField.Air]]]
     varies: bool = True
+    is_of_place: bool = False
 
     def of(self, view: View) -> AirOverField.Air:
         """Return the air of a view: that of its place, or of the image centre if it has none."""

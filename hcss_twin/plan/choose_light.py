@@ -78,7 +78,7 @@ def with_light(plan: Plan) -> Plan:
         for package in sorted({LIGHT[light] for light in ({name} if known else LIGHT.keys() - of_one.keys())}):
             message += f". {'It comes' if known else 'Others come'} with {package}: {how_to_install(package)}"
         raise ScenarioError([Problem(_FIELD, message)])
-    over_surfaces = bool(plan.surfaces) and not plan.views.varies and _knows("surfaces", *offered[name])
+    over_surfaces = bool(plan.surfaces) and _knows("surfaces", *offered[name])
     along_rays = not plan.is_grid and _knows("rays", *offered[name])
     beside = excluded_beside_light(plan, over_surfaces, along_rays)
     Excluded.require_none(f"{_FIELD} = '{name}'", beside, f"{_FIELD} = '{COLUMNS}'")
@@ -272,7 +272,7 @@ def excluded_beside_light(plan: Plan, over_surfaces: bool = False, along_rays: b
     Parameters
     ----------
     over_surfaces : bool
-        Whether its transport knows several classes of surface, seen from one direction.
+        Whether its transport knows several classes of surface.
     along_rays : bool
         Whether it knows rays that form no grid on the ground.
     """

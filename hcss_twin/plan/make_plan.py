@@ -37,11 +37,11 @@ from hcss_twin.plan.point_effects import extremes_of, plan_point_effect
 from hcss_twin.plan.rays import GridRays, Rays, planned_rays
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.section_effect import section_effects
-from hcss_twin.plan.sensor import excluded_beside_instants, planned_sensor, require_instants
+from hcss_twin.plan.sensor import planned_sensor, require_instants
 from hcss_twin.plan.sensor_geometry import examine_geometry
 from hcss_twin.plan.sensor_margin import alone, with_margin
 from hcss_twin.plan.sensor_stages import Stage
-from hcss_twin.plan.slant_paths import excluded_beside_shadows, slant_paths
+from hcss_twin.plan.slant_paths import SlantPaths, excluded_beside_shadows, slant_paths
 from hcss_twin.plan.sunlight import SunFrames
 from hcss_twin.plan.surroundings import air_unlike_sea
 from hcss_twin.plan.waves import MEAN_SEA, resolve_waves
@@ -52,7 +52,9 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.viewing import viewing_notes
 
 if TYPE_CHECKING:
+    from hcss_twin.core.arrays import Array
     from hcss_twin.plan.accuracy import RequestedAccuracy
+    from hcss_twin.plan.air_by_place import SeveralAirs
     from hcss_twin.plan.cloud_tops import CloudTops
     from hcss_twin.plan.probes import Probed
     from hcss_twin.plan.scene_family import SceneFamily
@@ -60,6 +62,9 @@ if TYPE_CHECKING:
 
 EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 """Years that a time axis can represent in nanoseconds, the resolution of cube readers."""
+
+BETWEEN_DEG = 0.01
+"""By how much the sun is taken to be lower than at known times, so that its paths between them stay in the room."""
 
 _SMALL_IMAGE = 2**22
 """Pixels whose clouds take less time than their kernels take to compile."""
@@ -120,29 +125,25 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)
     view = View(scenario.view.zenith, scenario.view.azimuth) if given is None else given.view
-    slant = slant_paths(scenario.slant, view, zenith, azimuth, given is None)
-    if given is None:
-        assembly = assemble(scenario, catalog, slant, None, family)
-    else:
-        assembly = assemble(scenario, catalog, slant, given.climate, family, given.image)
-        assembly = replace(
-            assembly,
-            directions=given.directions,
-            samples_per_pixel=given.samples_per_pixel,
-            reach_m=given.reach_m(float(times[0]), float(times[-1])),
-        )
+    assembled = partial(_assembled, scenario, catalog, family, given, times)
+    assembly = assembled(slant_paths(scenario.slant, view, zenith, azimuth, given is None))
+    size = image.rows, image.columns
+    extent = (slice(0, size[0]), slice(0, size[1])) if image.window is None else image.window.slices(*size)
+    if given is not None:
+        extent = slice(0, given.image.rows), slice(0, given.image.columns)
+    sensor = planned_sensor(scenario, assembly, catalog, extent)
+    if sensor.asking and assembly.slant.shadows:  # there is room around the image for the sun at other instants, too
+        lower, bearing, _ = track.positions(sensor.reached_s(times))
+        assembly = assembled(slant_paths(scenario.slant, view, lower + BETWEEN_DEG, bearing, given is None))
+    airs = _several_airs(given, assembly, (*times.tolist(), *sensor.reached_s(times).tolist()))
+    for of_places in airs:
+        assembly = of_places.at(assembly)
     suns = SunFrames(track, times, zenith, azimuth)
     texture, even_vapour = _texture(scenario, assembly, catalog, suns)
     assembly = replace(assembly, has_texture=texture.varies, even_vapour=even_vapour)
     beside_shadows = excluded_beside_shadows(assembly.model, assembly.own_suns)
     assembly = replace(assembly, slant=assembly.slant.beside("shadows", beside_shadows))
     probe_last_frame(assembly, float(times[-1]))
-    size = image.rows, image.columns
-    extent = (slice(0, size[0]), slice(0, size[1])) if image.window is None else image.window.slices(*size)
-    if given is not None:
-        extent = slice(0, given.image.rows), slice(0, given.image.columns)
-    sensor = planned_sensor(scenario, assembly, catalog, extent)
-    assembly = replace(assembly, slant=assembly.slant.beside("shadows", excluded_beside_instants(sensor)))
     doubts = examine_geometry(json.loads(scenario.to_json()), sensor.stages) if sensor.stages else ()
     probes = _probes(scenario, assembly, catalog, sensor.stages)
     with compiling_meanwhile(partial(_first_clouds, assembly)):
@@ -150,7 +151,8 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
             assembly, suns = _with_own_suns(given, scenario, assembly, catalog, suns) or (assembly, suns)
         tops_at = _at_extreme_tops(assembly)
         effects = section_effects(scenario, catalog)
-        scenes = [*tops_at, *extremes_of(assembly, effects)]
+        at_corners = (scene for of_places in airs for scene in of_places.at_corners(assembly))
+        scenes = [*tops_at, *extremes_of(assembly, effects), *at_corners]
         analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
     analysis = analyses[0] if len(analyses) == 1 else strictest(analyses[0], analyses)
     planned_surfaces: list[PlannedSurfaces] = []
@@ -167,6 +169,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     sun = highest if highest.is_up else None
     tops = _cloud_tops(scenario, assembly, analysis.accuracy, sun)
     planned = tuple(plan_point_effect(scenario, assembly, effect, analysis.accuracy, sun) for effect in effects)
+    by_place = tuple(of_places.planned(scenario, assembly, analysis.accuracy, sun) for of_places in airs)
     assembly = assembly.at_level(analysis.numerics.level).on_grid(analysis.spectral_grid.refinement)
     assembly = assembly.with_finer_sunlight(analysis.numerics.sunlight_steps)
     assembly = replace(assembly, slant=assembly.slant.without("shadows", analysis.faint_shadows))
@@ -226,6 +229,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         probes=probes,
         rays=rays,
         point_effects=planned,
+        air_by_place=by_place,
     )
     rays.prepare(scenario, assembly, plan.needs_radiance)
     light = scenario.radiance
@@ -234,6 +238,34 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     from hcss_twin.plan.choose_light import with_light  # not for independent columns
 
     return with_light(plan)
+
+
+def _assembled(
+    scenario: Scenario,
+    catalog: Catalog,
+    family: SceneFamily | None,
+    rays: Rays | None,
+    times_s: Array,
+    slant: SlantPaths,
+) -> Assembly:
+    """Return all providers of a scene, seen as a grid on the ground or by rays."""
+    if rays is None:
+        return assemble(scenario, catalog, slant, None, family)
+    return replace(
+        assemble(scenario, catalog, slant, rays.climate, family, rays.image),
+        directions=rays.directions,
+        samples_per_pixel=rays.samples_per_pixel,
+        reach_m=rays.reach_m(float(times_s[0]), float(times_s[-1])),
+    )
+
+
+def _several_airs(rays: Rays | None, assembly: Assembly, times_s: Sequence[float]) -> tuple[SeveralAirs, ...]:
+    """Return the air of all places that rays see, if it is not that of one place or of the rays."""
+    if rays is None or rays.climate is not None or not assembly.air_over_field.varies:
+        return ()
+    from hcss_twin.plan.air_by_place import SeveralAirs  # not for grids on the ground
+
+    return (SeveralAirs(assembly, rays, times_s),)
 
 
 def _with_own_suns(
@@ -329,8 +361,11 @@ def _notes(
         sunlight=sunlight,
     )
     centre: tuple[str, ...] = ()
-    if assembly.air_over_field.varies and (assembly.elements or "cloud_top_temperature" in names):
+    air, tops = assembly.air_over_field, "cloud_top_temperature" in names
+    if air.varies and (assembly.elements or tops):
         centre = ("cloud_top_temperature, and the air before elements, are those of the profile at the image centre",)
+    elif air.is_of_place and tops:
+        centre = ("cloud_top_temperature is that of the profile at the image centre",)
     unlike = air_unlike_sea(assembly.profile, assembly.sea_temperature_K) if radiance else ()
     read_as = (f"band {band.name}: {band.read_as}" for band in assembly.bands if band.read_as)
     of_waves = (WAVE_NOTE,) if waves else ()

@@ -290,7 +290,7 @@ def _changes_of_air(
     first = [sun for _, sun in known][:1]
     yield from _even_vapour(assembly, first)
     texture = ", around which they have texture" if assembly.has_texture else ""
-    if not air.varies:
+    if not (air.varies or air.is_of_place):
         yield from climate_over_image(assembly, columns, first)
         yield Omission(what, f"the scenario has one profile, one temperature of the sea and one wind{texture}", 0.0)
         return

@@ -39,6 +39,7 @@ from hcss_twin.providers import CloudLayer, Grid, Sun, View
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
+    from hcss_twin.plan.air_by_place import AirByPlace
     from hcss_twin.plan.cloud_tops import CloudTops
     from hcss_twin.plan.point_effects import PlannedPointEffect
     from hcss_twin.plan.probes import Probed
@@ -146,6 +147,8 @@ class Plan:
         Light between columns of cloud.
     point_effects : tuple of PlannedPointEffect
         Effects of other packages that differ from place to place.
+    air_by_place : tuple of AirByPlace
+        Places whose air has tables, for rays that form no grid on the ground.
     """
 
     scenario: Scenario
@@ -182,6 +185,7 @@ class Plan:
     probes: tuple[Probed, ...] = ()
     light: PlannedLight = COLUMNS
     point_effects: tuple[PlannedPointEffect, ...] = ()
+    air_by_place: tuple[AirByPlace, ...] = ()
 
     def __repr__(self) -> str:
         """Return the plan in a few lines, instead of all its parts."""
@@ -268,7 +272,8 @@ class Plan:
     def effects(self) -> tuple[Effect, ...]:
         """What lets pixels differ beyond their clouds; what stages read and write decides their order."""
         shadows = [Shadows()] * self.has_shadows
-        of_columns = self.light, *self.surfaces, *self.tops, *self.point_effects, self.views, self.texture
+        of_points = *self.surfaces, *self.tops, *self.point_effects, *self.air_by_place
+        of_columns = self.light, *of_points, self.views, self.texture
         return tuple(effect for effect in (*of_columns, *shadows, self.waves, self.sensor) if effect.varies)
 
     @property

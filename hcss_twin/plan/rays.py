@@ -233,11 +233,11 @@ def excluded_beside_rays(rays: Rays, scenario: Scenario, assembly: Assembly) -> 
         )
         for number, (layer, from_image) in enumerate(zip(assembly.layers, assembly.from_images, strict=True))
     )
-    profiles = assembly.air_over_field.varies and rays.climate is None
     of_sun = any(name.startswith("sun_") for provider in assembly.derived for name in provider.needs)
+    window = scenario.image.window is not None
     return (
         *modes,
-        Excluded("atmosphere.profile", profiles, "a field of several profiles", "one profile"),
+        Excluded("image.window", window, "a part of the grid on the ground", "to leave it out"),
         Excluded(
             "output.derived",
             of_sun and assembly.own_suns,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError, choose_from
 from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, RADIANCE, measured_variables
@@ -16,7 +18,6 @@ from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.models.sensor.detector import band_radiance_per_kelvin
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.builder import attribute_to_field, scene_info
-from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.output import cube_variables
 from hcss_twin.plan.sensor_stages import Source, Stage, with_points
@@ -28,6 +29,9 @@ from hcss_twin.scenario.scenario import Scenario
 from hcss_twin.scenario.sensor import SensorSection
 
 ALL = "all"
+
+INSTANTS_S = 10.0
+"""Longest time between instants for which the reach of rays and of the sun's paths is found."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +112,12 @@ class BuiltSensor(Effect):
         known = [stage.instants for stage in self.stages if stage.instants is not None]
         # a stage measures both at the time of the frame and at the instants of later stages
         return sum(min(low, 0.0) for low, _ in known), sum(max(high, 0.0) for _, high in known)
+
+    def reached_s(self, times_s: Array) -> Array:
+        """Return times between which the scene is needed, close to one another, for frames at some times (F,)."""
+        low, high = self.instants
+        instants = np.linspace(low, high, 2 + math.ceil((high - low) / INSTANTS_S)) if high > low else np.zeros(1)
+        return np.unique(times_s[:, None] + instants)
 
     @property
     def reach(self) -> int:
@@ -250,13 +260,6 @@ def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, ext
         message = '[sensor] needs radiance, which is not requested; allowed: a list with "radiance"'
         raise ScenarioError([Problem("output.variables", message)])
     return make_sensor(scenario.sensor, inputs, scene=scene_info(scenario))
-
-
-def excluded_beside_instants(sensor: BuiltSensor) -> tuple[Excluded, ...]:
-    """Return what shadows, which are known at the frames, cannot be computed with."""
-    between = sensor.instants != (0.0, 0.0)
-    what = f"instants between frames, as '{sensor.asking[0].entry.name}' needs" if between else ""
-    return (Excluded("sensor", between, f"{what},", "a sensor that sees the frames"),)
 
 
 def require_instants(sensor: BuiltSensor, assembly: Assembly, first_s: float, last_s: float) -> None:

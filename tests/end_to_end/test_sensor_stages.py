@@ -363,10 +363,37 @@ def test_wrong_stages_name_field_and_what_is_allowed(sensor, field, message):
     assert message in error.value.problems[0].message
 
 
-def test_shadows_are_refused_with_other_instants():
-    slant = {"slant.shadows": "on", "time": "2024-04-20T12:30:00+10:00", **CLOUDS}
-    with pytest.raises(
-        ScenarioError,
-        match=r"sensor: instants between frames, as 'integrating' needs, cannot be .*slant.shadows = 'on'",
-    ):
-        planned([("smearing", {}), ("integrating", {})], **slant)
+SHADOWS = {
+    **CLOUDS,
+    "image.pixel_size": 50.0,
+    "clouds": {"type": "stratus", "base": 2000.0, "top": 2300.0, "coverage": 0.5, "coverage_mode": "field"},
+    "motion.platform_speed": 0.0,
+    "time": "2024-04-20T09:30:00+10:00",
+    "view": {"zenith": 40.0, "azimuth": 295.0},
+    "bands": [[3.9, 3.92]],
+    "sea.temperature_texture": 0.0,
+    "atmosphere.water_vapour_texture": 0.0,
+    "slant.parallax": "off",
+    "seed": 2,
+}
+
+
+def test_rows_have_the_shadows_of_their_instants(tmp_path):
+    """The sun goes on by half a degree from row to row: each is that of a frame at its time."""
+    late = 120.0
+    shutter, _ = measured(
+        tmp_path / "rows.nc", [("rollingshutter", {"delay": late})], frames={"count": 1}, **SHADOWS,
+        **{"slant.shadows": "on"},
+    )  # fmt: skip
+    frames, seen = {"count": 12, "interval": late}, shutter.radiance.to_numpy()[0]
+    for shadows in ("on", "off"):
+        _, clean = measured(
+            tmp_path / f"{shadows}.nc", [("smearing", {})], frames=frames, **SHADOWS, **{"slant.shadows": shadows}
+        )
+        of_frames = clean.radiance.to_numpy()
+        of_rows = np.stack([of_frames[row, :, row] for row in range(12)], axis=1)
+        print(shadows, np.max(np.abs(seen / of_rows - 1.0)), np.max(np.abs(of_frames[0] / of_rows - 1.0)))
+        assert np.max(np.abs(seen / of_rows - 1.0)) < 1e-3 if shadows == "on" else np.max(seen / of_rows) < 1.0 + 1e-3
+        # What would be seen without shadows, or with those of the time of the frame, is far from it.
+        other = of_rows if shadows == "off" else of_frames[0]
+        assert np.max(np.abs(seen / other - 1.0)) > 0.1

@@ -77,7 +77,7 @@ class PixelSample:
         # Pixels of other rays have views of their own, which cost more than their points unless each has its own wave.
         if plan.is_grid or plan.waves.varies:
             count = min(asked, max(1, POINTS_PER_PIXEL * asked // plan.samples_per_pixel**2))
-        if plan.tops or plan.point_effects:  # each point has a model of its own
+        if plan.tops or plan.point_effects or plan.air_by_place:  # each point has a model of its own
             count = min(count, PIXELS_WITH_TOPS)
         parts = min(max(1, count // PIXELS_PER_FRAME), frames)
         chosen = checked_frames(parts, frames) if count else []

@@ -37,7 +37,7 @@ class ElementPaths:
     """Paths of one scene from any altitude to the sensor."""
 
     def __init__(self, plan: Plan) -> None:
-        self._plan = plan
+        self._plan, self._setting = plan, plan.assembly.setting()
         self._wavenumber, self._weights = plan.spectral_grid.wavenumber_cm1, plan.spectral_grid.weights_cm1
         self.air = cached_method(self._new_air, _ALTITUDES)
         self.air_emission = cached_method(self._new_air_emission, _ALTITUDES)
@@ -96,21 +96,21 @@ class ElementPaths:
 
     def _new_white(self, altitude_m: float, zenith_deg: float, sun: Sun | None) -> tuple[Array, Array]:
         """Thermal sky and sunlight (V,) from a white horizontal diffuser, behind the air on all of their way."""
-        assembly, none = self._plan.assembly, np.zeros_like(self._wavenumber)
-        toward, profile = to_space(altitude_m, zenith_deg), assembly.profile
+        setting, none = self._setting, np.zeros_like(self._wavenumber)
+        toward, profile = to_space(altitude_m, zenith_deg), setting.profile
         sky = none
         if altitude_m < profile.altitude_m[-1]:
             levels = np.concatenate(([altitude_m], profile.altitude_m[profile.altitude_m > altitude_m]))
             paths = [toward + Path((Leg(altitude_m, float(level), _SKY_ZENITH_DEG),)) for level in levels]
-            arriving = assembly.transmittance.transmittance(self._wavenumber, paths)
+            arriving = setting.transmittance.transmittance(self._wavenumber, paths)
             kelvin = profile.temperature_at(levels)
             source = planck(self._wavenumber[None, :], 0.5 * (kelvin[1:] + kelvin[:-1])[:, None])
             sky = np.sum(source * (arriving[:-1] - arriving[1:]), axis=0)
         if sun is None:
             return sky, none
         both = toward + to_space(altitude_m, sun.zenith_deg)
-        through = assembly.transmittance.transmittance(self._wavenumber, [both])[0] if sky is not none else 1.0
-        power = assembly.solar_irradiance(self._wavenumber) / sun.distance_au**2
+        through = setting.transmittance.transmittance(self._wavenumber, [both])[0] if sky is not none else 1.0
+        power = self._plan.assembly.solar_irradiance(self._wavenumber) / sun.distance_au**2
         return sky, power * math.cos(math.radians(sun.zenith_deg)) / math.pi * through
 
     @cached_property
@@ -122,21 +122,18 @@ class ElementPaths:
 
     def _new_air(self, altitude_m: float, zenith_deg: float) -> Array:
         """Transmittance (V,) of the air above an altitude; above the profile there is none."""
-        assembly = self._plan.assembly
-        if altitude_m >= assembly.profile.altitude_m[-1]:
+        if altitude_m >= self._setting.profile.altitude_m[-1]:
             return np.ones_like(self._wavenumber)
         path = to_space(altitude_m, zenith_deg)
-        transmittance: Array = assembly.transmittance.transmittance(self._wavenumber, [path])[0]
+        transmittance: Array = self._setting.transmittance.transmittance(self._wavenumber, [path])[0]
         return transmittance
 
     def _new_air_emission(self, altitude_m: float, zenith_deg: float) -> Array:
         """Thermal radiance (B,) of the air above an altitude."""
-        assembly = self._plan.assembly
-        if altitude_m >= assembly.profile.altitude_m[-1]:
+        setting = self._setting
+        if altitude_m >= setting.profile.altitude_m[-1]:
             return np.zeros(len(self._weights))
-        spectrum = path_radiance(assembly.transmittance, assembly.profile, self._wavenumber, [altitude_m], zenith_deg)[
-            0
-        ]
+        (spectrum,) = path_radiance(setting.transmittance, setting.profile, self._wavenumber, [altitude_m], zenith_deg)
         radiance: Array = np.sum(self._weights * spectrum, axis=1)
         return radiance
 

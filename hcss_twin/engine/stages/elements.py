@@ -17,13 +17,14 @@ each pixel, hide this share of all below them.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cached_method import cached_method
 from hcss_twin.cube.variables import (
     ELEMENT,
     ELEMENT_PLACE,
@@ -48,6 +49,7 @@ from hcss_twin.engine.stages.placed_points import (
     point_of,
 )
 from hcss_twin.engine.stages.stage import WITH_ELEMENTS, Frame, FramePart, PartWindow, Stage
+from hcss_twin.engine.tables.point_axis import PointAxis
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import ElementPixels, ElementPoint, SightPath, Sun
@@ -57,20 +59,29 @@ if TYPE_CHECKING:
 
 Thickness = NDArray[np.float32]
 
+_PLACES = 64
+"""Places in memory, if what is before elements differs from place to place."""
+
 _SEED_KEY = 2**18
 """Distinguishes the seeds of elements from those of clouds, waves and the certificate."""
 
 
 class ElementStage(Stage):
-    """Elements of a scene."""
+    """Elements of a scene.
+
+    Parameters
+    ----------
+    effects : sequence of PointAxis
+        Effects of points, behind which elements lie, too.
+    """
 
     title = "elements"
     reads = ("truth", "columns", "light between columns", "texture", "sunlight", "waves")
     writes = ("elements",)
 
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
-        self._paths = ElementPaths(plan)
+    def __init__(self, plan: Plan, effects: Sequence[PointAxis[Any]] = ()) -> None:
+        self._plan, self._effects = plan, effects
+        self._paths = cached_method(self._paths_in, _PLACES)
 
     def begin(self, part: FramePart) -> None:
         """Make room for what elements add."""
@@ -100,7 +111,19 @@ class ElementStage(Stage):
         clouds = seen = part.clouds
         if self._plan.rays.instants > 1:  # what small elements have before them is that of the middle
             clouds = FrameClouds(self._plan, part.time_s, rays=self._plan.rays.still())
-        return InstantElements(self._plan, self._paths, part.index, part.time_s, clouds, part.look_up, seen)
+        return InstantElements(self._plan, self._paths_at, part.index, part.time_s, clouds, part.look_up, seen)
+
+    def _paths_at(self, time_s: float, row: int, column: int) -> ElementPaths:
+        """Return the paths to a pixel, in the state of the point in its middle."""
+        points = self._plan.samples_per_pixel**2
+        no_cloud = np.zeros((points, len(self._plan.layers)))
+        return self._paths(*(effect.of_pixel(time_s, row, column, no_cloud)[points // 2] for effect in self._effects))
+
+    def _paths_in(self, *states: Any) -> ElementPaths:
+        plan = self._plan
+        for effect, state in zip(self._effects, states, strict=True):
+            plan = effect.plan_in(plan, state)
+        return ElementPaths(plan)
 
 
 class InstantElements:
@@ -118,14 +141,14 @@ class InstantElements:
     def __init__(
         self,
         plan: Plan,
-        paths: ElementPaths,
+        paths_at: Callable[[float, int, int], ElementPaths],
         index: int,
         time_s: float,
         clouds: FrameClouds,
         look_up: FrameLookUp | None,
         seen: FrameClouds,
     ) -> None:
-        self._plan, self._paths = plan, paths
+        self._plan, self._paths_at = plan, paths_at
         self._clouds, self._look_up, self._seen = clouds, look_up, seen
         self._time_s, self._number = time_s, plan.scenario.frames.first + index
         self.drawn: dict[tuple[int, int], list[Piece]] = {}
@@ -208,7 +231,8 @@ class InstantElements:
     def path(self, x_m: float, y_m: float, altitude_m: float) -> SightPath:
         """Return what is between a point and the sensor, as :meth:`hcss_twin.providers.ElementScene.path`."""
         at = self.project(*(np.array([coordinate]) for coordinate in (x_m, y_m, altitude_m)))
-        place, paths = (float(at[0][0]), float(at[1][0])), self._paths
+        place = float(at[0][0]), float(at[1][0])
+        paths = self._paths(place)
         zenith = self._zenith_of(place)
         above = paths.heights_above(self._own_points(place), altitude_m, self._own_tops(place))
         cloud = paths.through_cloud(above, zenith)
@@ -272,7 +296,7 @@ class InstantElements:
                 place, above, highest = (piece.row, piece.column), behind, own
                 if not placed.is_resolved:
                     place, above, highest = placed.place, of_place, self._own_tops(placed.place)
-                heights = self._paths.heights_above(above, point.altitude_m, highest)
+                heights = self._paths(place).heights_above(above, point.altitude_m, highest)
                 element_truth[ELEMENT_TRANSMITTANCE], changes[key] = self._change(
                     point, place, pixel, heights, behind, small
                 )
@@ -297,7 +321,7 @@ class InstantElements:
         behind : sequence of ndarray (1, 1)
             Thickness at the point that it hides.
         """
-        paths, altitude_m, zenith = self._paths, point.altitude_m, self._zenith_of(place)
+        paths, altitude_m, zenith = self._paths(place), point.altitude_m, self._zenith_of(place)
         cloud, air = paths.through_cloud(heights, zenith), paths.air(altitude_m, zenith)
         reach = paths.band_mean(air * cloud, point.temperature_K)
         if self._look_up is None:
@@ -376,7 +400,7 @@ class InstantElements:
         """Add the n-th pixel of an extended element."""
         if self._look_up is None:
             return
-        plan, paths, altitude_m = self._plan, self._paths, pixels.altitude_m
+        plan, paths, altitude_m = self._plan, self._paths(pixel), pixels.altitude_m
         radiance, at = small.radiance, small.at(pixel)
         thickness_m = small.points_of(pixel, plan.samples_per_pixel)
         zenith = self._zenith_deg(*pixel)
@@ -418,6 +442,10 @@ class InstantElements:
         """Area of a pixel across the line of sight, at the distance of a point or else of the ground."""
         at_m = None if point is None else (point.x_m, point.y_m, point.altitude_m)
         return self._plan.rays.pixel_area_m2(row, column, self._time_s, at_m)
+
+    def _paths(self, place: Place) -> ElementPaths:
+        """Return the paths of the pixel that holds a place."""
+        return self._paths_at(self._time_s, math.floor(place[0]), math.floor(place[1]))
 
     def _zenith_of(self, place: Place) -> float:
         """View zenith angle of the pixel that holds a place."""

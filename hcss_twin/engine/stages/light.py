@@ -66,12 +66,12 @@ class LightStage(Stage):
         self._transport: LightTransport = plan.light.transport(inputs)
         # Over each class of surface, at the middle of its temperatures; one without a map of the ground.
         self._ground: Ground | None = None
-        self._transports = [self._transport]
+        self._plans, self._transports = [plan], [self._transport]
         for surfaces in plan.surfaces:
             states = SurfaceStates(plan, surfaces)
             self._ground = states.ground
-            plans = (states.plan_in(plan, of_class[len(of_class) // 2]) for of_class in surfaces.states)
-            self._transports = [plan.light.transport(light_inputs(each, tables.spectrum.nodes)) for each in plans]
+            self._plans = [states.plan_in(plan, of_class[len(of_class) // 2]) for of_class in surfaces.states]
+            self._transports = [plan.light.transport(light_inputs(each, tables.spectrum.nodes)) for each in self._plans]
         pixels = min(max(plan.image.rows, plan.image.columns), max(self.largest_square // samples, 1))
         self._pixels, self._layer, self._number = pixels, inputs.layer, inputs.number
         self._reach = [tuple(-(-points // samples) for points in both) for both in self._transport.reach]

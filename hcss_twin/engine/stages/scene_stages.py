@@ -180,7 +180,7 @@ def stages_of(scene: SceneTables) -> list[Stage]:
     if plan.assembly.elements:
         from hcss_twin.engine.stages.elements import ElementStage
 
-        stages.append(ElementStage(plan))
+        stages.append(ElementStage(plan, scene.point_effects))
     stages.append(RadianceStage(scene))
     if plan.assembly.derived:
         from hcss_twin.engine.stages.derived import DerivedStage

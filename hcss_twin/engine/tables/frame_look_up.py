@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.look_up import LookUp, Thickness
 from hcss_twin.engine.tables.over_views import GridViews, views_of_frame
-from hcss_twin.engine.tables.point_axis import FrameAxis, Group, PointAxis
+from hcss_twin.engine.tables.point_axis import FrameAxis, Group, PointAxis, both
 from hcss_twin.engine.tables.radiance_tables import DenseTable, RadianceTables, TableReader, stacked_tables
 from hcss_twin.engine.tables.tensor_train import LOST, MANY_STATES
 from hcss_twin.plan.plan import Plan
@@ -162,7 +162,7 @@ class FrameLookUp:
                 for group in axis.groups(window, points):
                     if not axis.within_pixels and points > 1:
                         group = Group(None, group.nodes, group.weights[:, :, pixel])
-                    finer.append(_both(before, group, nodes))
+                    finer.append(both(before, group, nodes))
             found = [group for group in finer if group.points is None or group.points.size]
         return found
 
@@ -191,16 +191,3 @@ class FrameLookUp:
             for pixels, whole in zip(window, self._extent, strict=True)
         )
         return rows, columns
-
-
-def _both(before: Group, group: Group, nodes: int) -> Group:
-    """Return the points that are in two groups, of axes of which the second has so many nodes."""
-    number = [first * nodes + second for first in before.nodes for second in group.nodes]
-    points, first, second = group.points, before.weights, group.weights
-    if before.points is not None and group.points is None:
-        points, second = before.points, second[..., before.points]
-    elif before.points is not None and group.points is not None:
-        points, *both = np.intersect1d(before.points, group.points, assume_unique=True, return_indices=True)
-        first, second = first[..., both[0]], second[..., both[1]]
-    weights = first[:, None] * second[None]
-    return Group(points, number, weights.reshape(weights.shape[0] * weights.shape[1], *weights.shape[2:]))

@@ -133,3 +133,16 @@ def groups_on(placed: PlacedAxis, values: Array) -> list[Group]:
         weights = placed.weights(segment, values[points])
         groups.append(Group(points, range(nodes.start, nodes.stop), weights[:, None] if weights.ndim == 2 else weights))
     return groups
+
+
+def both(before: Group, group: Group, nodes: int) -> Group:
+    """Return the points that are in two groups, of axes of which the second has so many nodes."""
+    number = [first * nodes + second for first in before.nodes for second in group.nodes]
+    points, first, second = group.points, before.weights, group.weights
+    if before.points is not None and group.points is None:
+        points, second = before.points, second[..., before.points]
+    elif before.points is not None and group.points is not None:
+        points, *places = np.intersect1d(before.points, group.points, assume_unique=True, return_indices=True)
+        first, second = first[..., places[0]], second[..., places[1]]
+    weights = first[:, None] * second[None]
+    return Group(points, number, weights.reshape(weights.shape[0] * weights.shape[1], *weights.shape[2:]))

@@ -23,4 +23,8 @@ def point_axes(plan: Plan) -> list[PointAxis[Any]]:
         from hcss_twin.engine.tables.over_point_effect import PointEffectStates  # not for scenes without
 
         axes.append(PointEffectStates(plan, planned))
+    for air in plan.air_by_place:
+        from hcss_twin.engine.tables.over_air import AirStates  # not for grids on the ground
+
+        axes.append(AirStates(plan, air))
     return axes

@@ -51,6 +51,8 @@ def table_key(plan: Plan) -> str:
         parts |= effect.key(scenario, assembly)
     if isinstance(plan.view, AirOverField.PlacedView):
         parts["place"] = [plan.view.latitude_deg, plan.view.longitude_deg]
+    if assembly.air_over_field.is_of_place:
+        parts["air"] = assembly.air_over_field.centre_deg
     if assembly.alterations:
         sections = json.loads(plan.scenario.to_json())
         parts["altered"] = [[e.name, e.code, value, sections[e.name]] for e, value in assembly.alterations]

@@ -3,10 +3,12 @@
 import json
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pytest
 
 from hcss_twin import Scenario, make_plan, simulate
+from hcss_twin.core.errors import ScenarioError
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "conical-scanner.toml"
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk"}
@@ -104,3 +106,59 @@ def test_clouds_that_do_not_state_it_have_the_coverage_of_the_whole_sky():
     assert Scenario.from_dict(raw).clouds.layers[0].coverage_mode == "field"
     del raw["conical_scanner"]
     assert Scenario.from_dict(raw).clouds.layers[0].coverage_mode == "frame"
+
+
+PRESSURE_PA = np.array([101300.0, 95000.0, 90000.0, 85000.0, 70000.0, 50000.0, 30000.0, 20000.0, 10000.0])
+
+
+def air(north_deg, east_deg):
+    """Temperature (K) and relative humidity (%), linear in latitude and longitude, from those of the centre."""
+    height_m = 44330.0 * (1.0 - (PRESSURE_PA / 101300.0) ** 0.19)
+    return (
+        289.0 - 6.3e-3 * height_m - 1.5 * north_deg + 1.0 * east_deg,
+        np.exp(-height_m / 6000.0) * (55.0 - 4.0 * north_deg - 3.0 * east_deg),
+    )
+
+
+def test_each_pixel_has_the_air_of_its_place(tmp_path):
+    """Scenes with the profile of one place everywhere have its radiance there."""
+    scenario = of(**{"clouds.coverage": 0.0}).to_json()
+    place = json.loads(scenario)["place"]
+    degrees, field = np.linspace(-6.0, 6.0, 5), tmp_path / "air.nc"
+    with netCDF4.Dataset(field, "w") as file:
+        for name, values in (
+            ("latitude", place["latitude"] + degrees), ("longitude", place["longitude"] + degrees),
+            ("pressure_level", PRESSURE_PA),
+        ):  # fmt: skip
+            file.createDimension(name, values.size)
+            file.createVariable(name, "f8", (name,))[:] = values
+        file["pressure_level"].units = "Pa"
+        for number, (name, units) in enumerate((("t", "K"), ("rh", "percent"))):
+            variable = file.createVariable(name, "f8", ("latitude", "longitude", "pressure_level"))
+            variable.units = units
+            variable[:] = np.array([[air(north, east)[number] for east in degrees] for north in degrees])
+    wide = {
+        "clouds.coverage": 0.0, "bands": [[8.4, 9.0]], "accuracy": 5e-3, "sea.temperature": 290.0,
+        "sea.temperature_texture": 0.0, "atmosphere.water_vapour_texture": 0.0,
+        "conical_scanner": {"half_arc": 20.0, "rows": 8, "columns": 12, "step": 50e3},
+    }  # fmt: skip
+    plan = make_plan(of(**wide, **{"atmosphere.profile": str(field)}))
+    assert plan.describe()["air_by_place"]["x_m"] != [0.0]
+    made = simulate(of(**wide, **{"atmosphere.profile": str(field)}))
+    assert made.attrs["hcss_certificate"].startswith("computed as specified")
+    radiance = made["radiance"].values[0, 0].astype(float)
+    assert np.ptp(radiance) > 0.02 * radiance.mean()
+    for row, column in ((0, 0), (3, 6), (7, 9), (1, 11)):
+        pixel = slice(row, row + 1), slice(column, column + 1)
+        latitude, longitude = plan.rays.locations_deg(pixel, 0.0, plan.scenario)
+        there = air(float(latitude[0, 0]) - place["latitude"], float(longitude[0, 0]) - place["longitude"])
+        rows = [f"{p},{kelvin:.9f},{rh:.9f}" for p, kelvin, rh in zip(PRESSURE_PA, *there, strict=True)]
+        own = tmp_path / f"{row}-{column}.csv"
+        own.write_text("\n".join(["pressure_Pa,temperature_K,relative_humidity_percent", *rows]))
+        alone = simulate(of(**wide, **{"atmosphere.profile": str(own), "output.certificate": 0}))
+        assert radiance[row, column] == pytest.approx(float(alone["radiance"].values[0, 0, row, column]), rel=1e-3)
+
+
+def test_a_window_of_the_grid_is_refused():
+    with pytest.raises(ScenarioError, match=r"image.window: a part of the grid on the ground cannot be computed"):
+        make_plan(of(**{"image.window": {"rows": [0, 4], "columns": [0, 4]}}))

@@ -222,11 +222,19 @@ class DriftingStage(LightStage):
         toward = self._plan.toward(view)
         sun, known = toward.sun_at(time_s), self._of_tiles.pop(square, None)
         if known is None or known.toward != (view, sun):
-            transport: Any = self._plan.light.transport(LightStage.inputs(toward, self._nodes))
+            of_classes = [
+                self._plan.light.transport(LightStage.inputs(each.toward(view), self._nodes)) for each in self._plans
+            ]
+            transport: Any = of_classes[0]
             samples = self._plan.scene.samples
             seen = [tuple(-(-points // samples) for points in both) for both in transport.reach]
             known = _Lit(
-                [transport.at(sun)], None, seen, self._margins(transport, seen), transport.edges_m, (view, sun)
+                [each.at(sun) for each in of_classes],
+                None,
+                seen,
+                self._margins(transport, seen),
+                transport.edges_m,
+                (view, sun),
             )
         self._of_tiles[square] = known
         if len(self._of_tiles) > SQUARES_OF_FRAME:
@@ -253,6 +261,14 @@ class DriftingStage(LightStage):
         self, extent: Sequence[slice], lit: _Lit, own_s: float, thickness: Field, kept: tuple[Any, ...] = ()
     ) -> tuple[Array, Array, Array]:
         """Return amount (y, x), share and change (B, y, x) of pixels, from the clouds in and around them."""
+        amount, of_classes = self._over_classes(extent, lit, thickness, kept)
+        share, change = (self._of_ground(found, own_s, (extent[0], extent[1])) for found in of_classes)
+        return amount, share, change
+
+    def _over_classes(
+        self, extent: Sequence[slice], lit: _Lit, thickness: Field, kept: tuple[Any, ...] = ()
+    ) -> tuple[Array, list[list[Array]]]:
+        """Return amount (y, x), and share and change (B, y, x) over each class of surface."""
         samples, wide = self._plan.scene.samples, self.around(extent, lit.over_sea)
         shares = self._shares(self._time_s, wide, thickness, lit.edges_m)
         inner = [
@@ -272,12 +288,9 @@ class DriftingStage(LightStage):
             slice(before * samples, (before + span.stop - span.start) * samples)
             for span, (before, _) in zip(extent, lit.seen, strict=True)
         ]
-        amount = found[0][0][*cut].copy()
-        share, change = (
-            self._of_ground([values[:, *cut].copy() for values in of_classes], own_s, (extent[0], extent[1]))
-            for of_classes in list(zip(*found, strict=True))[1:]
-        )
-        return amount, share, change
+        _, shares_of_classes, changes = zip(*found, strict=True)
+        of_classes = [[values[:, *cut].copy() for values in each] for each in (shares_of_classes, changes)]
+        return found[0][0][*cut].copy(), of_classes
 
     def _shares(self, time_s: float | None, window: Window, thickness_m: Field, edges_m: Array) -> dict[str, Field]:
         assert time_s is not None
@@ -339,8 +352,11 @@ class RayStage(DriftingStage):
             return np.zeros(shape), np.ones((bands, *shape)), np.zeros((bands, *shape))
         lit = self._lit((extent[0].start // self._pixels, extent[1].start // self._pixels), self._time_s)
         thickness = clouds.of_scene_m(self.around(below, lit.over_sea))[self._number]
-        amount, share, change = self._of_extent(below, lit, self._time_s, thickness)
+        amount, of_classes = self._over_classes(below, lit, thickness)
         row, column = (
             np.rint(points).astype(np.intp) - first for points, first in zip(place, scene.corner_of(below), strict=True)
         )
-        return amount[row, column], share[:, row, column], change[:, row, column]
+        share, change = (
+            self._of_ground([values[:, row, column] for values in found], self._time_s, extent) for found in of_classes
+        )
+        return amount[row, column], share, change

@@ -65,6 +65,11 @@ _LINE_STEPS = 4
 
 _SMEARLESS = "views, and the clouds before small elements, are those of its middle"
 
+WINDOW = (
+    "a part of the grid of [image], which is the sky's (camera.rows, camera.columns and camera.principal_point "
+    "say what part of the detector is read),"
+)
+
 LIMB_NOTE = (
     "camera: limb, and ground beyond view zenith 85 deg, are clear air of the profile of [place] along refracted lines "
     "of sight above a black sea; their clouds and scattered sunlight are left out"
@@ -100,7 +105,7 @@ def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
             for name in type(platform).model_fields
         ),
         Excluded("motion.platform_speed", speed, "motion of another platform", "0"),
-        Excluded("image.window", scenario.image.window is not None, "a part of a grid", "to leave it out"),
+        Excluded("image.window", scenario.image.window is not None, WINDOW, "to leave it out"),
     )
 
 
