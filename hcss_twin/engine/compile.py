@@ -124,13 +124,13 @@ def _tables(
     # streams, whose columns differ little and smoothly from those of the tables.
     many = plan.assembly.numerical_level + plan.assembly.sunlight_steps >= MANY_STREAMS
     clouds, levels = sum(plan.assembly.cloudy_layers), plan.assembly.profile.altitude_m
+    whole = allowed.thickness if clouds <= 1 else min(allowed.thickness, (1.0 - CROSS_SHARE) * allowed.layers / clouds)
+    share = (PLACED_SHARE if several else 1.0) * whole
     if clouds and not several and len(suns) > 1:  # a model may then solve clouds for all suns at once
-        first = [first_nodes(layer, levels)[:, None] for layer in plan.layers]
+        first = [first_nodes(layer, levels, share)[:, None] for layer in plan.layers]
         alone = np.concatenate([np.kron(row, of) for row, of in zip(np.eye(len(first)), first, strict=True)])
         columns.cloudy(alone[np.any(alone[:, plan.assembly.cloudy_layers], axis=1)], columns.toward(views, suns))
     placed = columns.of(few_streams) if many and clouds > 1 else columns
-    whole = allowed.thickness if clouds <= 1 else min(allowed.thickness, (1.0 - CROSS_SHARE) * allowed.layers / clouds)
-    share = (PLACED_SHARE if several else 1.0) * whole
     axes: tuple[ThicknessAxis | None, ...] = tuple(
         place_thickness(placed.along(index, placing), layer, levels, share, source, several or clouds > 1)
         if cloudy

@@ -153,7 +153,9 @@ def choose_level(assembly: Assembly, suns: Sequence[Sun | None], tolerance: floa
     firsts = FIRST_LEVELS if assembly.has_cloud and (any(suns) or len(assembly.layers) > 1) else FIRST_OF_SIMPLE
     sunlight = min(next(level for limit, level in firsts if tolerance > limit), last)
     level = min(FEW_STREAMS, sunlight) if any(suns) else sunlight
-    tried = [(level, sunlight)]
+    tried, coarsest, finest = [(level, sunlight)], (0, 0), (level + 1, sunlight + 1)
+    if sunlight == 1 and change(coarsest, finest) <= tolerance:  # the coarsest agrees with the second next finer one
+        return NumericalLevel(0, change(coarsest, finest), True)
     while error(level, sunlight) > tolerance:
         if level < sunlight and error_but_of_sunlight(level, sunlight) > tolerance:
             level += 1

@@ -169,9 +169,7 @@ def _bound_of_views(
     largest = 0.0
     try:
         for corner, view in enumerate(views):
-            toward = assembly.toward(view)
-            for sun, total in known.items():
-                largest = max(largest, _change(columns, toward, sun, total, corner))
+            largest = max(largest, _change(columns, assembly.toward(view), list(known.items()), corner))
     except (ProviderError, ScenarioError):
         return None
     return SAFETY_FACTOR * largest
@@ -183,16 +181,21 @@ def _bound_of_suns(
     """Return the bound; None if the sun in a corner is too low for the providers."""
     largest = 0.0
     try:
-        for corners, total in lit:
-            for corner, sun in enumerate(corners):
-                largest = max(largest, _change(columns, assembly, sun, total, corner))
+        for corner in range(len(_CORNERS)):
+            under = [(corners[corner], total) for corners, total in lit]
+            largest = max(largest, _change(columns, assembly, under, corner))
     except ProviderError:
         return None
     return SAFETY_FACTOR * largest
 
 
-def _change(columns: FewColumns, scene: Assembly, sun: Sun | None, known: Array, corner: int) -> float:
-    """Return the largest change; after the first corner only for clear sky, which is the most sensitive to azimuth."""
-    if corner == 0 or not columns.clear:
-        return largest_error(columns.total(scene, sun), known)
-    return largest_error(columns.only(np.zeros(1, dtype=np.intp)).total(scene, sun), known[:1])
+def _change(columns: FewColumns, scene: Assembly, known: Sequence[tuple[Sun | None, Array]], corner: int) -> float:
+    """Return the largest change from known columns, under each sun.
+
+    After the first corner only of clear sky, which is the most sensitive to azimuth.
+    """
+    if corner > 0 and columns.clear:
+        columns = columns.only(np.zeros(1, dtype=np.intp))
+    totals = columns.totals_in(scene.model, [scene.setting(sun) for sun, _ in known])
+    changes = (largest_error(total, of_sun[: len(total)]) for total, (_, of_sun) in zip(totals, known, strict=True))
+    return max(changes, default=0.0)

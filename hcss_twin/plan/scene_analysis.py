@@ -132,7 +132,17 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
         GridRefinement,
         RadianceRange,
     )
-    analysis = recall_or_compute(PLANS, key, catalog, lambda: _analyse(scenario, assembly, catalog, sun), classes)
+
+    def compute() -> SceneAnalysis:
+        try:
+            return _analyse(scenario, assembly, catalog, sun)
+        except ProviderDefect:
+            raise
+        except ProviderError:
+            explain_lowest_sun(assembly, sun)
+            raise
+
+    analysis = recall_or_compute(PLANS, key, catalog, compute, classes)
     if scenario.output.certificate:
         return analysis
     return replace(analysis, omissions=without_certificate(analysis.omissions))
@@ -183,7 +193,6 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     radiance = wants_radiance(computed_variables(scenario, assembly, True, requested))
     if radiance:
         probe_particles(assembly)
-        probe_lowest_sun(assembly, sun)
     extreme_suns = [position for _, position in sun.extremes(assembly.view)] if radiance else []
     accuracy = requested_accuracy(scenario, assembly, extreme_suns)
     shares = share_out(accuracy.relative)
@@ -267,8 +276,8 @@ HIGH_SUN_DEG = 30.0
 """Zenith of a sun that every radiance model supports."""
 
 
-def probe_lowest_sun(assembly: Assembly, sun: SunFrames) -> None:
-    """Compute the columns at one wavenumber for the frame with the lowest sun above the horizon.
+def explain_lowest_sun(assembly: Assembly, sun: SunFrames) -> None:
+    """Tell whether a provider failed because of the lowest sun above the horizon, by columns at one wavenumber.
 
     Raises
     ------

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -44,6 +45,10 @@ MOST_NODES = 1025
 
 MOST_TESTED = 6
 """Columns between the nodes of a segment that test its polynomial."""
+
+COARSE_TOLERANCE = 5e-4
+"""Tolerance from which on polynomials are tried across kinks: where the cloud's face crosses a level, radiance bends by
+less in most profiles."""
 
 LINEAR_SHARE = 0.25
 """Share of the tolerance for the linear look-up; the rest is for the polynomials."""
@@ -101,10 +106,15 @@ def axis_of(layer: CloudLayer, level_m: Array) -> Axis:
     return _of_thickness(low, high, crossing[(crossing > low * 1.001) & (crossing < high * 0.999)].tolist())
 
 
-def first_nodes(layer: CloudLayer, level_m: Array) -> Array:
+def first_nodes(layer: CloudLayer, level_m: Array, tolerance: float) -> Array:
     """Return the thicknesses (N,) of the columns for which the first segment of a layer's axis is tried."""
     axis = axis_of(layer, level_m)
-    return axis.within(float(axis.ends[0]), float(axis.ends[1]), quadrature.nodes(ORDERS[0]))
+    end = -1 if _across_kinks(tolerance) else 1
+    return axis.within(float(axis.ends[0]), float(axis.ends[end]), quadrature.nodes(ORDERS[0]))
+
+
+def _across_kinks(tolerance: float) -> bool:
+    return (1 - LINEAR_SHARE) * tolerance >= COARSE_TOLERANCE
 
 
 def place_thickness(
@@ -141,7 +151,8 @@ def place_thickness(
     # With one layer columns of the default model are dear, and few of them tell whether a polynomial follows.
     tests = MOST_NODES if fewest else MOST_TESTED
     axis = axis_of(layer, level_m)
-    placed = place(axis, kept, allowed, most=MOST_NODES, most_tested=tests, curve=not_below_zero, fewest=fewest)
+    cut: Literal["needed", "kinks"] = "needed" if _across_kinks(tolerance) else "kinks"
+    placed = place(axis, kept, allowed, most=MOST_NODES, cut=cut, most_tested=tests, curve=not_below_zero, fewest=fewest)
     if placed.missed is not None:
         raise _jumping(placed, allowed, layer, source)
     new = np.array([thickness for thickness in placed.nodes.tolist() if thickness not in known])
