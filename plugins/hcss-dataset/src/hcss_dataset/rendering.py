@@ -6,19 +6,18 @@ the sensor would give without targets and noise: a target's own image is drawn b
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_dataset.distribution import MAX_ATTEMPTS, OF_SKY, Distribution
+from hcss_dataset.distribution import MAX_ATTEMPTS, Distribution, without_sky
 from hcss_dataset.errors import DatasetError
 from hcss_dataset.targets import Target, draw_targets, seen_at
 from hcss_twin import CatalogError, Scenario, make_plan
@@ -26,6 +25,7 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stages.element_paths import ElementPaths
 from hcss_twin.engine.stream import PartMaker
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Points, Problem, ScenarioError
 
@@ -132,7 +132,7 @@ class Studio:
     def __init__(self, distribution: Distribution) -> None:
         self.distribution = distribution
         self.shelf = ResultCache(several=True)
-        self._states: OrderedDict[str, Plan] = OrderedDict()
+        self._states: OrderedDict[str, _State] = OrderedDict()
         self._optics: dict[str, _Optics] = {}
 
     def sequence(self, draw: int) -> DrawnSequence:
@@ -155,35 +155,35 @@ class Studio:
 
     def frames_per_draw(self) -> int:
         """Return the number of frames of each draw."""
-        return int(self._scenario({}, 0).frames.count)
+        return int(self._scenario({}).frames.count)
 
     def _attempt(self, draw: int, attempt: int, refused: tuple[str, ...]) -> DrawnSequence:
         distribution = self.distribution
-        values, state = distribution.values(draw, attempt)
-        sky = distribution.sky_of(draw)
-        scenario = self._scenario(values, draw)
-        empty = self._plan_of_state(scenario)
-        targets = draw_targets(distribution, draw, attempt, empty)
+        values, number = distribution.values(draw, attempt)
+        state = self._state(values)
+        targets = draw_targets(distribution, draw, attempt, state.plan)
         for target in targets:
-            side = math.sqrt(target.area_m2 or 0.0) / empty.grid.pixel_size_m
+            side = math.sqrt(target.area_m2 or 0.0) / state.plan.grid.pixel_size_m
             if side > _LARGEST_SIDE:
                 raise ScenarioError(
                     [Problem("targets.strength.area", f"a side of {side:.3g} pixels; allowed: up to {_LARGEST_SIDE:g}")]
                 )
-        about = {"sky": sky, "state": state, "values": values, "refused": refused}
-        return DrawnSequence(self, draw, scenario, targets, about)
+        about = {"sky": distribution.sky_of(draw), "state": number, "values": values, "refused": refused}
+        return DrawnSequence(self, draw, state, targets, about)
 
-    def _scenario(self, values: Mapping[str, Any], draw: int, more: Mapping[str, Any] | None = None) -> Scenario:
+    def _scenario(self, values: Mapping[str, Any], seed: int = 0, noise_seed: int = 0) -> Scenario:
         distribution = self.distribution
-        changes = {**distribution.overrides, **values, "seed": distribution.sky_seed(distribution.sky_of(draw))}
+        changes = {**distribution.overrides, **values, "seed": seed}
         if "sensor" in distribution.scenario or any(key.startswith("sensor") for key in changes):
-            changes["sensor.seed"] = distribution.noise_seed(draw)
-        raw = {**distribution.scenario, **(more or {})}
-        return Scenario.from_dict(raw, changes, base=distribution.base, origin=distribution.origin, shelf=self.shelf)
+            changes["sensor.seed"] = noise_seed
+        raw, base, origin = distribution.scenario, distribution.base, distribution.origin
+        return Scenario.from_dict(raw, changes, base=base, origin=origin, shelf=self.shelf)
 
-    def with_targets(self, scenario: Scenario, targets: Sequence[Target]) -> Scenario:
-        """Return a scenario with targets."""
-        return self._again(scenario, _elements(targets))
+    def scenario_of(self, draw: int, values: Mapping[str, Any], targets: Sequence[Target]) -> Scenario:
+        """Return a draw with its targets as a scenario."""
+        distribution = self.distribution
+        seeds = distribution.sky_seed(distribution.sky_of(draw)), distribution.noise_seed(draw)
+        return self._again(self._scenario(values, *seeds), _elements(targets))
 
     def _again(self, scenario: Scenario, changes: Mapping[str, Any], drop: Sequence[str] = ()) -> Scenario:
         raw = {key: value for key, value in json.loads(scenario.to_json()).items() if key not in drop}
@@ -199,19 +199,20 @@ class Studio:
             raise DatasetError("a data set needs a grid on the ground; allowed: a scenario without a camera in orbit")
         return plan
 
-    def _plan_of_state(self, scenario: Scenario) -> Plan:
-        """Return a plan without targets that tells where points of the scene appear, the same for all skies."""
-        plain = json.loads(scenario.to_json())
-        for name in ("title", "seed", "output", "sensor"):
-            plain.pop(name, None)
-        for layer in plain["clouds"]["layers"]:
-            for name in OF_SKY:
-                layer.pop(name, None)
-        key = hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+    def _state(self, values: Mapping[str, Any]) -> _State:
+        """Return what draws share whose values differ in nothing but their sky.
+
+        It is made for values of the sky that no draw has: it must not depend on which draw asks first.
+        """
+        plain, _ = without_sky(values)
+        key = json.dumps(plain, sort_keys=True, default=str)
         if key not in self._states:
-            self._states[key] = self.plan(scenario, {})
+            scenario = self._scenario(plain)
+            plan = self.plan(scenario, {})
+            self._states[key] = _State(self, scenario, plan, tables_of(plan), self.optics(plan))
             while len(self._states) > _KEPT_STATES:
                 self._states.popitem(last=False)
+        self._states.move_to_end(key)
         return self._states[key]
 
     def optics(self, plan: Plan) -> _Optics:
@@ -243,6 +244,40 @@ class Studio:
                 raise DatasetError("the sensor without noise needs other surroundings of the image than with it")
             self._optics[key] = _Optics(whole, stamp)
         return self._optics[key]
+
+
+@dataclass(frozen=True)
+class _State:
+    """What draws of one state share, with any sky and any targets.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        Of the state, with a sky of its own.
+    plan : Plan
+        Without targets; it also tells where points of the scene appear.
+    """
+
+    studio: Studio
+    scenario: Scenario
+    plan: Plan
+    tables: RadianceTables
+    optics: _Optics
+    _with_targets: dict[str, Plan] = field(default_factory=dict)
+
+    def drawn(self, draw: int, values: Mapping[str, Any], targets: Sequence[Target]) -> Plan:
+        """Return the plan of a draw."""
+        distribution, elements = self.studio.distribution, _elements(targets).get("elements", [])
+        seeds = distribution.sky_seed(distribution.sky_of(draw)), distribution.noise_seed(draw)
+        plan = self.plan
+        if elements:
+            key = json.dumps([{name: each for name, each in one.items() if name != "parameters"} for one in elements])
+            if key not in self._with_targets:
+                self._with_targets[key] = self.studio.plan(self.scenario, {"elements": elements})
+            plan = self._with_targets[key]
+        _, of_layers = without_sky(values)
+        sky = [of_layers.get(layer, {}) for layer in range(len(plan.scenario.clouds.layers))]
+        return plan.redrawn(seeds[0], sky, [one["parameters"] for one in elements] or None, seeds[1])
 
 
 @dataclass(frozen=True)
@@ -292,12 +327,11 @@ class DrawnSequence:
     """The frames of one draw, whose targets have the intensities that their SCR needs."""
 
     def __init__(
-        self, studio: Studio, draw: int, scenario: Scenario, targets: tuple[Target, ...], about: Mapping[str, Any]
+        self, studio: Studio, draw: int, state: _State, targets: tuple[Target, ...], about: Mapping[str, Any]
     ) -> None:
         self._studio, self.draw, self.targets, self._about = studio, draw, targets, about
-        self._without = scenario
-        self.plan = studio.plan(scenario, _elements(targets))
-        self.tables = tables_of(self.plan)
+        self._optics, self.tables = state.optics, state.tables
+        self.plan = state.drawn(draw, about["values"], targets)
         self._maker = PartMaker(self.plan, self.tables)
         self._scene: tuple[int, NDArray[np.float32], Any, dict[str, NDArray[Any]]] | None = None
         self._seen: tuple[int, Array, Array] | None = None
@@ -309,7 +343,7 @@ class DrawnSequence:
     @property
     def scenario(self) -> Scenario:
         """The draw as a scenario, whose run gives the same frames."""
-        return self._studio.with_targets(self._without, self.targets)
+        return self._studio.scenario_of(self.draw, self._about["values"], self.targets)
 
     @property
     def split(self) -> str:
@@ -346,10 +380,6 @@ class DrawnSequence:
     def _has_converter(self) -> bool:
         stages = self.plan.sensor.stages
         return bool(stages) and stages[-1].as_dict()["parameters"].get("bits") is not None
-
-    @cached_property
-    def _optics(self) -> _Optics:
-        return self._studio.optics(self.plan)
 
     @cached_property
     def _paths(self) -> ElementPaths:
