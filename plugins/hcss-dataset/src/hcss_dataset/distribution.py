@@ -31,6 +31,9 @@ OF_ALL = ("frames", "image", "output", "bands", "sensor", "instrument")
 OF_SKY = ("coverage", "coverage_mode", "edge_taper")
 """Keys of cloud layers that no table of radiance depends on."""
 
+SHARED_SKY = {"coverage": 0.5, "edge_taper": 0.0}
+"""Those of them that the plan of a scene does not depend on either, with values that every scene can have."""
+
 
 @dataclass(frozen=True)
 class Labels:
@@ -277,6 +280,26 @@ def _base(given: Mapping[str, Any], base: Path, check: Check) -> tuple[dict[str,
     beside = base / name
     raw, _ = Scenario.read_file(beside if beside.is_file() else name)
     return raw, dict(_leaves({key: value for key, value in given.items() if key != "scenario"}))
+
+
+def without_sky(values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[int, dict[str, Any]]]:
+    """Return drawn keys with :data:`SHARED_SKY`, and what they say in place of it by the number of the layer."""
+    layers: dict[int, dict[str, Any]] = {}
+
+    def shared(path: list[str], value: Any) -> Any:
+        of_layer = path[:2] == ["clouds", "layers"] and len(path) == 4
+        if path[0] != "clouds" or not (of_layer or len(path) < 4):
+            return value
+        if (of_layer or len(path) == 2) and path[-1] in SHARED_SKY:
+            layers.setdefault(int(path[2]) if of_layer else 0, {})[path[-1]] = value
+            return SHARED_SKY[path[-1]]
+        if isinstance(value, Mapping):
+            return {name: shared([*path, name], each) for name, each in value.items()}
+        if isinstance(value, list):
+            return [shared([*path, str(number)], each) for number, each in enumerate(value)]
+        return value
+
+    return {key: shared(key.split("."), value) for key, value in values.items()}, layers
 
 
 def _leaves(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
