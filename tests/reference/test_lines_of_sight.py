@@ -11,10 +11,17 @@ from hcss_twin.physics.viewing import LinesOfSight, ground_speed_m_s, off_nadir_
 RADIUS_M = 6371008.7714
 TO_CENTRE = pyproj.Transformer.from_crs("EPSG:4979", "EPSG:4978", always_xy=True)
 
-altitudes = pytest.mark.parametrize("altitude", [100e3, 700e3, 35_786e3, 42_000e3])
+ALTITUDES = (100e3, 700e3, 35_786e3, 42_000e3)
+LATITUDES = (-90.0, -40.0, 0.0, 35.0, 90.0)
+VIEWS = ((0.0, 0.0), (20.0, 18.72), (60.0, 200.0), (85.0, 359.0))
+PLACES = [
+    (ALTITUDES[(row + column) % 4], latitude, *view)  # each altitude with each latitude and each view
+    for row, latitude in enumerate(LATITUDES)
+    for column, view in enumerate(VIEWS)
+]
 
 
-@altitudes
+@pytest.mark.parametrize("altitude", ALTITUDES)
 @pytest.mark.parametrize("zenith", [0.0, 1e-6, 20.0, 60.0, 85.0])
 def test_the_triangle_of_earth_and_sensor_obeys_the_laws_of_sines_and_cosines(altitude, zenith):
     look, distance, far = (off_nadir_deg(zenith, altitude), slant_range_m(zenith, altitude), RADIUS_M + altitude)
@@ -45,9 +52,7 @@ def test_the_footprint_of_a_low_orbit_covers_seven_kilometres_a_second():
     assert ground_speed_m_s(705e3) == pytest.approx(2 * math.pi * RADIUS_M * 233 / (16 * 86400), rel=2e-3)
 
 
-@altitudes
-@pytest.mark.parametrize("latitude", [-90.0, -40.0, 0.0, 35.0, 90.0])
-@pytest.mark.parametrize(("zenith", "azimuth"), [(0.0, 0.0), (20.0, 18.72), (60.0, 200.0), (85.0, 359.0)])
+@pytest.mark.parametrize(("altitude", "latitude", "zenith", "azimuth"), PLACES)
 def test_directions_and_ranges_are_those_of_positions_in_space(altitude, latitude, zenith, azimuth):
     """The sensor and the verticals from PROJ: angles between vectors, without any of our axes."""
     lines = LinesOfSight(latitude, 150.0, zenith, azimuth, altitude)

@@ -6,7 +6,7 @@ import pytest
 
 from hcss_twin.cube.writer import MANTISSA_BITS, bits_for, largest_error, round_bits
 
-BITS = range(1, MANTISSA_BITS + 1)
+BITS = (1, 2, 7, 12, MANTISSA_BITS - 1, MANTISSA_BITS)
 
 
 def numbers():

@@ -22,7 +22,7 @@ STACKS = {
     "times": ((3, "time"),),
     "scenes, times": ((2, "scene"), (3, "time")),
 }
-FORMS = list(product(("1-D", "2-D"), WESTS, ("north first", "south first"), ("west first", "east first"), STACKS))
+ORDERS = list(product(("north first", "south first"), ("west first", "east first")))
 
 
 def write(path: Path, form, *, bounds=180.0, at=None, latitude=10.0, step=(STEP_DEG, STEP_DEG)):
@@ -53,17 +53,24 @@ def write(path: Path, form, *, bounds=180.0, at=None, latitude=10.0, step=(STEP_
     return path
 
 
-@pytest.mark.parametrize("form", FORMS, ids=", ".join)
-def test_degrees_give_the_pixel_size_and_the_orientation_anywhere(form, tmp_path):
-    at = {name: size - 1 for size, name in STACKS[form[4]] if size > 1}
-    for bounds in (180.0, 360.0):
-        image = read_image(write(tmp_path / "a.nc", form, bounds=bounds, at=at), at=at)
+@pytest.mark.parametrize("kind", ["1-D", "2-D"])
+@pytest.mark.parametrize("west", WESTS)
+def test_degrees_give_the_pixel_size_and_the_orientation_anywhere(kind, west, tmp_path):
+    for order, bounds in product(ORDERS, (180.0, 360.0)):
+        image = read_image(write(tmp_path / "a.nc", (kind, west, *order, "one"), bounds=bounds))
         middle = np.radians(10.0 + STEP_DEG * ROWS / 2)
         side = RADIUS_M * np.radians(STEP_DEG) * np.sqrt(np.cos(middle))
         assert image.pixel_size_m == pytest.approx(side, rel=2e-3)
         np.testing.assert_array_equal(image.north_and_east_last, VALUES)
-        stated = [f"{name} {number}" for name, number in at.items()]
-        assert image.source == ", ".join(["a.nc", *([", ".join(stated)] if stated else [])])
+
+
+@pytest.mark.parametrize("kind", ["1-D", "2-D"])
+@pytest.mark.parametrize("stack", STACKS)
+def test_the_chosen_image_of_a_stack_is_read_and_named(kind, stack, tmp_path):
+    at = {name: size - 1 for size, name in STACKS[stack] if size > 1}
+    image = read_image(write(tmp_path / "a.nc", (kind, "across 180", "north first", "east first", stack), at=at), at=at)
+    np.testing.assert_array_equal(image.north_and_east_last, VALUES)
+    assert image.source == ", ".join(["a.nc", *(f"{name} {number}" for name, number in at.items())])
 
 
 @pytest.mark.parametrize("kind", ["1-D", "2-D"])
@@ -72,9 +79,9 @@ def test_pixels_that_are_far_from_square_are_told(kind, tmp_path):
     assert any("m (rows) x" in note and "squares of the same area" in note for note in image.notes)
 
 
-@pytest.mark.parametrize("form", [form for form in FORMS if form[4] == "scenes, times"], ids=", ".join)
-def test_a_stack_without_a_choice_or_with_a_wrong_one_is_refused_by_name(form, tmp_path):
-    path = write(tmp_path / "a.nc", form)
+@pytest.mark.parametrize("kind", ["1-D", "2-D"])
+def test_a_stack_without_a_choice_or_with_a_wrong_one_is_refused_by_name(kind, tmp_path):
+    path = write(tmp_path / "a.nc", (kind, "Pacific", "north first", "west first", "scenes, times"))
     faults = {
         "ir has 2 images along scene; allowed: one, chosen with at scene=0 to 1": {},
         "ir has 3 images along time; allowed: one, chosen with at time=0 to 2": {"scene": 1},

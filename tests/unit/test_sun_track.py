@@ -24,8 +24,8 @@ def test_a_platform_that_follows_the_sun_keeps_it():
     assert zenith[0] == pytest.approx(zenith[1], abs=0.03)
 
 
-@pytest.mark.parametrize("zenith", np.linspace(0, 89, 90))
-def test_the_hot_spot_scatters_straight_back(zenith):
-    mu = float(np.cos(np.radians(zenith)))
-    assert scattering_cosine(mu, mu, 0.0) == pytest.approx(-1.0)
-    assert scattering_cosine(mu, mu, 0.0) >= -1.0
+def test_the_hot_spot_scatters_straight_back():
+    for zenith in np.linspace(0, 89, 90):
+        mu = float(np.cos(np.radians(zenith)))
+        assert scattering_cosine(mu, mu, 0.0) == pytest.approx(-1.0)
+        assert scattering_cosine(mu, mu, 0.0) >= -1.0
