@@ -247,7 +247,7 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
         return "the scene has a map of the ground, which has temperatures of its own"
     if light.is_between_columns:
         return "light between columns is compared with a sea of one temperature"
-    if any(assembly.from_images):
+    if assembly.clear_sky_varies:
         return TEXTURE_OF_IMAGE
     return small or (FAINT if is_faint(scenario, assembly, typical_sea_K(grid)) else "")
 
@@ -260,7 +260,7 @@ def why_even_vapour(scenario: Scenario, assembly: Assembly) -> NotComputed:
         return NotComputed("the atmosphere's provider has one profile")
     if scenario.radiance.is_between_columns:
         return NotComputed("light between columns is compared with air of one profile")
-    if any(assembly.from_images):
+    if assembly.clear_sky_varies:
         return NotComputed(TEXTURE_OF_IMAGE)
     return NotComputed(ON_REQUEST, f"atmosphere.water_vapour_texture = {DEFAULT_VAPOUR:g}")
 
