@@ -337,6 +337,11 @@ class Assembly:
         return tuple(getattr(generator, "image_coverage", None) is not None for generator in self.generators)
 
     @property
+    def clear_sky_varies(self) -> bool:
+        """Whether thin cloud of any layer gives the clear sky the texture of an image."""
+        return any(getattr(generator, "clear_sky_varies", False) for generator in self.generators)
+
+    @property
     def hanging_layers(self) -> tuple[int, ...]:
         """Layers whose generators give tops of their own, rather than those of the layer."""
         ranges = [getattr(generator, "cloud_top_range_m", None) for generator in self.generators]

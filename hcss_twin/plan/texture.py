@@ -120,6 +120,12 @@ TEXTURE_OF_IMAGE = "clear sky of the clouds' image has a texture of its own"
 
 ON_REQUEST = "its tables take two to three times as long, and err by up to .4 % in hazy air by day"
 
+EVEN_VAPOUR_ON_REQUEST = NotComputed(ON_REQUEST, f"atmosphere.water_vapour_texture = {DEFAULT_VAPOUR:g}")
+
+WIDE_M, THERMAL_UM = 100e3, 5.0
+"""Least size of images whose vapour has texture by default, and their shortest wavelength. At 10.8 um it changes them
+as much as the sea's texture does, or more; at shorter wavelengths its tables err where there is haze by day."""
+
 SMALL = "the image is smaller than its smallest structures"
 
 FAINT = "it would change less than its share of the accuracy asked for"
@@ -247,22 +253,26 @@ def why_one_temperature(scenario: Scenario, assembly: Assembly) -> str:
         return "the scene has a map of the ground, which has temperatures of its own"
     if light.is_between_columns:
         return "light between columns is compared with a sea of one temperature"
-    if any(assembly.from_images):
+    if assembly.clear_sky_varies:
         return TEXTURE_OF_IMAGE
     return small or (FAINT if is_faint(scenario, assembly, typical_sea_K(grid)) else "")
 
 
-def why_even_vapour(scenario: Scenario, assembly: Assembly) -> NotComputed:
-    """Return why the vapour of a scene that leaves it to the plan has no texture."""
+def why_even_vapour(scenario: Scenario, assembly: Assembly) -> NotComputed | None:
+    """Return why the vapour of a scene that leaves it to the plan has no texture; None if it has one."""
     if excluded := next(present(excluded_beside_texture(assembly)), None):
         return NotComputed(f"the scene has {excluded.what.rstrip(',')}")
     if assembly.has_bound_air:
         return NotComputed("the atmosphere's provider has one profile")
     if scenario.radiance.is_between_columns:
         return NotComputed("light between columns is compared with air of one profile")
-    if any(assembly.from_images):
+    if assembly.clear_sky_varies:
         return NotComputed(TEXTURE_OF_IMAGE)
-    return NotComputed(ON_REQUEST, f"atmosphere.water_vapour_texture = {DEFAULT_VAPOUR:g}")
+    grid, many = assembly.grid, assembly.directions is not None or assembly.lines_of_sight is not None
+    wide = grid.pixel_size_m * max(grid.rows, grid.columns) >= WIDE_M
+    if wide and not many and min(band.lower_um for band in assembly.bands) >= THERMAL_UM:
+        return None
+    return EVEN_VAPOUR_ON_REQUEST
 
 
 def plan_texture(
@@ -286,8 +296,13 @@ def plan_texture(
             Excluded.require_none(f"{key} = {value:g}", excluded_beside_texture(assembly), f"{key} = 0")
     kelvin = 0.0 if why_one_temperature(scenario, assembly) else DEFAULT_K if given is None else given
     sky = Texture(kelvin) if kelvin else EVEN_SKY
-    if vapour is None or vapour == 0.0:
-        return sky, EVEN_VAPOUR if vapour == 0.0 else why_even_vapour(scenario, assembly)
+    if vapour == 0.0:
+        return sky, EVEN_VAPOUR
+    if vapour is None:
+        why = why_even_vapour(scenario, assembly)
+        if why is not None or not suns:
+            return sky, why or EVEN_VAPOUR_ON_REQUEST
+        vapour = DEFAULT_VAPOUR
     share = math.sqrt(sum(of_cell for _, of_cell in cells_of(WATER_VAPOUR, assembly.grid)))
     if share == 0.0:
         return sky, NotComputed(SMALL)

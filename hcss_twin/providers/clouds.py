@@ -291,6 +291,9 @@ class CloudGeneratorOptions(Protocol):
         others that a scenario sets.
     cloud_top_range_m : (float, float) or None
         Lowest and highest altitude of ``cloud_top_m``. None: tops are those of the layer.
+    clear_sky_varies : bool
+        Whether thin cloud gives the clear sky the texture of an image, so that the scene adds none by default. Without
+        it: no.
     goes_on_with : str
         Of clouds that end with their image: key and value of the scenario with which they go on, for messages.
     """
@@ -299,6 +302,7 @@ class CloudGeneratorOptions(Protocol):
     image_coverage: float | None
     honours: Collection[str]
     cloud_top_range_m: tuple[float, float] | None
+    clear_sky_varies: bool
     goes_on_with: str
 
     def cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:

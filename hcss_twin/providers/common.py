@@ -166,6 +166,7 @@ OPTIONAL_MEMBERS: Mapping[str, tuple[Callable[[Any], bool], str]] = {
         "None or a pair of altitudes, the lowest first",
     ),
     "cloud_top_m": (callable, "a method"),
+    "clear_sky_varies": (lambda value: value in (True, False), "True or False"),
     "cloud_depth_m": (callable, "a method"),
     "goes_on_with": (lambda value: isinstance(value, str), "text: key and value of the scenario"),
     "anisotropic": (lambda value: value in (True, False), "True or False"),

@@ -98,7 +98,8 @@ class Atmosphere(ScenarioSection):
         le=0.2,
         description="Relative standard deviation of the water vapour around that of the profile over some hundred km, "
         "the same at all levels: a random field that drifts with `motion.wind_speed`, in wavelengths up to the image's "
-        "size; 0: one profile, also the default, with which the plan states what a texture of 0.05 would change.",
+        "size; 0: one profile; default: 0.05 in images of 100 km or more without camera or `platform.altitude`, whose "
+        "bands lie above 5 um, else one profile, with which the plan states what a texture of 0.05 would change.",
     )
     inversion: InversionSection | Literal["off"] | None = Field(
         None,

@@ -117,6 +117,12 @@ class TypeSky(ScenarioSection):
     parameters: dict[str, Any] = Field(default_factory=dict, description="Its parameters.")
     coverage: Fraction | None = Field(None, ge=0, le=1, description="Default coverage; without it, that of all types.")
     own_coverage: bool = Field(False, description="Its coverage cannot be chosen: layers that state one do not get it.")
+    thickness_min: Length | None = Field(
+        None,
+        ge=THINNEST_M,
+        le=20_000,
+        description="Default thickness of its thinnest cloudy pixel, m; that of `[layer]`.",
+    )
     pixel_size_min: Length = Field(0.0, ge=0, description="Smallest distance of points for which it is meant, m.")
     pixel_size_max: Length = Field(math.inf, gt=0, description="Largest distance of points for which it is meant, m.")
 

@@ -66,8 +66,9 @@ def with_skies(
             continue
         _require_valid(registry, name, sky, f"clouds.layers[{number}].type", f"'{layer.type}'", origin)
         chosen: dict[str, object] = {"generator": name, "parameters": dict(sky.parameters)}
-        if sky.coverage is not None and "coverage" not in layer.model_fields_set:
-            chosen["coverage"] = sky.coverage
+        for key in {"coverage", "thickness_min"} - layer.model_fields_set:
+            if (usual := getattr(sky, key)) is not None:
+                chosen[key] = usual
         layers.append(layer.model_copy(update=chosen))
     clouds = scenario.clouds.model_copy(update={"layers": tuple(layers)})
     return scenario.model_copy(update={"clouds": clouds}), tuple(dict.fromkeys(notes))

@@ -49,6 +49,7 @@ class ScatteredClouds:
     """
 
     image_coverage = None
+    clear_sky_varies = False
 
     def __init__(self, inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> None:
         entry = CloudEntry.read(path)
@@ -215,6 +216,7 @@ class ImageryClouds:
         self._clouds = kind(inputs, parameters, path)
         self.declares = self._clouds.declares
         self.image_coverage: float | None = self._clouds.image_coverage
+        self.clear_sky_varies = self._clouds.clear_sky_varies
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return geometric thickness (y, x) in metres of a window at ``time_s``; 0 is clear sky.

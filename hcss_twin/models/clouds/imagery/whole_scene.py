@@ -40,12 +40,13 @@ class _Plane(NamedTuple):
     """Clouds of an image, rows northward and columns eastward.
 
     ``thickness_m`` is float32 (rows, columns), 0 where clear; ``missing`` is bool, True where the image has no value;
-    ``notes`` describe the origin of the clouds.
+    ``notes`` describe the origin of the clouds, ``by_temperature`` is False where a threshold told them from the sea.
     """
 
     thickness_m: NDArray[np.float32]
     missing: NDArray[np.bool_]
     notes: tuple[str, ...]
+    by_temperature: bool
 
 
 class WholeScene:
@@ -58,6 +59,7 @@ class WholeScene:
         read = _from_image if parameters.entry is None else _from_entry
         self._window, self._plane = read(inputs, parameters, path)
         self._parameters = parameters
+        self.clear_sky_varies = self._plane.by_temperature
         scene = self._window.at(0.0)
         _refuse_missing(self._plane.missing[scene], parameters, 0.0)
         self.image_coverage = float(np.mean(self._plane.thickness_m[scene] > 0.0))
@@ -157,10 +159,12 @@ def _from_image(inputs: CloudInputs, parameters: ImageryParameters, path: Path) 
     _refuse_missing(np.isnan(level[window.at(0.0)]), parameters, 0.0, image.notes)
     if parameters.method == "auto":
         parameters = parameters.model_copy(update={"method": method_of(image, parameters.cloud_is)})
-    method = thickness_by_temperature if parameters.method == "temperature" else thickness_by_threshold
+    by_temperature = parameters.method == "temperature"
+    method = thickness_by_temperature if by_temperature else thickness_by_threshold
     thickness, notes = method(image, level, window.at(0.0), inputs, parameters)
     size = image.size_notes(inputs.grid)
-    return window, _Plane(thickness, np.isnan(level), (*notes, *image.described(parameters.cloud_is), *size))
+    notes = (*notes, *image.described(parameters.cloud_is), *size)
+    return window, _Plane(thickness, np.isnan(level), notes, by_temperature)
 
 
 def _from_entry(inputs: CloudInputs, parameters: ImageryParameters, path: Path) -> tuple[MovingWindow, _Plane]:
@@ -177,4 +181,4 @@ def _from_entry(inputs: CloudInputs, parameters: ImageryParameters, path: Path) 
         "Thickness is linear in the 255 grey levels of the entry. Shapes do not change.",
         *size_notes(entry.facts.pixel_size_m, entry.facts.pixel_size_is_nominal, inputs.grid),
     )
-    return window, _Plane(thickness, entry.missing[::-1], notes)
+    return window, _Plane(thickness, entry.missing[::-1], notes, False)

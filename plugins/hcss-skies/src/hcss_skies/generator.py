@@ -43,9 +43,10 @@ _VISIBLE, _HIDDEN = 0.1, 0.63
 
 # Tops this far above the clear sky keep their temperature in scenes whose clear sky is warmer or colder.
 _DEEP_M = 10_000.0
-# The layer lies where the place has it, mostly under an inversion: a deeper example is squeezed until this share of its
-# pixels fits, so that its deck keeps some texture. What is left above is opaque.
-_HIGHEST = 0.9
+# The layer lies where the place has it, mostly under an inversion: a deeper or colder example is squeezed until this
+# share of its pixels fits into this part of what the layer shows. Colder ones approach the coldest cloud, so that none
+# has a flat top.
+_HIGHEST, _BELOW = 0.9, 0.93
 _KNOTS = 4096  # of the temperature by height, 2.5 m apart
 
 _TILE = 512
@@ -101,12 +102,11 @@ class ExampleClouds:
         self._visible_m = self._visible_thickness()
         self._textures = textures() if self._halvings else None
         self._clear_m = example.clear_m
-        if parameters.clear_sky == "example":
+        self.clear_sky_varies = parameters.clear_sky == "example"
+        if self.clear_sky_varies:
             self._clear_m = min(self._clear_m, float(np.quantile(example.opaque_m[example.opaque], _WARMEST)))
         heights = level.heights_m[:, 0].astype(np.float64)
-        highest = float(np.quantile(np.maximum(example.opaque_m[example.opaque], self._clear_m), _HIGHEST))
-        lower = parameters.tops == "layer" and self._clear_m < inputs.layer.top_m < highest
-        self._squeezed = (inputs.layer.top_m - self._clear_m) / (highest - self._clear_m) if lower else 1.0
+        self._high_m = float(np.quantile(np.maximum(example.opaque_m[example.opaque], self._clear_m), _HIGHEST))
         thickness = self.layer_thickness_m(heights)
         of_pairs = thickness[:, None]
         self._hanging: HangingClouds | None = None
@@ -135,7 +135,7 @@ class ExampleClouds:
         notes = [f"Example {parameters.example}: {example.kind}, {example.source} ({example.licence})"]
         if not example.excess_is_known:
             notes.append("The example has one channel: all its clouds count as opaque where they are coldest.")
-        if parameters.clear_sky == "example":
+        if self.clear_sky_varies:
             notes.append("The texture of clear sky is that of the example, as thin cloud, which counts in masks.")
         if inputs.inversion is not None and self._hanging is None:
             least = inputs.inversion.coldest_K
@@ -270,9 +270,17 @@ class ExampleClouds:
             thickness = layer.thickness_min_m + (layer.thickness_max_m - layer.thickness_min_m) * share
             return np.where(opaque_m > clear, thickness, 0.0)
         kelvin = self._seen_kelvin(opaque_m, inversion)
-        full = max(
-            _FULL * layer.thickness_max_m, float(inversion.thickness_m(np.array(inversion.coldest_K + _OPAQUE_K)))
+        full, opaque = (
+            _FULL * layer.thickness_max_m,
+            float(inversion.thickness_m(np.array(inversion.coldest_K + _OPAQUE_K))),
         )
+        if self.example.lapse_K_m is None:
+            (high_K,) = self._seen_kelvin(np.array([self._high_m]), inversion)
+            coldest_K = inversion.coldest_K + (_OPAQUE_K if opaque > full else 0.0)
+            contrast_K = np.maximum(inversion.clear_K - kelvin, 0.0)
+            fitted_K = fitted(contrast_K, inversion.clear_K - high_K, inversion.clear_K - coldest_K)
+            kelvin = np.where(opaque_m > clear, inversion.clear_K - fitted_K, kelvin)
+        full = max(full, opaque)
         return np.where(opaque_m > clear, np.minimum(inversion.thickness_m(kelvin), full), 0.0).astype(np.float64)
 
     def _seen_kelvin(self, opaque_m: Array, inversion: BrightnessInversion) -> Array:
@@ -292,7 +300,10 @@ class ExampleClouds:
         deep = max(float(self.example.opaque_m[-1]), clear + _DEEP_M)
         heights = np.linspace(clear, deep, _KNOTS)
         fading = (deep - heights) / (deep - clear)
-        air_K = inversion.air_temperature_K(clear + self._squeezed * (heights - clear))
+        above_m = heights - clear
+        if self._of.tops == "layer":
+            above_m = fitted(above_m, self._high_m - clear, self._inputs.layer.top_m - clear)
+        air_K = inversion.air_temperature_K(clear + above_m)
         coldest_K = np.minimum.accumulate(air_K + (inversion.clear_K - clear_air_K) * fading)
         kelvin = np.interp(opaque_m, heights, coldest_K)
         return np.where(opaque_m > clear, kelvin, max(inversion.clear_K, 400.0))
@@ -433,3 +444,16 @@ class ExampleClouds:
         pixels = speed_m_s * time_s / self._inputs.grid.pixel_size_m
         rounded = round(pixels * 1024.0) / 1024.0
         return rounded if abs(pixels - rounded) <= 2e-15 * abs(pixels) else pixels
+
+
+def fitted(values: Array, high: float, room: float) -> Array:
+    """Return values from 0 on that stay below ``room``: in proportion up to ``high``, larger ones squeezed the more.
+
+    The slope is continuous, and at most 1. Nothing changes without room, as where a layer has no cloud to show.
+    """
+    if room <= 0.0:
+        return values
+    slope, even = min(1.0, _BELOW * room / max(high, 1e-9)), _BELOW * room
+    beyond = np.maximum(slope * values - even, 0.0) / (room - even)
+    below: Array = np.minimum(slope * values, even) - (room - even) * np.expm1(-beyond)
+    return below

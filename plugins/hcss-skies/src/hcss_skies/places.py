@@ -37,7 +37,7 @@ _SMOOTH = 0.8
 """Scale in pixels over which examples are smoothed for sheets: lanes of one pixel would become strings of beads, and
 their edges would be those of pixels, not of the film's clouds."""
 
-_NODES = 0.25
+_NODES = 0.5
 """Distance of the places at which the example is looked up, in its pixels; between them it is interpolated."""
 
 _MOST = 1e4

@@ -450,8 +450,32 @@ def _see(out: Any, rank: Any, raised: Any, shown: Any) -> None:
         out[j] = min(max(low + fs * (high - low), zero), last)
 
 
+@kernel()
+def with_clouds(needed: Any, change: Any, sky: int) -> Any:
+    """Return the first column (2, rows) of each row where a sky has clouds, and the one after the last.
+
+    Parameters
+    ----------
+    needed : ndarray of int64 (2, rows)
+        Those between which they are.
+    change : ndarray of float32 (rows, columns)
+        How many times as many clouds there are as in the film.
+    sky : int
+        Which of the skies that are laid over one another, from 1.
+    """
+    found = needed.copy()
+    for i in range(change.shape[0]):
+        begin, beyond = found[0, i], found[1, i]
+        while begin < beyond and change[i, begin] <= sky:
+            begin += 1
+        while begin < beyond and change[i, beyond - 1] <= sky:
+            beyond -= 1
+        found[0, i], found[1, i] = begin, beyond
+    return found
+
+
 @kernel(fastmath={"contract"})
-def lay_over(out: Any, beside: Any, cells: Any, others: Any, table: Any, places: Any) -> None:
+def lay_over(out: Any, beside: Any, cells: Any, others: Any, needed: Any, table: Any, places: Any) -> None:
     """Lay a sky over another one: where both have cloud, values of a table add up; else the larger place stays.
 
     Parameters
@@ -460,6 +484,8 @@ def lay_over(out: Any, beside: Any, cells: Any, others: Any, table: Any, places:
         What both show; the first one is changed.
     beside, others : ndarray of float32 (F, rows, columns)
         What belongs to them.
+    needed : ndarray of int64 (2, rows)
+        First column of each row that is laid over, and the one after the last.
     table : ndarray of float32 (256,)
         Values, ascending from 0.
     places : ndarray of float32 (N,)
@@ -467,8 +493,10 @@ def lay_over(out: Any, beside: Any, cells: Any, others: Any, table: Any, places:
     """
     per_value = np.float32(places.size - 1) / table[-1]
     for i in range(out.shape[0]):
-        for j in range(out.shape[1]):
+        for j in range(needed[0, i], needed[1, i]):
             added, rank = cells[i, j], out[i, j]
+            if added <= np.float32(0.0):
+                continue
             if added > rank:
                 out[i, j] = added
                 for n in range(beside.shape[0]):

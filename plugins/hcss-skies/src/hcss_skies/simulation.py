@@ -17,7 +17,7 @@ from hcss_skies.library import find_example, find_film
 from hcss_skies.pace import Pace, TurnedPixels, turned
 from hcss_skies.parameters import SimulationParameters
 from hcss_skies.places import Places, read_smooth
-from hcss_skies.playing import lay_over, play, show, show_beside
+from hcss_skies.playing import lay_over, play, show, show_beside, with_clouds
 from hcss_skies.reel import NO_SHIFT, Reel, Seen, blocks, extinction_m1, parts, read_heights, read_reel, usual_at_ranks
 from hcss_skies.relief import DENSEST, LEAST_M, shares_of
 from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, CloudLayer, Problem, ProviderError, ScenarioError
@@ -53,9 +53,6 @@ _SKIES, _COARSE_SKIES = (1, 2, 1, 2, 1, 2), (1, 4, 2, 4)
 
 _COARSE = 8
 """Cells of the film along a pixel from which on there are fewer skies."""
-
-_BLOCK = 64
-"""Cells along a side of the blocks in which further skies are played if they have clouds there."""
 
 _WINDOWS, _SIDE, _APART_M = 5, 48, 150e3
 """Windows along an axis, their side in pixels, and their distance, in which the cover of large pixels is measured."""
@@ -291,16 +288,11 @@ class SimulatedClouds:
             self._play(cells, beside, needed, time_s, first, change, 1, under)
             return cells, beside
         self._play(cells, beside, needed, time_s, first, change, 0, cells[:0])
-        for i in range(0, shape[0], _BLOCK):
-            for j in range(0, shape[1], _BLOCK):
-                of = change[i : i + _BLOCK, j : j + _BLOCK]
-                skies = min(math.ceil(float(of.max())), len(self._magnified))
-                for sky in range(1, skies):
-                    block, more = np.zeros(of.shape, np.float32), np.empty((heights, *of.shape), np.float32)
-                    in_block = np.clip(needed[:, i : i + _BLOCK] - j, 0, of.shape[1])
-                    self._play(block, more, in_block, time_s, (first[0] + i, first[1] + j), of, sky, block[:0])
-                    part = np.s_[i : i + _BLOCK, j : j + _BLOCK]
-                    lay_over(cells[part], beside[:, *part], block, more, *self._adding_up)
+        others, more = np.empty_like(cells), np.empty_like(beside)
+        for sky in range(1, min(math.ceil(float(change.max())), len(self._magnified))):
+            having = with_clouds(needed, change, sky)
+            self._play(others, more, having, time_s, first, change, sky, others[:0])
+            lay_over(cells, beside, others, more, having, *self._adding_up)
         return cells, beside
 
     def _play(

@@ -22,6 +22,9 @@ BENDS = (Octave(500e3, 9000.0, 40_000.0),)
 THICKEST = 0.998
 """Quantile of the ice water path of the sky that has the greatest thickness of the layer."""
 
+_OF_SHEAR = 0x5EA2
+"""Distinguishes the seed of the random angle between wind and shear."""
+
 _TILE = 512
 _MEASURED = 512  # pixels along a side of the sky whose distribution is measured
 _PLACES, _PLACE = 96, 12  # places, and pixels along their side, that tell what smaller pixels add
@@ -48,18 +51,9 @@ class FallStreaks:
 
     def __init__(self, inputs: CloudInputs, parameters: FallStreakParameters) -> None:
         self._inputs, self._of = inputs, parameters
-        wind_x, wind_y = inputs.motion.cloud_velocity_m_s
-        if parameters.shear_from is not None:
-            angle = math.radians(parameters.shear_from)
-            towards = math.cos(angle), math.sin(angle)
-        elif wind_x or wind_y:
-            speed = math.hypot(wind_x, wind_y)
-            towards = -wind_y / speed, -wind_x / speed
-        else:
-            towards = 0.0, -1.0
         self.fall = Fall(
             inputs.layer.thickness_max_m, parameters.shear, parameters.fall_speed, math.radians(parameters.turning),
-            towards,
+            _towards(inputs, parameters),
         )  # fmt: skip
         self._pace = Pace.of(inputs.motion)
         self._lattices = self._lattices_of(inputs.grid.pixel_size_m)
@@ -148,6 +142,20 @@ class FallStreaks:
             ratios.append(fine / self._path(coarse, pixel_m, y, x, 0.0))
         added = np.array(ratios, np.float64).ravel()
         return found * rng.choice(added / added.mean(), found.size)
+
+
+def _towards(inputs: CloudInputs, parameters: FallStreakParameters) -> tuple[float, float]:
+    """Return the direction (y, x) into which streaks trail: by default where clouds come from, turned by the seed.
+
+    Wind comes mostly along an axis of the image, and so would all streaks. The wind does not fall with height.
+    """
+    if parameters.shear_from is not None:
+        angle = math.radians(parameters.shear_from)
+    else:
+        wind_x, wind_y = inputs.motion.cloud_velocity_m_s
+        against = math.atan2(-wind_x, -wind_y) if wind_x or wind_y else -0.5 * math.pi
+        angle = against + math.pi * (np.random.default_rng([inputs.seed, _OF_SHEAR]).random() - 0.5)
+    return math.cos(angle), math.sin(angle)
 
 
 @kernel()

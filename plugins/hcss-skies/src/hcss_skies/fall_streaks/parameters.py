@@ -21,7 +21,8 @@ class FallStreakParameters(BaseModel):
         ge=0.0,
         lt=360.0,
         description="Direction from which the wind grows with height, degrees clockwise from the image's y axis; "
-        "streaks trail that way. Default: where the clouds come from, or 270 without wind.",
+        "streaks trail that way. Default: where the clouds come from (270 without wind), turned by -90 to 90 degrees "
+        "as the seed decides.",
     )
     turning: Of.Angle = Field(
         50.0,
