@@ -2,7 +2,8 @@
 
 The work of each stage follows from the plan. Its time on the reference machine was fitted to random scenes
 (``benchmarks/predicted_time.py``); what earlier runs on this machine took, relative to that, is kept in the user's
-cache and corrects it. Neither is part of a cube.
+cache and corrects it: start and planning, which hardly depend on the scene, say how fast the machine is, and runs of a
+stage what is peculiar to it. Neither is part of a cube.
 """
 
 from __future__ import annotations
@@ -32,6 +33,10 @@ FILE = "stage-times.json"
 
 LATEST = 9
 """Runs of which the median corrects a stage."""
+
+MACHINE_WEIGHS = 4
+"""Runs of a stage that count as much as the speed of the machine: times of scenes scatter about their law twice as
+much as stages differ between machines."""
 
 WORTH_MEASURING_S = 0.1
 """Stages that are predicted to take less say nothing of the machine."""
@@ -139,10 +144,7 @@ def predict(plan: Plan, costs: Sequence[ProviderCost] = ()) -> Prediction:
     kept = plan.needs_radiance and tables_are_kept(plan)
 
     def seconds(is_kept: bool) -> dict[Stage, float]:
-        taken = {
-            name: taken * (statistics.median(factors[name]) if factors.get(name) else 1.0)
-            for name, taken in _reference_seconds(plan, is_kept).items()
-        }
+        taken = {name: taken * _correction(name, factors) for name, taken in _reference_seconds(plan, is_kept).items()}
         for cost in costs:
             if cost.label.startswith(Kind.CLOUDS):
                 taken["frames"] += cost.seconds
@@ -230,6 +232,16 @@ def _reference_seconds(plan: Plan, is_kept: bool) -> dict[Stage, float]:
     if plan.sensor.stages:
         seconds["sensor"] = SENSOR["constant"] + SENSOR["points"] * points(plan)
     return {name: seconds[name] for name in STAGES if name in seconds}
+
+
+def _correction(stage: Stage, factors: Mapping[Stage, Sequence[float]]) -> float:
+    """Return the time of a stage over that of the reference machine: that of its runs, and of start and planning."""
+    machine = math.log(statistics.median(factors.get("planning") or [1.0]))
+    runs = factors.get(stage, []) if stage != "planning" else []
+    if not runs:
+        return math.exp(machine)
+    own = math.log(statistics.median(runs))
+    return math.exp((len(runs) * own + MACHINE_WEIGHS * machine) / (len(runs) + MACHINE_WEIGHS))
 
 
 def _memory_bytes(plan: Plan, is_kept: bool) -> float:
