@@ -1,6 +1,6 @@
 """Does one run of several sensors cost at most what its sensors cost alone, less the sky that they share?
 
-    python benchmarks/one_sky.py             # 1 + 8 sensors, four minutes of a processor
+    python benchmarks/one_sky.py             # 1 + 8 sensors, three minutes of a processor
     python benchmarks/one_sky.py --low 2     # one minute
 
 A geostationary grid of 2 km pixels and low sensors of 375 m in other directions see one sky. Seconds are those of a
