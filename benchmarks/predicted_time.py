@@ -4,16 +4,15 @@
 
 Each scene is planned by ``hcss plan`` and run twice by ``hcss run``, each command a process of its own, in a cache of
 its own that begins empty but for the stage times of the scenes before. ``cold``: the plan is in the cache, tables are
-not; ``warm``: both are. Times are of whole processes of ``hcss run``. ``--fit`` prints the constants of
-``hcss_twin/engine/predicted_time.py`` by least squares over the rows of FILE, as JSON lines; draw other scenes for a
-comparison.
+not; ``warm``: both are. A scene that compiles kernels is measured again. Times are of whole processes of ``hcss run``.
+``--fit`` prints the constants of ``hcss_twin/engine/predicted_time.py`` by least squares over the rows of FILE, as JSON
+lines. Scenes from 600 to 630 gave the present ones: judge them by others (``--first 400``, about six minutes).
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import math
 import os
 import resource
 import shutil
@@ -28,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.engine.predicted_time import points, work
+from hcss_twin.engine.predicted_time import CERTIFICATE_LAW, FLOOR_S, PLANNING_S, TABLES_LAW, points, work
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -112,24 +111,32 @@ def compare(rows: Sequence[dict[str, Any]]) -> None:
             )
 
 
-def fit(rows: Sequence[dict[str, Any]], weight: float = 0.3) -> None:
-    """Print the law of each stage, by least squares of logarithms with small ``weight`` on large coefficients."""
+def fit(rows: Sequence[dict[str, Any]], weight: float = 2.0) -> None:
+    """Print the law of each stage, by least squares of logarithms with a ``weight`` on changes of the present law.
+
+    Times are relative to start and planning of the same run: other work of the machine slows both.
+    """
     cold = [row for row in rows if row["kind"] == "cold" and not row["compiled"]]
-    names = list(cold[0]["work"])
-    for stage in ("tables", "certificate"):
+    for stage, known in (("tables", TABLES_LAW), ("certificate", CERTIFICATE_LAW)):
         used = [row for row in cold if row["stages"].get(stage)]
-        matrix = np.array([[1.0, *(row["work"][name] for name in names)] for row in used])
-        values = [
-            math.log(row["stages"][stage] / max(row["certificate"] / 24.0, 0.5) ** (stage == "certificate"))
-            for row in used
-        ]
-        penalty = weight * np.eye(len(names) + 1)[1:]
-        law, *_ = np.linalg.lstsq(
-            np.vstack((matrix, penalty)), np.concatenate((values, np.zeros(len(names)))), rcond=None
+        names = list(known)
+        matrix = np.array([[{"constant": 1.0, **row["work"]}[name] for name in names] for row in used])
+        of_24 = [max(row["certificate"] / 24.0, 0.5) if stage == "certificate" else 1.0 for row in used]
+        taken = np.array([
+            row["stages"][stage] / pixels * PLANNING_S / row["stages"]["planning"]
+            for row, pixels in zip(used, of_24, strict=True)
+        ])  # fmt: skip
+        values = np.log(np.maximum(taken - FLOOR_S[stage], 0.15))
+        before = np.array([known[name] for name in names])
+        penalty = weight * np.diag([float(name != "constant") for name in names])
+        change, *_ = np.linalg.lstsq(
+            np.vstack((matrix, penalty)), np.concatenate((values - matrix @ before, np.zeros(len(names)))), rcond=None
         )
-        left = np.exp(np.abs(matrix @ law - values))
-        print(stage, {name: round(float(value), 2) for name, value in zip(["constant", *names], law, strict=True)})
-        print(f"  {len(used)} scenes, within {WITHIN}: {np.mean(left <= WITHIN):.2f}, largest factor {left.max():.2f}")
+        for title, law in (("before", before), ("after", before + change)):
+            left = np.exp(np.abs(np.log((FLOOR_S[stage] + np.exp(matrix @ law)) / taken)))
+            print(f"{stage}, {title}: {len(used)} scenes, within {WITHIN}: {np.sum(left <= WITHIN)}, "
+                  f"largest factor {left.max():.2f}")  # fmt: skip
+        print({name: round(float(value), 2) for name, value in zip(names, before + change, strict=True)})
 
 
 def main() -> None:
@@ -146,15 +153,18 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="hcss-predicted-") as parent:
         times = Path(parent) / "stage-times.json"
         for number in range(given.first, given.first + given.scenes):
-            folder = Path(parent) / str(number)
-            folder.mkdir(mode=0o700)
-            if times.exists():
-                shutil.copy2(times, folder)
-            found = measured(*scene(number), folder)
+            for _ in range(2):  # again if kernels were compiled, once on a machine
+                folder = Path(parent) / str(number)
+                folder.mkdir(mode=0o700)
+                if times.exists():
+                    shutil.copy2(times, folder)
+                found = measured(*scene(number), folder)
+                if (folder / times.name).exists():
+                    shutil.copy2(folder / times.name, times)
+                shutil.rmtree(folder)
+                if not any(row["compiled"] for row in found):
+                    break
             rows += found
-            if (folder / times.name).exists():
-                shutil.copy2(folder / times.name, times)
-            shutil.rmtree(folder)
             if given.rows:
                 with given.rows.open("a") as file:
                     file.writelines(json.dumps({"number": number, **row}) + "\n" for row in found)

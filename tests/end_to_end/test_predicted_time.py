@@ -46,13 +46,31 @@ def test_a_scene_whose_tables_are_in_the_cache_takes_less_time(tmp_path):
 def test_a_slower_machine_is_learnt_from_its_runs():
     plan = planned()
     before = predict(plan)
-    for _ in range(3):
-        learn(plan, False, {stage: 3.0 * taken for stage, taken in before.seconds.items()})
+    for was_kept in (False, True):
+        for _ in range(3):
+            learn(plan, was_kept, {stage: 3.0 * taken for stage, taken in before.seconds.items()})
     after = predict(plan)
-    assert after.seconds["tables"] == pytest.approx(3.0 * before.seconds["tables"])
+    assert after.seconds == pytest.approx({stage: 3.0 * taken for stage, taken in before.seconds.items()})
     assert after.runs == 3
-    # Planning is not learnt from a run that analysed the scene, nor a stage that is over at once.
-    assert after.seconds["planning"] == before.seconds["planning"]
+
+
+def test_planning_is_not_learnt_from_a_run_that_analysed_the_scene():
+    plan = planned()
+    before = predict(plan)
+    learn(plan, False, {stage: 3.0 * taken for stage, taken in before.seconds.items()})
+    assert predict(plan).seconds["planning"] == before.seconds["planning"]
+
+
+def test_the_speed_of_the_machine_counts_for_stages_of_few_runs():
+    plan = planned()
+    before = predict(plan)
+    for runs in range(1, 10):
+        learn(plan, False, {"tables": 3.0 * before.seconds["tables"]})
+        learn(plan, True, {"planning": 2.0 * before.seconds["planning"]})
+        after = predict(plan)
+        expected = 2.0 * 1.5 ** (runs / (runs + 4))  # the machine's, and more of its own the more runs there are
+        assert after.seconds["tables"] / before.seconds["tables"] == pytest.approx(expected)
+        assert after.seconds["frames"] == pytest.approx(2.0 * before.seconds["frames"])
 
 
 def test_one_odd_run_changes_little():

@@ -130,3 +130,16 @@ def test_an_orbit_with_an_epoch_does_not_depend_on_the_start():
 def test_wrong_keys_are_named(keys, message):
     with pytest.raises(ScenarioError, match=message):
         trajectory_of(scenario({**PASS, "orbit": None}, {"orbit": {"provider": "sun-synchronous", **keys}}), Catalog())
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"file": "a.tle"}, "default, needs altitude, inclination; with file: provider = 'tle', 'omm', 'oem', 'table'"),
+        ({"altitude": 5e5, "local_time": "13:30"}, "with altitude, local_time: provider = 'sun-synchronous'"),
+        ({"altitude": 5e5, "argument": 3.0, "longitude": 10.0}, "'circular', the default, needs inclination$"),
+    ],
+)  # fmt: skip
+def test_keys_of_another_provider_name_it(keys, message):
+    with pytest.raises(ScenarioError, match=message):
+        trajectory_of(scenario({**PASS, "orbit": None}, {"orbit": keys}), Catalog())

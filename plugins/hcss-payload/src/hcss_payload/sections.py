@@ -105,7 +105,11 @@ class _ByProvider(Section):
         required, optional = keys[provider]
         missing = [name for name in required if name not in given]
         if missing:
-            raise PydanticCustomError("provider", f"'{provider}' needs {', '.join(missing)}")
+            others = [name for name, (needed, more) in keys.items() if provider != name and given <= {*needed, *more}]
+            default = "" if "provider" in self.model_fields_set else ", the default,"
+            named = ", ".join(f"'{name}'" for name in others)
+            instead = f"; with {', '.join(sorted(given))}: provider = {named}" if given and others else ""
+            raise PydanticCustomError("provider", f"'{provider}'{default} needs {', '.join(missing)}{instead}")
         extra = sorted(given - {*required, *optional})
         if extra:
             allowed = ", ".join((*required, *optional)) or "none"
