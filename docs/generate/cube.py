@@ -90,7 +90,8 @@ processor time of writing alone.
 With one band (`--band lwir`): `packing = "int16"` 0.60 (radiance .5, the mask is a byte already) at the processor time
 of the default and an error of 1.3e-5; with `compression = 1` 0.16.
 
-Levels above 1 gain almost nothing. Rounding may use three tenths of `accuracy`; the plan states its error and rejects more.
+Levels above 1 gain almost nothing. Rounding may use three tenths of `accuracy`; the plan states its error and rejects
+more.
 """
 
 _VIEWING = """These coordinates are requested like output variables (`output.variables`), by name or as `geometry`
