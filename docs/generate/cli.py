@@ -104,7 +104,7 @@ def _options(options: list[click.Option], words: str, first: dict[str, str]) -> 
     yield from (text for text in texts if text not in told)
     for where, several in shared.items():
         if len(several) >= _SEVERAL:
-            yield f"* {', '.join(f'`{texts[text]}`' for text in several)}: as of `{where}`."
+            yield f"* {', '.join(f'`{texts[text]}`' for text in several)}: as for `{where}`."
 
 
 def _names(option: click.Option) -> str:
