@@ -48,6 +48,9 @@ The tab key completes commands and scenario names after `eval "$(_HCSS_COMPLETE=
 hcss-light, hcss-payload and hcss-skies are described in their READMEs.
 """
 
+_SEVERAL = 3
+"""Options with the same text from which they refer to the command that has them first."""
+
 _SHARED = ("Print the result as JSON.", "Replace existing files.")
 
 
@@ -76,6 +79,7 @@ def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
     yield _INTRODUCTION.replace("{GENERATED}", generated).replace("{PLUGINS}", _of_plugins())
     listed: dict[int, str] = {}
+    first: dict[str, str] = {}
     for words, command in sorted(commands(), key=itemgetter(0)):
         if id(command) in listed:
             yield f"## `{words}`\n\nThe same command as `{listed[id(command)]}`.\n"
@@ -85,8 +89,22 @@ def lines(generated: str) -> Iterator[str]:
         yield f"## `{words}`\n\n`{words} {usage}`\n\n{inspect.cleandoc(command.help or '')}\n"
         options = [each for each in command.params if isinstance(each, click.Option) and each.help not in _SHARED]
         if options:
-            yield from (f"* {_names(each)}: {each.help}{_default(each)}" for each in options)
+            yield from _options(options, words, first)
             yield ""
+
+
+def _options(options: list[click.Option], words: str, first: dict[str, str]) -> Iterator[str]:
+    """Yield a line for each option, and one for those that a command before has, if it has several of them."""
+    texts = {f"* {_names(each)}: {each.help}{_default(each)}": each.opts[0] for each in options}
+    shared: dict[str, list[str]] = {}
+    for text in texts:
+        if (where := first.setdefault(text, words)) != words:
+            shared.setdefault(where, []).append(text)
+    told = {text for several in shared.values() if len(several) >= _SEVERAL for text in several}
+    yield from (text for text in texts if text not in told)
+    for where, several in shared.items():
+        if len(several) >= _SEVERAL:
+            yield f"* {', '.join(f'`{texts[text]}`' for text in several)}: as for `{where}`."
 
 
 def _names(option: click.Option) -> str:

@@ -31,7 +31,6 @@ with hcss_twin.open_cube("cube.nc") as cube:
 * A file with its final name is complete: it is written under a hidden name ending in `.partial`, and renamed
   once all frames are on the disk. The global attribute `{FORMAT_ATTRIBUTE}` = {FORMAT_VERSION} also marks
   a complete file.
-* `{SCENARIO_ATTRIBUTE}` contains the scenario from which the cube was computed.
 * Azimuths are bearings from the surface point toward sensor or sun, clockwise from north; zenith angles are
   those at the surface point.
 * x points east and y north from the centre of each frame; `{GRID_MAPPING}` describes the plane.
@@ -47,8 +46,6 @@ with hcss_twin.open_cube("cube.nc") as cube:
   `all` or `truth` if the scene has two layers (with one layer they would repeat `cloud_thickness`). Layers are ordered
   from lowest to highest, whatever their order in the scenario, and can be selected by cloud type:
   `cube.cloud_layer_thickness.sel(layer="cirrus")`.
-* Global attributes that begin with `hcss_` record the inputs, the approximations and the accuracy of the cube; they
-  are [listed below](#global-attributes-of-provenance).
 * Numbers are stored uncompressed by default, which is fastest. `output.compression` stores them in chunks of one plane
   with byte shuffling and zlib; `output.quantization` rounds the mantissa of single-precision numbers to the fewest bits
   that keep the given relative error (`bitround` of CF-1.12). Each variable then states its number of bits and the
@@ -76,10 +73,8 @@ that turn digital numbers into radiance; `clean_cube` names the other file.
 _STORAGE = """
 ## Cost of compression and rounding
 
-Measured on 2026-11-21: `stratus`, 8 frames of 800 x 800 with radiance of three bands and the cloud
-mask. Size is relative to uncompressed numbers; processor time includes only writing, with opening and closing,
-on a shared machine; the other columns do not depend on the machine. Computing a frame takes about 12 ms of
-another processor at the same time.
+`stratus`, 8 frames of 800 x 800 with radiance of three bands and the cloud mask; size relative to uncompressed numbers,
+processor time of writing alone.
 
 | `[output]` | size | processor, ms a frame | largest relative error |
 |---|---|---|---|
@@ -95,8 +90,8 @@ another processor at the same time.
 With one band (`--band lwir`): `packing = "int16"` 0.60 (radiance .5, the mask is a byte already) at the processor time
 of the default and an error of 1.3e-5; with `compression = 1` 0.16.
 
-Levels above 1 gain almost nothing. zstd takes half the time of zlib for files a fifth larger, and is not offered,
-because many readers lack it. Rounding may use three tenths of `accuracy`; the plan states its error and rejects more.
+Levels above 1 gain almost nothing. Rounding may use three tenths of `accuracy`; the plan states its error and rejects
+more.
 """
 
 _VIEWING = """These coordinates are requested like output variables (`output.variables`), by name or as `geometry`

@@ -28,7 +28,7 @@ in the README of the package. Packages that `hcss new-plugin` writes import from
 The names of `hcss_twin` and `hcss_twin.providers` are for everybody, and stay as the [provider API](provider-api.md)
 promises. All others are the `__all__` of the module that defines them: they are documented and tested, but may change
 with any release, which the change log announces. **Ours alone** marks modules that are public because packages of this
-repository need them; no other package is known to.
+repository need them; no other package is known to, and only their names are listed.
 
 Units are those of the name itself, of arguments, attributes and results.
 """
@@ -151,6 +151,9 @@ def lines(generated: str) -> Iterator[str]:
             if name == "hcss_twin.providers":
                 yield f"\n`{name}`, which the [provider reference](provider-reference.md) describes\n"
                 yield from _by_units(name)
+                continue
+            if topic.ours:
+                yield f"\n`{name}`: {', '.join(f'`{each}`' for each in import_module(name).__all__)}"
                 continue
             yield f"\n`{name}`\n\n| name | what it is | units |\n|---|---|---|"
             for each in import_module(name).__all__:

@@ -78,7 +78,7 @@ def lines(generated: str) -> Iterator[str]:
                 place = part.lstrip("# ")
         row = rows.fullmatch(line)
         first = places.setdefault((row[1], row[2]), place) if row and len(row[2].split()) >= _LONG else place
-        yield line if first == place or row is None else f"{line.removesuffix(f'{row[2]} |')}As of {first}. |"
+        yield line if first == place or row is None else f"{line.removesuffix(f'{row[2]} |')}As for {first}. |"
 
 
 def _lines(generated: str) -> Iterator[str]:
