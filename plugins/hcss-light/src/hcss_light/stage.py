@@ -70,18 +70,16 @@ def shares_of(
 
 
 def require_one_shape(plan: Plan, number: int) -> None:
-    """Refuse clouds of a layer with a shape in height where another one, or a displacement, is asked.
+    """Refuse clouds of a layer with a shape in height where another one is asked.
 
     Raises
     ------
     LightError
         Names the key.
     """
-    shapes, slant = hasattr(plan.assembly.generators[number], "height_shares"), plan.assembly.slant
-    displaced = slant.parallax and slant.farthest_m(plan.layers[number].top_m) > 0.0
-    if shapes and (displaced or plan.scenario.radiance.light_profile != "uniform"):
-        key = "slant.parallax" if displaced else "radiance.light_profile"
-        raise LightError(f"{key}: clouds have a shape in height of their own; allowed: the default")
+    shapes = hasattr(plan.assembly.generators[number], "height_shares")
+    if shapes and plan.scenario.radiance.light_profile != "uniform":
+        raise LightError("radiance.light_profile: clouds have a shape in height of their own; allowed: the default")
 
 
 class DriftingStage(LightStage):
