@@ -37,11 +37,14 @@ def spanning(layer: CloudLayer, generator: CloudGenerator) -> CloudLayer:
     return replace(layer, base_m=lowest, top_m=float(high), anchor="top")
 
 
-def upright(generator: Any, time_s: float, rows: slice, columns: slice, summary: Any = None) -> tuple[Cloud, ...]:
+def upright(
+    generator: Any, time_s: float, rows: slice, columns: slice, summary: Any = None
+) -> tuple[Cloud, Cloud, Cloud]:
     """Return thickness, top, and height (y, x) of clouds whose tops vary, above their points, whatever views see."""
     if hasattr(generator, "displaced_m"):
         where = time_s, rows, columns, (0, 0)
-        return generator.displaced_m(*where), *generator.displaced_ends_m(*where)
+        ends: tuple[Cloud, Cloud] = generator.displaced_ends_m(*where)
+        return generator.displaced_m(*where), *ends
     thickness: Cloud = generator.thickness_around_m(time_s, rows, columns, summary)
     depth = generator.cloud_depth_m(time_s, rows, columns) if hasattr(generator, "cloud_depth_m") else thickness
     return thickness, generator.cloud_top_m(time_s, rows, columns), depth

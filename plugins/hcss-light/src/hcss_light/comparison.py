@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hcss_light.reference import levels_of, radiance_of_layers
-from hcss_light.slices import Slices
+from hcss_light.slices import Field, Slices
 from hcss_light.stage import shares_of
 from hcss_light.voxels import LightError
 from hcss_twin import Scenario, make_plan
@@ -220,6 +220,7 @@ class SampledClouds:
         thickness, layers = clouds.thickness_m((rows, columns)), []
         for layer_inputs, slices in zip(self._inputs.stack, self._slices, strict=True):
             number, window = layer_inputs.number, (rows, columns)
+            shares: Field | None
             if layer_inputs.tops_vary:
                 cloud, shares = clouds.standing(number, window, slices.edges_m)
             else:
