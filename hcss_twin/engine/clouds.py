@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.scene_points import at_rays, interpolated
 from hcss_twin.plan.clouds import sums_up
-from hcss_twin.plan.hanging_levels import Met, farthest_points, levels_of, spanning
+from hcss_twin.plan.hanging_levels import Met, farthest_points, levels_of, spanning, spread, upright
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.windows import Window, length, points_of
@@ -65,6 +65,24 @@ class FrameClouds:
         if not self._plan.is_grid:
             return self._met(number, window).top_m
         return self._tops_of_scene(number, window)
+
+    def standing(self, number: int, window: Window, edges_m: Array) -> tuple[Thickness, Thickness]:
+        """Return the clouds of a layer whose tops vary above the points of a window, whatever lines of sight see.
+
+        Returns
+        -------
+        thickness_m : ndarray (y, x)
+        shares : ndarray (Z, y, x)
+            How each is spread over the heights between altitudes (Z + 1,).
+        """
+        rows, columns = (points_of(pixels, self._plan.scene.samples) for pixels in window)
+        own = upright(self._clouds[number][0], self._time_s, rows, columns, self._around[number])
+        return own[0], spread(*own, edges_m)
+
+    def as_columns(self, number: int, window: Window, edges_m: Array) -> tuple[Thickness, Thickness]:
+        """Return the columns that tables show for what lines of sight cross of such a layer, as :meth:`standing`."""
+        thickness = self._of_layer(number, window)
+        return thickness, spread(thickness, self.tops_m(number, window), thickness, edges_m)
 
     def _of_layer(self, number: int, window: Window) -> Thickness:
         """Return the thickness of a layer at the points of a window of the image."""

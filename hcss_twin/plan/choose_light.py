@@ -21,6 +21,7 @@ from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, goes_on_with, present
 from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
+from hcss_twin.plan.hanging_levels import spanning, spread, upright
 from hcss_twin.plan.plan import Plan, PlannedLight
 from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.providers import Sun
@@ -80,7 +81,8 @@ def with_light(plan: Plan) -> Plan:
         raise ScenarioError([Problem(_FIELD, message)])
     over_surfaces = bool(plan.surfaces) and _knows("surfaces", *offered[name])
     along_rays = not plan.is_grid and _knows("rays", *offered[name])
-    beside = excluded_beside_light(plan, over_surfaces, along_rays)
+    under_tops = plan.is_grid and not plan.views.varies and _knows("tops", *offered[name])
+    beside = excluded_beside_light(plan, over_surfaces, along_rays, under_tops)
     Excluded.require_none(f"{_FIELD} = '{name}'", beside, f"{_FIELD} = '{COLUMNS}'")
     if not cloudy:
         return plan
@@ -134,7 +136,7 @@ def _loaded(plan: Plan, name: str, origin: object, entry: Any) -> tuple[PlannedL
 
 
 def _knows(what: str, origin: object, entry: Any) -> bool:
-    """Return whether a class of light transport says that it knows several classes of surface, or other rays."""
+    """Return whether a class of light transport says that it knows classes of surface, other rays, or own tops."""
     try:
         return bool(getattr(entry.load(), f"knows_{what}", False))
     except FAILURES as error:
@@ -210,7 +212,12 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
     """Return the inputs of a light transport for a layer with cloud, by default the lowest, and for those above it."""
     assembly, numbers = plan.assembly, plan.cloudy_layers
     number = numbers[0] if number is None else number
-    layer, higher = plan.layers[number], [above for above in numbers if above > number]
+    higher, generator = [above for above in numbers if above > number], assembly.generators[number]
+    layer = spanning(plan.layers[number], generator)
+    tops_vary = layer is not plan.layers[number]
+    reference_m = layer.reference_height_m
+    if tops_vary:  # lines of sight are those through the points of the sea, or without parallax through the clouds
+        reference_m = 0.0 if assembly.slant.parallax else 0.5 * (layer.base_m + layer.top_m)
     up = (plan.sun_zenith_deg < 90.0) & plan.sun_matters
 
     @lru_cache(_SUNS)
@@ -225,10 +232,13 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
         return total
 
     def clouds(rows: slice, columns: slice, edges_m: Array) -> tuple[Any, Any]:
-        generator: Any = assembly.generators[number]
         time_s, shares = float(plan.frame_times_s[0]), getattr(generator, "height_shares", None)
-        summary = None if generator.declares.tileable else generator.frame_summary(time_s)
-        thickness = generator.thickness_around_m(time_s, rows, columns, summary)
+        of_frame: Any = generator
+        summary = None if generator.declares.tileable else of_frame.frame_summary(time_s)
+        if tops_vary:
+            own = upright(generator, time_s, rows, columns, summary)
+            return own[0], spread(*own, edges_m)
+        thickness = of_frame.thickness_around_m(time_s, rows, columns, summary)
         return thickness, None if shares is None else shares(time_s, rows, columns, thickness, edges_m)
 
     @lru_cache(_SUNS)
@@ -245,7 +255,7 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
         view=plan.view,
         sun_zenith_deg=plan.sun_zenith_deg[up],
         sun_azimuth_deg=plan.sun_azimuth_deg[up],
-        reference_m=layer.reference_height_m,
+        reference_m=reference_m,
         point_m=plan.scene.point_m,
         points=math.prod(plan.pixels) * plan.samples_per_pixel**2 * plan.frame_times_s.size,
         accuracy=plan.scenario.radiance.light_accuracy,
@@ -262,11 +272,14 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
         image=(plan.grid.rows * plan.scene.samples, plan.grid.columns * plan.scene.samples),
         clouds=clouds,
         number=number,
+        tops_vary=tops_vary,
         above=light_inputs(plan, nodes, higher[0]) if higher else None,
     )
 
 
-def excluded_beside_light(plan: Plan, over_surfaces: bool = False, along_rays: bool = False) -> tuple[Excluded, ...]:
+def excluded_beside_light(
+    plan: Plan, over_surfaces: bool = False, along_rays: bool = False, under_tops: bool = False
+) -> tuple[Excluded, ...]:
     """Return what cannot be computed with light between columns.
 
     Parameters
@@ -275,7 +288,10 @@ def excluded_beside_light(plan: Plan, over_surfaces: bool = False, along_rays: b
         Whether its transport knows several classes of surface.
     along_rays : bool
         Whether it knows rays that form no grid on the ground.
+    under_tops : bool
+        Whether it knows clouds with tops of their own.
     """
+    tops = plan.assembly.tops_vary and not under_tops
     assembly = plan.assembly
     ends = [
         generator
@@ -288,6 +304,6 @@ def excluded_beside_light(plan: Plan, over_surfaces: bool = False, along_rays: b
         Excluded(_FIELD, not plan.is_grid and not along_rays, "an image that is no grid on the ground", "no camera"),
         Excluded(_FIELD, plan.rays.may_miss_ground, "an image that may miss the ground", "one of the ground alone"),
         Excluded("surfaces", bool(assembly.surfaces) and not over_surfaces, "a map of the ground", "sea everywhere"),
-        Excluded("clouds.generator", assembly.tops_vary, "cloud with tops of its own", LAYER_TOPS),
+        Excluded("clouds.generator", tops, "cloud with tops of its own", LAYER_TOPS),
         Excluded("clouds.generator", bool(ends), "cloud that ends with the image", go_on),
     )

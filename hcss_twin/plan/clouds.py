@@ -70,11 +70,9 @@ def _excluded_beside_slant_paths(
         )
         for what, longest_m in (("the sun's path", paths.longest_m(span)), ("a line of sight", depth_m))
     )
-    shaped = scenario.radiance.is_between_columns and hasattr(generator, "height_shares")
-    sides = Excluded("radiance.light", shaped, "light between clouds with a shape in height of their own", "'columns'")
     return {
         "shadows": (*others, size) if paths.sun_zenith_deg.size else (),
-        "parallax": (*others, of_sight, sides) if paths.farthest_m(span.top_m) > 0.0 else (),
+        "parallax": (*others, of_sight) if paths.farthest_m(span.top_m) > 0.0 else (),
     }
 
 

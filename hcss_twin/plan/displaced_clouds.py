@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.plan.hanging_levels import Level, Met
 from hcss_twin.plan.point_shifts import PointShifts, gathered
@@ -83,6 +84,7 @@ class DisplacedClouds:
             "thickness_in_frame_m": self._thickness_around_m,
             "cloud_top_m": self._cloud_top_m,
             "cloud_depth_m": self._cloud_depth_m,
+            "height_shares": self._height_shares,
         }
         return own.get(name, attribute)
 
@@ -100,10 +102,16 @@ class DisplacedClouds:
             if self._of_image:
                 return of_image(time_s, rows, columns)
             return self.displaced_m(time_s, rows, columns, self._view_shift)
-        shifts = self._view_shift.at(rows, columns)
+        shifts, wide, first = self._around(rows, columns, self._view_shift)
+        return gathered(self.displaced_m(time_s, *wide, first), shifts, first)
+
+    @staticmethod
+    def _around(rows: slice, columns: slice, view_shift: PointShifts) -> tuple[NDArray[Any], Window, tuple[int, int]]:
+        """Return the displacements of the points of a window, and the window that they need with its own."""
+        shifts = view_shift.at(rows, columns)
         (down, right), (far_down, far_right) = shifts.min(axis=(1, 2)).tolist(), shifts.max(axis=(1, 2)).tolist()
         wide = slice(rows.start, rows.stop + far_down - down), slice(columns.start, columns.stop + far_right - right)
-        return gathered(self.displaced_m(time_s, *wide, (down, right)), shifts, (down, right))
+        return shifts, wide, (down, right)
 
     def _thickness_around_m(self, time_s: float, rows: slice, columns: slice, summary: Any) -> NDArray[np.float32]:
         """Return the thickness (y, x) seen from a window that may reach outside the image."""
@@ -125,6 +133,20 @@ class DisplacedClouds:
         """Return the height (y, x) of the clouds of a window, for rays that cross them."""
         assert isinstance(self._view_shift, tuple)
         return self.displaced_ends_m(time_s, rows, columns, self._view_shift)[1]
+
+    def _height_shares(
+        self, time_s: float, rows: slice, columns: slice, thickness_m: NDArray[np.float32], edges_m: Array
+    ) -> NDArray[np.float32]:
+        """Return the shares of height (Z, y, x) of the columns that are seen from a window in or around the image."""
+        shares: Any = self._generator.height_shares  # type: ignore[attr-defined]
+        if isinstance(self._view_shift, tuple):
+            of_window: NDArray[np.float32] = shares(
+                time_s, *self._moved(rows, columns, self._view_shift), thickness_m, edges_m
+            )
+            return of_window
+        shifts, wide, first = self._around(rows, columns, self._view_shift)
+        around = shares(time_s, *self._moved(*wide, first), self.displaced_m(time_s, *wide, first), edges_m)
+        return np.stack([gathered(level, shifts, first) for level in around])
 
     def _met_in(self, time_s: float, top: int, bottom: int, left: int, right: int) -> Met:
         """Return the clouds that lines of sight of a window cross."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,33 @@ def spanning(layer: CloudLayer, generator: CloudGenerator) -> CloudLayer:
     low, high = tops_m
     lowest = layer.hanging_from(float(low)).base_m
     return replace(layer, base_m=lowest, top_m=float(high), anchor="top")
+
+
+def upright(
+    generator: Any, time_s: float, rows: slice, columns: slice, summary: Any = None
+) -> tuple[Cloud, Cloud, Cloud]:
+    """Return thickness, top, and height (y, x) of clouds whose tops vary, above their points, whatever views see."""
+    if hasattr(generator, "displaced_m"):
+        where = time_s, rows, columns, (0, 0)
+        ends: tuple[Cloud, Cloud] = generator.displaced_ends_m(*where)
+        return generator.displaced_m(*where), *ends
+    thickness: Cloud = generator.thickness_around_m(time_s, rows, columns, summary)
+    depth = generator.cloud_depth_m(time_s, rows, columns) if hasattr(generator, "cloud_depth_m") else thickness
+    return thickness, generator.cloud_top_m(time_s, rows, columns), depth
+
+
+def spread(thickness_m: Cloud, top_m: Cloud, depth_m: Cloud, edges_m: Array) -> Cloud:
+    """Return the shares (Z, y, x) of clouds (y, x) between altitudes (Z + 1,); 0 where there is none."""
+    edges, shares = (
+        edges_m.astype(np.float32)[:, None, None],
+        np.empty((edges_m.size - 1, *thickness_m.shape), np.float32),
+    )
+    for level, (low, high) in enumerate(pairwise(edges)):
+        shares[level] = np.clip(np.minimum(top_m, high) - np.maximum(top_m - depth_m, low), 0.0, None)
+    total = shares.sum(axis=0)
+    cloudy = (thickness_m > 0.0) & (total > 0.0)
+    shares *= np.where(cloudy, np.float32(1.0) / np.where(cloudy, total, np.float32(1.0)), np.float32(0.0))
+    return shares
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,9 @@ class LightInputs:
         Of the layer among all of the scene, from the lowest on.
     above : LightInputs, optional
         The same of the next layer with cloud above it.
+    tops_vary : bool
+        Whether clouds of the layer have tops of their own: then it is as high as all of them, and says nothing of a
+        column's place in it.
     """
 
     layer: CloudLayer
@@ -88,6 +91,7 @@ class LightInputs:
     clouds: Callable[[slice, slice, Array], tuple[NDArray[np.float32], NDArray[np.float32] | None]]
     number: int = 0
     above: LightInputs | None = None
+    tops_vary: bool = False
 
     @property
     def stack(self) -> tuple[LightInputs, ...]:
@@ -116,8 +120,9 @@ class LightTransport(Protocol):
     Optional ``stage``: a function of plan and tables that returns another
     :class:`~hcss_twin.engine.stages.light.LightStage`;
     ``over_views``: a method of plan that returns the expected errors and a note for an image whose view varies, which
-    is refused without it; ``knows_surfaces`` and ``knows_rays``: whether ``stage`` computes maps of the ground, and
-    images that are no grid on it, such as those of cameras, which are refused without;
+    is refused without it; ``knows_surfaces``, ``knows_rays`` and ``knows_tops``: whether ``stage`` computes maps of the
+    ground, images that are no grid on it, such as those of cameras, and clouds with tops of their own, seen from one
+    direction, which are refused without;
     ``check``: one of plan, tables and number of a frame, whose mapping with a ``text`` is part
     of the certificate.
     """

@@ -34,7 +34,6 @@ REFUSED = [
     ("coast", "scattered light"),
     ("source", "slanted rays"),
     ("slanted rays", "all variables"),
-    ("shadows", "rows one by one"),
     ("inversion", "table of air"),
     ("field of profiles", "table of air"),
     ("three layers", "int16"),

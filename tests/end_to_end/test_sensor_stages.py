@@ -392,7 +392,6 @@ def test_rows_have_the_shadows_of_their_instants(tmp_path):
         )
         of_frames = clean.radiance.to_numpy()
         of_rows = np.stack([of_frames[row, :, row] for row in range(12)], axis=1)
-        print(shadows, np.max(np.abs(seen / of_rows - 1.0)), np.max(np.abs(of_frames[0] / of_rows - 1.0)))
         assert np.max(np.abs(seen / of_rows - 1.0)) < 1e-3 if shadows == "on" else np.max(seen / of_rows) < 1.0 + 1e-3
         # What would be seen without shadows, or with those of the time of the frame, is far from it.
         other = of_rows if shadows == "off" else of_frames[0]

@@ -73,7 +73,7 @@ class LightStage(Stage):
             self._plans = [states.plan_in(plan, of_class[len(of_class) // 2]) for of_class in surfaces.states]
             self._transports = [plan.light.transport(light_inputs(each, tables.spectrum.nodes)) for each in self._plans]
         pixels = min(max(plan.image.rows, plan.image.columns), max(self.largest_square // samples, 1))
-        self._pixels, self._layer, self._number = pixels, inputs.layer, inputs.number
+        self._pixels, self._layer, self._number = pixels, plan.layers[inputs.number], inputs.number
         self._reach = [tuple(-(-points // samples) for points in both) for both in self._transport.reach]
         self._instant: tuple[Hashable, Sun | None, InstantLight] | None = None
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()

@@ -180,16 +180,6 @@ def test_the_plan_chooses_the_cheapest_light_that_is_accurate_enough(band, zenit
         assert any("columns are within radiance.light_accuracy" in note for note in plan.notes)
 
 
-def test_columns_that_a_scene_names_are_displaced_whatever_accuracy_it_notes():
-    """Clouds with a shape in height: the advice for their parallax is a key and a value, with which it is computed."""
-    clouds = {"type": "stratocumulus", "generator": "fractal-relief"}
-    left_out = {}
-    for light in ("auto", "columns"):
-        plan = make_plan(scene(clouds=clouds, radiance={"light": light, "light_accuracy": 0.9}))
-        left_out[light] = [omission.needs for omission in plan.omissions if omission.what == "parallax of clouds"]
-    assert left_out == {"auto": ['radiance.light = "columns"'], "columns": []}
-
-
 def test_an_accuracy_that_no_light_has_is_refused_with_the_best():
     with pytest.raises(ScenarioError, match=r"light_accuracy.*allowed: at least .* that of 'source'"):
         make_plan(scene(bands=[[3.6, 3.8]], clouds={"type": "paper-cumulus"}, radiance={"light_accuracy": 0.001}))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hcss_light.reference import levels_of, radiance_of_layers
-from hcss_light.slices import Slices
+from hcss_light.slices import Field, Slices
 from hcss_light.stage import shares_of
 from hcss_light.voxels import LightError
 from hcss_twin import Scenario, make_plan
@@ -219,8 +219,13 @@ class SampledClouds:
         )
         thickness, layers = clouds.thickness_m((rows, columns)), []
         for layer_inputs, slices in zip(self._inputs.stack, self._slices, strict=True):
-            cloud = thickness[layer_inputs.number]
-            shares = shares_of(self._plan, layer_inputs.number, time_s, (rows, columns), cloud, slices.edges_m)
+            number, window = layer_inputs.number, (rows, columns)
+            shares: Field | None
+            if layer_inputs.tops_vary:
+                cloud, shares = clouds.standing(number, window, slices.edges_m)
+            else:
+                cloud = thickness[number]
+                shares = shares_of(self._plan, number, time_s, window, cloud, slices.edges_m)
             layers.append((slices, slices.density(cloud, layer_inputs.shape, shares)))
         inside = np.array([[margin[0] for margin in self._reach]])
         return radiance_of_layers(self._inputs, layers, inside, sun, photons, seed)

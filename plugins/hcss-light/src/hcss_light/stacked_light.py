@@ -162,7 +162,7 @@ class StackedLight:
             for slices, thickness, share in zip(self._stack.layers, thickness_m, shares, strict=True)
         ]
 
-    def uniform(self, amount_m: Array | Field) -> Array:
+    def uniform(self, amount_m: Array | Field, shares: Any = None) -> Array:
         """Return the radiance (B, y, x) of uniform layers of amounts (L, y, x) by this tier, and of the air above."""
         return self._between(self._uniform, amount_m) + self._air[:, None, None]
 

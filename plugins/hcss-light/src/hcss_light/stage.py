@@ -70,18 +70,16 @@ def shares_of(
 
 
 def require_one_shape(plan: Plan, number: int) -> None:
-    """Refuse clouds of a layer with a shape in height where another one, or a displacement, is asked.
+    """Refuse clouds of a layer with a shape in height where another one is asked.
 
     Raises
     ------
     LightError
         Names the key.
     """
-    shapes, slant = hasattr(plan.assembly.generators[number], "height_shares"), plan.assembly.slant
-    displaced = slant.parallax and slant.farthest_m(plan.layers[number].top_m) > 0.0
-    if shapes and (displaced or plan.scenario.radiance.light_profile != "uniform"):
-        key = "slant.parallax" if displaced else "radiance.light_profile"
-        raise LightError(f"{key}: clouds have a shape in height of their own; allowed: the default")
+    shapes = hasattr(plan.assembly.generators[number], "height_shares")
+    if shapes and plan.scenario.radiance.light_profile != "uniform":
+        raise LightError("radiance.light_profile: clouds have a shape in height of their own; allowed: the default")
 
 
 class DriftingStage(LightStage):
@@ -99,7 +97,9 @@ class DriftingStage(LightStage):
         super().__init__(plan, tables)
         transport: Any = self._transport
         self._tiles: Tiles | None = None
-        keeps, self._sizes = keeps and not plan.surfaces, (plan.grid.rows, plan.grid.columns)
+        self._own_tops = self._number in plan.assembly.hanging_layers
+        keeps = keeps and not plan.surfaces and not self._own_tops
+        self._sizes = plan.grid.rows, plan.grid.columns
         if plan.views.varies:
             self._tiles, keeps = Tiles(plan), False
             self._pixels, self._nodes = self._tiles.side, tables.spectrum.nodes
@@ -156,7 +156,7 @@ class DriftingStage(LightStage):
         if self._keeps:
             lit = replace(lit, seen=self._reach, over_sea=self._margins(self._transport, self._reach))
         thickness = clouds.thickness_m(self.around(extent, lit.over_sea))[self._number]
-        return self._of_extent(extent, lit, self._time_s, thickness)
+        return self._of_extent(extent, lit, self._time_s, thickness, clouds)
 
     def _add(
         self, radiance: NDArray[np.float32], window: Window, region: Window, number: int,
@@ -249,28 +249,36 @@ class DriftingStage(LightStage):
         thickness = clouds.thickness_m(self.around(extent, lit.over_sea))[self._number]
         before = self._previous.pop(key, None)
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
-        if before is not None and still and self._ground is None and np.array_equal(before[1], thickness):
+        one = self._ground is None and not self._own_tops
+        if before is not None and still and one and np.array_equal(before[1], thickness):
             return before
         kept: tuple[Any, ...] = ()
         if self._keeps:
             source, first = self._kept_of(own_s, key[1:], light, lit.clouds)
             kept = source, (moved + first - [span.start for span in extent]) * self._plan.samples_per_pixel
-        return light, thickness.copy(), moved, *self._of_extent(extent, lit, own_s, thickness, kept)
+        return light, thickness.copy(), moved, *self._of_extent(extent, lit, own_s, thickness, clouds, kept)
 
     def _of_extent(
-        self, extent: Sequence[slice], lit: _Lit, own_s: float, thickness: Field, kept: tuple[Any, ...] = ()
-    ) -> tuple[Array, Array, Array]:
+        self, extent: Sequence[slice], lit: _Lit, own_s: float, thickness: Field, clouds: Any,
+        kept: tuple[Any, ...] = (),
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Return amount (y, x), share and change (B, y, x) of pixels, from the clouds in and around them."""
-        amount, of_classes = self._over_classes(extent, lit, thickness, kept)
+        own: tuple[dict[str, Field], tuple[Field, Field]] | None = None
+        if self._own_tops:
+            thickness, shares = clouds.standing(self._number, self.around(extent, lit.over_sea), lit.edges_m)
+            seen = self.around(extent, lit.seen)
+            own = {"shares": shares}, clouds.as_columns(self._number, seen, lit.edges_m)
+        amount, of_classes = self._over_classes(extent, lit, thickness, kept, own)
         share, change = (self._of_ground(found, own_s, (extent[0], extent[1])) for found in of_classes)
         return amount, share, change
 
     def _over_classes(
-        self, extent: Sequence[slice], lit: _Lit, thickness: Field, kept: tuple[Any, ...] = ()
-    ) -> tuple[Array, list[list[Array]]]:
+        self, extent: Sequence[slice], lit: _Lit, thickness: Field, kept: tuple[Any, ...] = (),
+        own: tuple[dict[str, Field], tuple[Field, Field]] | None = None,
+    ) -> tuple[Array, list[list[Array]]]:  # fmt: skip
         """Return amount (y, x), and share and change (B, y, x) over each class of surface."""
         samples, wide = self._plan.scene.samples, self.around(extent, lit.over_sea)
-        shares = self._shares(self._time_s, wide, thickness, lit.edges_m)
+        shares = own[0] if own else self._shares(self._time_s, wide, thickness, lit.edges_m)
         inner = [
             slice((far - near) * samples, (far + span.stop - span.start + high) * samples)
             for span, (far, _), (near, high) in zip(extent, lit.over_sea, lit.seen, strict=True)
@@ -281,7 +289,7 @@ class DriftingStage(LightStage):
         shares = {name: np.ascontiguousarray(values[:, *inner]) for name, values in shares.items()}
         near = np.ascontiguousarray(thickness[*inner])
         found = [
-            of_class.correct(near, *kept, **shares, over_sea=over_sea)
+            of_class.correct(near, *kept, **shares, over_sea=over_sea, own=own[1] if own else None)
             for of_class, over_sea in zip(lit.lights, of_seas, strict=True)
         ]
         cut = [

@@ -76,10 +76,10 @@ def differences(
         wide = [slice(span.start - low, span.stop + high) for span, (low, high) in zip(around, reach, strict=True)]
         thickness, shares = clouds(wide[0], wide[1])
         # Tables are not known yet: uniform cloud is that of the tier source.
-        found = [instants[0].uniform(thickness)]
+        found = [instants[0].uniform(thickness, shares)]
         for light in instants:
             amount, share, change = light.correct(thickness, shares=shares)
-            found.append(instants[0].uniform(amount) * share + change)
+            found.append(instants[0].uniform(amount, shares) * share + change)
         for window in windows:
             inner = [
                 slice(span.start - far.start, span.stop - far.start) for span, far in zip(window, wide, strict=True)

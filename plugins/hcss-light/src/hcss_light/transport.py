@@ -44,10 +44,14 @@ class SourceLight(ScatteredLight):
         Whether there may be a map of the ground: each point has the light over its own class of surface.
     knows_rays : bool
         Whether pixels may form no grid on the ground, as those of cameras.
+    knows_tops : bool
+        Whether clouds may have tops of their own. A line of sight crosses clouds of several, so that no one of their
+        tables is that of its cloud: the difference is then that from the pixel's own column, by the same method.
     """
 
     knows_surfaces: ClassVar[bool] = True
     knows_rays: ClassVar[bool] = True
+    knows_tops: ClassVar[bool] = True
 
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)
@@ -150,7 +154,7 @@ class InstantLight:
         self._glints = any(
             member.around.glint > FAINT_GLINT * member.around.below for group in groups for member in group
         )
-        self._slices, self._shape = slices, inputs.shape
+        self._slices, self._shape, self._tops_vary = slices, inputs.shape, inputs.tops_vary
         self._least_m, self._most_m = layer.thickness_min_m, layer.thickness_max_m
         nodes = np.linspace(0.0, self._most_m, NODES_PER_SLICE * slices.count + 1)
         # Between no cloud and the thinnest the engine's tables are linear, and so is this one.
@@ -160,21 +164,23 @@ class InstantLight:
             [GroupLight(tier, slices, member, view, to_sun, inputs.reference_m) for member in group] for group in groups
         ]
         self._lights = lights
-        self._uniform = self._of_uniform(lights, columns)
-        self._dark = self._uniform
+        for group_light in (group_light for light in lights for group_light in light):
+            group_light.fit(columns)
+        self._nights = lights
         if to_sun is not None:
-            self._dark = self._of_uniform(
-                [[group_light.at_night() for group_light in light] for light in lights], columns
-            )
+            self._nights = [[group_light.at_night() for group_light in light] for light in lights]
+        if not self._tops_vary:
+            self._uniform, self._dark = self._apart(columns)
 
-    def _of_uniform(self, lights: list[list[GroupLight]], columns: Field) -> Array:
-        """Return the radiance (B, N) of uniform clouds."""
+    def _apart(self, columns: Field) -> tuple[Array, Array]:
+        """Return the radiance (B, N) of columns (Z, 1, N) of which none sees another, and what it is at night."""
         sea = self._sea.apart()
         paths = sea.paths(columns, self._glints)
-        result: Array = np.array(
-            [sum(group_light.of_uniform(columns, sea, paths) for group_light in light) for light in lights]
-        )
-        return result
+        of_suns = []
+        for lights in (self._lights, self._nights) if self._nights is not self._lights else (self._lights,):
+            of_lights = (sum(group_light.apart(columns, sea, paths) for group_light in light) for light in lights)
+            of_suns.append(np.array(list(of_lights)))
+        return of_suns[0], of_suns[-1]
 
     def over_sea(self, thickness_m: Field, shares: Field | None = None) -> list[Array]:
         """Return what clouds (y, x) change in the radiance of the sea (y, x) below the lines of sight, by group."""
@@ -184,10 +190,26 @@ class InstantLight:
             group_light.over_sea(self._sea, paths, thickness_m.shape) for light in self._lights for group_light in light
         ]
 
-    def uniform(self, amount_m: Array | Field) -> Array:
-        """Return the radiance (B, y, x) of uniform cloud by this tier, and of the air."""
-        of_clouds = [np.interp(amount_m, self._nodes_m, of_band) for of_band in self._uniform]
-        return np.array([of_band + air for of_band, air in zip(of_clouds, self._air, strict=True)])
+    def uniform(self, amount_m: Array | Field, shares: Field | None = None) -> Array:
+        """Return the radiance (B, y, x) of uniform cloud by this tier, and of the air.
+
+        Of clouds with tops of their own that of the columns (y, x) themselves, with their shares of heights.
+        """
+        of_clouds, _ = self._without_others(amount_m, shares)
+        return of_clouds + self._air[:, None, None]
+
+    def _without_others(self, amount_m: Array | Field, shares: Field | None) -> tuple[Array, Array]:
+        """Return the radiance (B, y, x) of uniform cloud, or of columns with own tops, and what it is at night."""
+        if self._tops_vary:
+            density = self._slices.density(np.asarray(amount_m, np.float32), self._shape, shares)
+            found = self._apart(density.reshape(density.shape[0], 1, -1))
+            day, night = (of_sun.reshape(-1, *amount_m.shape) for of_sun in found)
+            return day, night
+        day, night = (
+            np.array([np.interp(amount_m, self._nodes_m, band) for band in curves])
+            for curves in (self._uniform, self._dark)
+        )
+        return day, night
 
     def keep(self, thickness_m: Field, inner: Sequence[slice], shares: Field | None = None) -> KeptSource:
         """Return the source functions of clouds (y, x) within some rows and columns."""
@@ -202,6 +224,7 @@ class InstantLight:
         moved: Sequence[float] = (0.0, 0.0),
         shares: Field | None = None,
         over_sea: Sequence[Array] | None = None,
+        own: tuple[Field, Field] | None = None,
     ) -> tuple[Array, Array, Array]:
         """Return the amount (y, x) at which the tables are read, m, their share and what is added (B, y, x).
 
@@ -213,6 +236,9 @@ class InstantLight:
             Of each column between the altitudes ``edges_m`` of the transport.
         over_sea : sequence of ndarray (y, x), optional
             From :meth:`over_sea`, with more clouds around; by default the clouds are continued periodically.
+        own : (ndarray (y, x), ndarray (Z, y, x)), optional
+            Of clouds with tops of their own: thickness of the column that the tables show at each point, and its shares
+            of heights; by default those above the points.
         """
         seas = iter(self.over_sea(thickness_m, shares) if over_sea is None else over_sea)
         density = self._slices.density(thickness_m, self._shape, shares)
@@ -223,11 +249,11 @@ class InstantLight:
             for group_light in light:
                 amount, radiance = group_light.radiance(density, next(sources, None))
                 band += radiance + group_light.unveiled(amount) * next(seas)
+        if self._tops_vary:
+            seen, shares = (thickness_m, shares) if own is None else own
+            amount = seen.astype(np.float64)
         np.minimum(amount, self._most_m, out=amount)
-        uniform, dark = (
-            np.array([np.interp(amount, self._nodes_m, band) for band in curves])
-            for curves in (self._uniform, self._dark)
-        )
+        uniform, dark = self._without_others(amount, shares)
         return amount, *share_and_change(total, uniform, dark, self._air)
 
 
@@ -258,20 +284,29 @@ class GroupLight:
         extinction = particles.scaled[0] if self._tier == "source" else particles.absorbing_m1
         return np.asarray(np.exp(-extinction / float(self._view.vector[2]) * amount_m))
 
-    def of_uniform(self, columns: Field, sea: Sea, paths: SeaPaths) -> Array:
-        """Return the radiance (N,) of uniform clouds (Z, 1, N), to which the tier slant fits its sums for sunlight.
+    def _alone(self) -> GroupLight:
+        """Return the same light of columns of which none sees another."""
+        apart = GroupLight(self._tier, self._slices.apart(), self._group, self._view, self._sun, self._reference_m)
+        apart._weights = self._weights
+        return apart
+
+    def fit(self, columns: Field) -> None:
+        """Fit the sums for sunlight of the tier slant to uniform clouds (Z, 1, N)."""
+        if self._tier == "slant" and self._sun is not None:
+            dark = replace(self._group.around, emitted=np.zeros(self._slices.count), sky=0.0, below=0.0, glint=0.0)
+            alone = self._alone()
+            integrals, radiance = alone._integrals(columns)[:, 0], alone._sourced(columns, dark)[1][0]
+            self._weights = fitted_weights(integrals, radiance)
+
+    def apart(self, columns: Field, sea: Sea, paths: SeaPaths) -> Array:
+        """Return the radiance (N,) of columns (Z, 1, N) of which none sees another.
 
         Parameters
         ----------
         sea, paths
             Of columns that are apart, and of these.
         """
-        apart = GroupLight(self._tier, self._slices.apart(), self._group, self._view, self._sun, self._reference_m)
-        if self._tier == "slant" and self._sun is not None:
-            dark = replace(self._group.around, emitted=np.zeros(self._slices.count), sky=0.0, below=0.0, glint=0.0)
-            integrals, radiance = apart._integrals(columns)[:, 0], apart._sourced(columns, dark)[1][0]
-            self._weights = apart._weights = fitted_weights(integrals, radiance)
-        amount, radiance = apart.radiance(columns)
+        amount, radiance = self._alone().radiance(columns)
         of_sea = self.over_sea(sea, paths, amount.shape)
         return np.asarray((radiance + self.unveiled(amount) * of_sea)[0])
 

@@ -150,8 +150,9 @@ def _of_one_layer(clouds: Clouds, tier: str) -> Array:
     light = GroupLight(tier, layer.slices, group, view, clouds.sun, reference)
     sea, uniform = Sea(layer.slices, view, clouds.sun, reference).apart(), layer.uniform
     nothing = sea.paths(uniform, False)
-    of_uniform = light.of_uniform(uniform, sea, nothing)
-    dark = of_uniform if clouds.sun is None else light.at_night().of_uniform(uniform, sea, nothing)
+    light.fit(uniform)
+    of_uniform = light.apart(uniform, sea, nothing)
+    dark = of_uniform if clouds.sun is None else light.at_night().apart(uniform, sea, nothing)
     amount, total = light.radiance(layer.density)
     return clouds.corrected(amount[None], total, of_uniform, dark)
 

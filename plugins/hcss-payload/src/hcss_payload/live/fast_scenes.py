@@ -38,7 +38,7 @@ def excluded_by_plan(plan: Plan) -> tuple[Excluded, ...]:
         Excluded("clouds.generator", not fractal, "clouds that are no fractal field", "'fractal'"),
         Excluded("clouds.coverage_mode", frames, "'frame', one coverage of every image,", "'field'"),
         Excluded("clouds.generator", assembly.tops_vary, "cloud tops that vary with the generator", "one without"),
-        Excluded("atmosphere", assembly.air_over_field.varies, "a field of several profiles", "one profile"),
+        Excluded("atmosphere", bool(plan.air_by_place), "a field of several profiles", "one profile"),
         Excluded("radiance.light", plan.light.name != "columns", "light between columns", "'columns'"),
         *(
             Excluded(planned.effect.name, True, "an effect of points", "to leave it out")
