@@ -152,7 +152,9 @@ def place_thickness(
     tests = MOST_NODES if fewest else MOST_TESTED
     axis = axis_of(layer, level_m)
     cut: Literal["needed", "kinks"] = "needed" if _across_kinks(tolerance) else "kinks"
-    placed = place(axis, kept, allowed, most=MOST_NODES, cut=cut, most_tested=tests, curve=not_below_zero, fewest=fewest)
+    placed = place(
+        axis, kept, allowed, most=MOST_NODES, cut=cut, most_tested=tests, curve=not_below_zero, fewest=fewest
+    )
     if placed.missed is not None:
         raise _jumping(placed, allowed, layer, source)
     new = np.array([thickness for thickness in placed.nodes.tolist() if thickness not in known])
