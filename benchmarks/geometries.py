@@ -31,7 +31,10 @@ CIRRUS = {"type": "cirrus", "coverage": 0.5, "coverage_mode": "field"}
 SCENES: dict[str, dict[str, Any]] = {
     "stratus": {},
     "cirrus": {"clouds": CIRRUS},
+    "stratus, 1e-1": {"accuracy": 1e-1},
+    "stratus, 1e-2": {"accuracy": 1e-2},
     "stratus, 1e-4": {"accuracy": 1e-4},
+    "night": {"time": "2024-06-20T14:00:00Z", "bands": [[8.0, 14.0]]},
     "two layers": {"clouds": {"layers": [STRATUS, CIRRUS]}},
     "250 km": {"image": {"rows": 250, "columns": 250, "pixel_size": 1000.0}, "platform": {"altitude": 8e5}},
 }

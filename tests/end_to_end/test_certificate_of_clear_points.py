@@ -279,3 +279,17 @@ def test_what_an_opaque_cloud_keeps_back_is_the_glint_on_the_finer_grid():
         glint.append(grid.weights_cm1 @ assembly.clear(grid.wavenumber_cm1, plan.sun_up_at(0.0))["sea_reflected_sun"])
     np.testing.assert_allclose(-found.sum(axis=0), glint[1], rtol=1e-9)
     assert np.all(np.abs(glint[0] / glint[1] - 1.0) > 1e-7)
+
+
+def test_a_sweep_interpolates_mean_columns_over_warmer_and_colder_seas():
+    """Each point over its own sea, against columns of all points solved one by one."""
+    scene = Scenario.load("cumulus", LIT | {"sea.temperature_texture": 0.5, "bands": ["mwir-3.7"]})
+    plan = make_plan(scene, keeps_results=False)  # so that neither is read from the cache
+    assert plan.texture.temperature_K > 0.0
+    points = [point_of(plan)._replace(perturbation=(step, 0.0)) for step in (-1.9, -0.3, 0.0, 1.1, 2.3)]
+    solved, read = (changes(plan, points, References(from_curves)) for from_curves in (False, True))
+    whole = mean_column(plan).sum(axis=0)
+    assert np.abs(read - solved).max() < 1e-9 * whole.min()
+    # over one sea for all points the curve would be off by more
+    even = changes(plan, [point._replace(perturbation=(0.0, 0.0)) for point in points], References(True))
+    assert np.abs(even - solved).max() > 1e-7 * whole.min()

@@ -46,6 +46,22 @@ def test_radiance_with_a_kink_at_each_level_needs_few_columns(anchor):
     assert all(high > low for low, high in pairwise(axis.dense_m))
 
 
+@pytest.mark.parametrize(("kelvin", "most"), [(300.0 - 6.5e-3 * LEVELS, 15), (KELVIN, 60)], ids=["straight", "kinks"])
+def test_a_loose_tolerance_is_met_across_levels(kelvin, most):
+    """A segment for each of the four ranges between levels would ask for 33 columns."""
+    made, tolerance, asked = layer("base"), 2e-3, []
+
+    def columns(thickness_m):
+        asked.append(thickness_m.size)
+        return (np.interp(made.base_m + thickness_m, LEVELS, kelvin) ** 4)[:, None, None]
+
+    axis = place_thickness(columns, made, LEVELS, tolerance, SOURCE)
+    assert sum(asked) <= most
+    places = np.geomspace(10.0, 3600.0, 3001)
+    dense = axis.interpolate(columns(axis.exact_m))[:, 0, 0]
+    assert np.abs(np.interp(places, axis.dense_m, dense) / columns(places)[:, 0, 0] - 1.0).max() <= tolerance
+
+
 @pytest.mark.parametrize("value", [1e-30, 1.0, 1e12])
 def test_radiance_that_does_not_depend_on_thickness_takes_the_first_columns(value):
     axis = place_thickness(lambda m: np.full((m.size, 2, 3), value), layer("base"), LEVELS, 1e-9, SOURCE)

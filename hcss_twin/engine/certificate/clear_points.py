@@ -24,7 +24,9 @@ from hcss_twin.engine.stages.scene_stages import SceneTables
 from hcss_twin.engine.stages.shadows import ShadowStage
 from hcss_twin.engine.stages.waves import slopes_of
 from hcss_twin.engine.tables.radiance_tables import interval
+from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.engine.tables.view_states import point_states
+from hcss_twin.physics import quadrature
 from hcss_twin.plan.numerics import reference_level
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms
@@ -32,6 +34,10 @@ from hcss_twin.plan.waves import crosswind_sense, to_wind
 from hcss_twin.plan.windows import Window
 from hcss_twin.providers import Sun, View
 from hcss_twin.providers.column_states import ColumnSetting, spectra_of
+
+ORDER, REACH = 6, 2.4
+"""Order of the polynomial of the mean clear column in the sea's temperature, up to so many steps from the scene: four
+standard deviations."""
 
 SETTINGS_AT_ONCE = 32
 """Columns computed in one call; the memory grows with their number."""
@@ -120,10 +126,11 @@ def changes(plan: Plan, points: Sequence[ClearPoint], references: References) ->
     """
     suns, views = [point.sun for point in points], [point.view for point in points]
     values = [np.concatenate((point.slope, point.path_m, point.level.ravel(), point.perturbation)) for point in points]
-    return references.recalled(plan, lambda: _changes(plan, points), np.array(values), suns, views, "clear points")
+    compute = partial(_changes, plan, points, references)
+    return references.recalled(plan, compute, np.array(values), suns, views, "clear points")
 
 
-def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
+def _changes(plan: Plan, points: Sequence[ClearPoint], references: References) -> Array:
     fine = plan.assembly.at_level(reference_level(plan.assembly))
     grid = plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
     in_sky = cache(partial(plan.texture.perturbed, fine))
@@ -143,7 +150,11 @@ def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
     extinction_m1 = _extinction_m1(plan, grid.wavenumber_cm1) if shaded else np.empty(0)
     direct = [list(fine.model.terms).index(name) for name in sea_sun_terms(fine.model)]
     whole, lost = dict[ColumnSetting, Array](), np.zeros_like(level)
-    different, cloudless = list(dict.fromkeys((*mean, *seen))), np.zeros((1, len(plan.layers)))
+    # Scenes of a sweep have mean columns over seas of the same temperatures in common, but not their waves.
+    of_sea_alone = plan.texture.temperature_K > 0.0 and plan.texture.water_vapour == 0.0
+    on_curve = references.from_curves and plan.waves.varies and of_sea_alone
+    different = list(dict.fromkeys(seen if on_curve else (*mean, *seen)))
+    cloudless = np.zeros((1, len(plan.layers)))
     for first in range(0, len(different), SETTINGS_AT_ONCE):
         settings = different[first : first + SETTINGS_AT_ONCE]
         spectra = spectra_of(fine.model, settings, grid.wavenumber_cm1, cloudless)[:, 0]
@@ -152,14 +163,42 @@ def _changes(plan: Plan, points: Sequence[ClearPoint]) -> Array:
             for number in shaded.get(setting, ()):
                 kept_back = -np.expm1(-(points[number].path_m @ extinction_m1))
                 lost[number, direct] = (spectrum[direct] * kept_back) @ grid.weights_cm1.T
-    of_seen, of_mean = (np.array([whole[setting] for setting in settings]) for settings in (seen, mean))
+    of_seen = np.array([whole[setting] for setting in seen])
+    of_mean = _on_curve(plan, points, references) if on_curve else np.array([whole[setting] for setting in mean])
     changed: Array = level * (of_seen - lost) - of_mean
     return changed
 
 
+def _on_curve(plan: Plan, points: Sequence[ClearPoint], references: References) -> Array:
+    """Return the mean clear columns (N, K, B) of points, from columns over seas of a few temperatures."""
+    fine = plan.assembly.at_level(reference_level(plan.assembly))
+    grid = plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
+    warmer = REACH * quadrature.nodes(ORDER)
+    result = np.empty((len(points), len(fine.model.terms), len(plan.bands)))
+    for sun, view in dict.fromkeys((point.sun, point.view) for point in points):
+
+        def compute(sun: Sun | None = sun, view: View = view) -> Array:
+            skies = [plan.texture.perturbed(fine, (step, 0.0)) for step in warmer.tolist()]
+            settings, cloudless = [sky.setting(sun, view) for sky in skies], np.zeros((1, len(plan.layers)))
+            spectra = spectra_of(fine.model, settings, grid.wavenumber_cm1, cloudless)[:, 0]
+            return np.asarray(spectra @ grid.weights_cm1.T)
+
+        same = [warmer.size * [each] for each in (sun, view)]
+        known = references.shared(plan, compute, warmer, *same, "mean clear columns")
+        rows = [row for row, point in enumerate(points) if (point.sun, point.view) == (sun, view)]
+        places = np.array([points[row].perturbation[0] for row in rows]) / REACH
+        result[rows] = np.tensordot(quadrature.weights(ORDER, places), known, 1)
+    return result
+
+
 def _extinction_m1(plan: Plan, wavenumber_cm1: Array) -> Array:
-    """Return the extinction (L, V) of the particles of each layer."""
+    """Return the extinction (L, V) of the particles of each layer, which scenes of a sweep share."""
     optics = plan.assembly.optics
-    return np.array(
-        [optics.single_scattering(layer.microphysics, wavenumber_cm1).extinction_m1 for layer in plan.layers]
-    )
+
+    def compute() -> Array:
+        return np.array(
+            [optics.single_scattering(layer.microphysics, wavenumber_cm1).extinction_m1 for layer in plan.layers]
+        )
+
+    key = "extinction", table_key(plan), wavenumber_cm1.tobytes()
+    return plan.catalog.shelf.get_or_compute(key, compute)

@@ -250,13 +250,23 @@ class References:
     ) -> Array:
         """Return terms from the cache, or computed: those of values (N, ...) under N suns, toward N views."""
 
-        def solved() -> ReferenceColumns:
+        def counted() -> Array:
             self.solved += 1
-            return ReferenceColumns(compute())
+            return compute()
 
         self.calls += 1
-        digest = _digest(plan, values, suns, views, *more)
-        return recall_or_compute(REFERENCES, digest.hex(), plan.catalog, solved, (ReferenceColumns,)).terms
+        return self.shared(plan, counted, values, suns, views, *more)
+
+    def shared(
+        self, plan: Plan, compute: Callable[[], Array], values: Array, suns: Suns, views: Views, *more: object
+    ) -> Array:
+        """Return terms as :meth:`recalled` does, of columns that belong to no certificate: they are not counted."""
+        digest = _digest(plan, values, suns, views, *more).hex()
+
+        def solved() -> ReferenceColumns:
+            return ReferenceColumns(compute())
+
+        return recall_or_compute(REFERENCES, digest, plan.catalog, solved, (ReferenceColumns,)).terms
 
     @property
     def interpolation(self) -> str:

@@ -16,11 +16,16 @@ from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sunlight import checked_frames
 from hcss_twin.providers import ColumnStates, Sun, View
 
-FIRST_COLUMNS = 5
-"""Number of thicknesses of each layer, in geometric progression, for the fit; one between any two levels is added."""
+FIRST_COLUMNS, FEWER_FIRST = 5, 3
+"""Number of thicknesses of each layer, in geometric progression, for the fit; one between any two levels is added.
+The second is for loose tolerances, as below."""
 
-TRIED_COLUMNS = 8
+TRIED_COLUMNS, FEWER_TRIED = 8, 4
 """Number of other thicknesses of each layer, and of all, for each test."""
+
+LOOSE_TOLERANCE = 1e-3
+"""Tolerance from which on fewer columns are fitted and tried: spectra differ from a line between three thicknesses by
+less."""
 
 CHOICE_SHARE, TRIAL_SHARE = 0.2, 0.4
 """Shares of the tolerance for fitted columns and for test columns."""
@@ -86,7 +91,9 @@ def _choose(plan: Plan, tolerance: float, views: Sequence[View], tested: Sequenc
     skies = _suns(plan, CLEAR_SKIES) if moves else suns
     # The difference of a perturbed state needs its own wavenumbers.
     perturbed = [replace(plan, assembly=scene) for scene in plan.texture.with_own_spectra(plan.assembly)]
-    first, trials, heights = _first_columns(plan), _trials(plan), CLEAR_SKIES if moves else 1
+    loose, heights = tolerance >= LOOSE_TOLERANCE, CLEAR_SKIES if moves else 1
+    first = _first_columns(plan, FEWER_FIRST if loose else FIRST_COLUMNS)
+    trials = _trials(plan, FEWER_TRIED if loose else TRIED_COLUMNS)
 
     def trial(number: int) -> tuple[Array, list[Sun | None], list[Sun | None]]:
         count = TRIED_SUNS + number
@@ -178,9 +185,9 @@ def _suns_that_hardly_move(plan: Plan) -> list[Sun | None]:
     return [plan.sun_at(float(plan.frame_times_s[frame])), *(sun for sun in others if sun is None)]
 
 
-def _first_columns(plan: Plan) -> Array:
+def _first_columns(plan: Plan, count: int) -> Array:
     """Thicknesses (N, L): each layer alone from its thinnest to its thickest, and some with all."""
-    share = np.linspace(0.0, 1.0, FIRST_COLUMNS)
+    share = np.linspace(0.0, 1.0, count)
     rows = []
     for layer in _cloudy(plan):
         low, high = _range(plan, layer)
@@ -193,16 +200,16 @@ def _first_columns(plan: Plan) -> Array:
     return _stack(plan, rows)
 
 
-def _trials(plan: Plan) -> Iterator[Array]:
+def _trials(plan: Plan, count: int) -> Iterator[Array]:
     """Yield new thicknesses (N, L) without end."""
     start = 1
     while True:
-        share = evenly(max(len(plan.layers), 2), start - 1, TRIED_COLUMNS)
+        share = evenly(max(len(plan.layers), 2), start - 1, count)
         rows = [_alone(plan, layer, _within(plan, layer, share[:, 0])) for layer in _cloudy(plan)]
         if len(rows) > 1:
             rows.append(_together(plan, share))
         yield _stack(plan, rows)
-        start += TRIED_COLUMNS
+        start += count
 
 
 def _cloudy(plan: Plan) -> list[int]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from functools import partial
 
 import numpy as np
 
@@ -46,9 +46,9 @@ MOST_NODES = 1025
 MOST_TESTED = 6
 """Columns between the nodes of a segment that test its polynomial."""
 
-COARSE_TOLERANCE = 5e-4
-"""Tolerance from which on polynomials are tried across kinks: where the cloud's face crosses a level, radiance bends by
-less in most profiles."""
+COARSE_TOLERANCE, ORDERS_ACROSS = 5e-4, (4, 8)
+"""Tolerance from which on polynomials of these orders are tried across kinks first: where the cloud's face crosses a
+level, radiance bends by less in most profiles."""
 
 LINEAR_SHARE = 0.25
 """Share of the tolerance for the linear look-up; the rest is for the polynomials."""
@@ -151,8 +151,12 @@ def place_thickness(
     # With one layer columns of the default model are dear, and few of them tell whether a polynomial follows.
     tests = MOST_NODES if fewest else MOST_TESTED
     axis = axis_of(layer, level_m)
-    cut: Literal["needed", "kinks"] = "needed" if _across_kinks(tolerance) else "kinks"
-    placed = place(axis, kept, allowed, most=MOST_NODES, cut=cut, most_tested=tests, curve=not_below_zero, fewest=fewest)
+    trial = partial(place, columns=kept, tolerance=allowed, most_tested=tests, curve=not_below_zero, fewest=fewest)
+    placed = None
+    if _across_kinks(tolerance):
+        placed = trial(axis, orders=ORDERS_ACROSS, cut="never")
+    if placed is None or placed.missed is not None:
+        placed = trial(axis, most=MOST_NODES)
     if placed.missed is not None:
         raise _jumping(placed, allowed, layer, source)
     new = np.array([thickness for thickness in placed.nodes.tolist() if thickness not in known])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -93,6 +94,14 @@ def normalised_legendre(mu: Array, order: int, degrees: int) -> Array:
     return result
 
 
+@lru_cache(maxsize=512)
+def _legendre(mu: bytes, order: int, degrees: int) -> Array:
+    """Return :func:`normalised_legendre`: layers, levels and wavenumbers of a scene have the same few directions."""
+    values = normalised_legendre(np.frombuffer(mu, dtype=np.float64), order, degrees)
+    values.flags.writeable = False
+    return values
+
+
 @dataclass(frozen=True)
 class Directions:
     """Beams, streams and other extra directions, D in all, in this order.
@@ -132,7 +141,7 @@ def scattering_kernels(where: Directions, scattering: ScaledScattering, mode: in
     same, other : ndarray (V, D, C)
     """
     count = scattering.moments.shape[0]
-    value = normalised_legendre(where.mu, mode, count)
+    value = _legendre(where.mu.tobytes(), mode, count)
     series = (2 * np.arange(count) + 1)[:, np.newaxis] * scattering.moments
     factor = where.scale / where.mu
     scaled = value * factor

@@ -24,7 +24,7 @@ scattering that scaling counts as none (H. C. van de Hulst, "Multiple Light Scat
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -61,6 +61,9 @@ LEAST_SHARE = 1e-7
 
 MODES_TOGETHER = 32
 """Modes whose Legendre functions are in memory."""
+
+MOST_KEPT = 2**14
+"""Degrees times directions up to which they are kept for the next solution toward the same view: 4 MB each."""
 
 _CLOSEST = 1e-6
 """Least difference of inverse cosines that is divided by; it changes the path by as much."""
@@ -191,23 +194,34 @@ def twice_back(
 
 def _legendre_of_modes(mu: Array, degrees: int, modes: int) -> Iterator[Array]:
     """Yield :func:`normalised_legendre` of each mode, (degrees, D), from one recurrence for several modes."""
-    sine, first, sectoral = np.sqrt((1.0 - mu) * (1.0 + mu)), np.ones_like(mu), 0
+    block = _known_block if degrees * mu.size <= MOST_KEPT else _legendre_block
     for begin in range(0, min(modes, degrees), MODES_TOGETHER):
-        order = np.arange(begin, min(begin + MODES_TOGETHER, modes, degrees))[:, None]
-        result = np.zeros((order.size, degrees, mu.size))
-        for degree in range(begin, degrees):
-            if degree < begin + order.size:
-                while sectoral < degree:
-                    sectoral += 1
-                    first = first * (sine * np.sqrt((2 * sectoral - 1) / (2 * sectoral)))
-                result[degree - begin, degree] = first
-            if degree + 1 == degrees:
-                break
-            lower = order[: min(degree - begin + 1, order.size)]
-            before = np.sqrt(degree * degree - lower * lower) * result[: lower.size, degree - 1]
-            after = (2 * degree + 1) * mu * result[: lower.size, degree] - before
-            result[: lower.size, degree + 1] = after / np.sqrt((degree + 1) ** 2 - lower**2)
-        yield from result
+        yield from block(mu.tobytes(), degrees, begin, min(begin + MODES_TOGETHER, modes, degrees))
+
+
+def _legendre_block(cosines: bytes, degrees: int, begin: int, end: int) -> Array:
+    """Return the functions (end - begin, degrees, D) of some modes."""
+    mu = np.frombuffer(cosines, dtype=np.float64)
+    sine, first, sectoral = np.sqrt((1.0 - mu) * (1.0 + mu)), np.ones_like(mu), 0
+    order = np.arange(begin, end)[:, None]
+    result = np.zeros((order.size, degrees, mu.size))
+    for degree in range(begin, degrees):
+        if degree < end:
+            while sectoral < degree:
+                sectoral += 1
+                first = first * (sine * np.sqrt((2 * sectoral - 1) / (2 * sectoral)))
+            result[degree - begin, degree] = first
+        if degree + 1 == degrees:
+            break
+        lower = order[: min(degree - begin + 1, order.size)]
+        before = np.sqrt(degree * degree - lower * lower) * result[: lower.size, degree - 1]
+        after = (2 * degree + 1) * mu * result[: lower.size, degree] - before
+        result[: lower.size, degree + 1] = after / np.sqrt((degree + 1) ** 2 - lower**2)
+    result.flags.writeable = False
+    return result
+
+
+_known_block = lru_cache(maxsize=8)(_legendre_block)
 
 
 def _kernels(product: Array, series: Array, mode: int) -> tuple[Array, Array]:

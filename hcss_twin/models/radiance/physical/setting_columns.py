@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
 
 import numpy as np
@@ -41,11 +41,17 @@ from hcss_twin.models.radiance.physical.sunlight_between import sunlight_between
 from hcss_twin.models.radiance.physical.sunlight_in_air import received, scattered_in, seen_scattered, sun_share
 from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, blind_mirror, sunlit_mirror, unlit_mirror
 from hcss_twin.models.radiance.physical.tracing import Tracer
-from hcss_twin.providers import CloudLayer, ColumnSetting, RadianceInputs, Sun, TransmittanceProvider, View
+from hcss_twin.providers import CloudLayer, ColumnSetting, RadianceInputs, SeaModel, Sun, TransmittanceProvider, View
 
 _MAX_SPECTRA, _MAX_SOLVED = 4, 2e7
 """Limits of solved clouds in memory: spectra, and values of a spectrum over all suns; at one wavenumber of one sun some
 hundred times streams times azimuth modes between cloud and sea."""
+
+_FEW_WAVENUMBERS, _FEW_SPECTRA = 64, 4
+"""Wavenumbers up to which levels of one scene share their air, and the spectra of which it is kept."""
+
+_MODES = 6
+"""Spectra, views, seas or numbers of streams for which modes of the sea are kept, which levels of sunlight share."""
 
 _MIRRORS = 6
 """Spectra, seas or numbers of streams for which reflection between streams is kept."""
@@ -142,6 +148,10 @@ class SettingColumns:
             space_K=parameters.space_temperature,
         )
         self._air = cached_by_spectrum(air, maxsize=2)
+        self._few_air = cached_by_spectrum(partial(air, memory=None), maxsize=_FEW_SPECTRA)
+        if memory is not None and memory.memory is None and self._gas is setting.transmittance:
+            of_scene = "few wavenumbers", sublayers, parameters.space_temperature
+            self._few_air = memory.objects.setdefault(of_scene, self._few_air)
         self._shared_air = partial(air, kept_values=_KEPT_BETWEEN_VIEWS)
         in_air = scattered_in(setting.transmittance, setting.profile)
         self._scattered = in_air if memory is None else memory.objects.setdefault("scattered", in_air)
@@ -149,7 +159,8 @@ class SettingColumns:
         mirror = cached_by_spectrum(blind_mirror, maxsize=_MIRRORS)
         self._blind_mirror = mirror if memory is None else memory.objects.setdefault("mirror", mirror)
         self._unlit_sea = cached_by_spectrum(self._new_unlit_sea, maxsize=8)
-        self._unlit_sea_modes = cached_by_spectrum(self._new_unlit_sea_modes, maxsize=2)
+        modes = cached_by_spectrum(_unlit_modes, maxsize=_MODES)
+        self._unlit_modes = modes if memory is None else memory.objects.setdefault("modes", modes)
         # Solved clouds are the most expensive: clear skies at other sun positions must not evict them.
         self._slab_solvers = cached_by_spectrum(self._slab_solvers_by_sun, maxsize=_MAX_SPECTRA)
 
@@ -251,10 +262,14 @@ class SettingColumns:
         yield from waiting
 
     def _new_scene(self, wavenumber: Array, sun: Sun | None, view_only: bool) -> _Scene:
-        setting = self._setting
+        setting, memory = self._setting, self._setting.air_memory
         directions = self._directions(setting.view, sun)
         irradiance = received(self._inputs.solar_irradiance, directions, wavenumber)
-        most, closed_form, unlit = self._numerics.turned_modes, self._closed_form, self._unlit_sea_modes
+        numerics, closed_form = self._numerics, self._closed_form
+        most, sunless = numerics.turned_modes, self._sunless_directions()
+        blind = partial(self._blind_mirror, wavenumber, setting.sea, numerics.streams, numerics.mirror_streams)
+        key = setting.sea, setting.view, self._inputs.wind_from_deg, numerics.streams, numerics.mirror_streams, most
+        of_levels = self._unlit_modes
 
         surface = self._unlit_sea(wavenumber, directions.wind_azimuth, view_only)
         sea = sunlit(surface, setting.sea, wavenumber, directions)
@@ -263,22 +278,19 @@ class SettingColumns:
         def modes() -> tuple[ReflectionModes, Mirror] | None:  # stored in this object, so it must not refer to it
             if directions.sun is None or closed_form or most < 2:
                 return None
-            along, mirror = unlit(wavenumber)
+            along, mirror = of_levels(wavenumber, _Unlit(key, sunless, blind))
             sea_inputs = setting.sea, wavenumber, directions
             return sunlit_modes(along, *sea_inputs), sunlit_mirror(mirror, *sea_inputs, sea)
 
         of_view = directions.zenith_deg[VIEW], directions.sun, directions.relative_azimuth
         scattered = self._scattered(wavenumber, *of_view)
-        return _Scene(self._air(wavenumber), directions, sea, irradiance, modes, scattered)
+        alone = memory is not None and memory.memory is not None
+        air = self._air if alone or wavenumber.size > _FEW_WAVENUMBERS else self._few_air
+        return _Scene(air(wavenumber), directions, sea, irradiance, modes, scattered)
 
     def _new_unlit_sea(self, wavenumber: Array, wind_azimuth: float, view_only: bool) -> SeaSurface:
         directions = replace(self._sunless_directions(), wind_azimuth=wind_azimuth)
         return unlit_sea_surface(self._setting.sea, wavenumber, directions, view_only=view_only)
-
-    def _new_unlit_sea_modes(self, wavenumber: Array) -> tuple[ReflectionModes, Mirror]:
-        sea_inputs, numerics = (self._setting.sea, wavenumber, self._sunless_directions()), self._numerics
-        blind = self._blind_mirror(wavenumber, self._setting.sea, numerics.streams, numerics.mirror_streams)
-        return unlit_sea_modes(*sea_inputs, numerics.turned_modes), unlit_mirror(blind, *sea_inputs)
 
     def _sunless_directions(self) -> ColumnDirections:
         return self._directions(self._setting.view, None)
@@ -398,6 +410,21 @@ class SettingColumns:
         for name in self._parameters.leave_out:
             result[name] = np.zeros_like(result[name])
         return result
+
+
+@dataclass(frozen=True)
+class _Unlit:
+    """What the modes of a sea without a sun depend on beside wavenumbers, as ``key``, and how they are made."""
+
+    key: tuple[SeaModel, View, float, int, int, int]
+    directions: ColumnDirections = field(compare=False)
+    mirror: Callable[[], Mirror] = field(compare=False)
+
+
+def _unlit_modes(wavenumber_cm1: Array, of: _Unlit) -> tuple[ReflectionModes, Mirror]:
+    sea, *_, modes = of.key
+    inputs = sea, wavenumber_cm1, of.directions
+    return unlit_sea_modes(*inputs, modes), unlit_mirror(of.mirror(), *inputs)
 
 
 def _above_horizon(sun: Sun | None) -> Sun | None:
