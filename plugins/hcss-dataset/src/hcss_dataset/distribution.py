@@ -13,6 +13,7 @@ from typing import Any, Self
 import numpy as np
 from hcss_sweep.design import key_problems, keys_overlap, read_keys
 
+from hcss_dataset.images import SUFFIXES
 from hcss_dataset.words import drawn, is_draw
 from hcss_twin import Scenario
 from hcss_twin.providers import Problem, ScenarioError, choose_from
@@ -71,6 +72,8 @@ class Distribution:
         Share of the skies in each split.
     step_K : float
         Step of the numbers of images without a converter, as a difference of black bodies at 300 K.
+    form : str
+        Format of the images, of :data:`hcss_dataset.images.SUFFIXES`.
     shard : int
         Frames in a shard, about.
     raw : mapping
@@ -91,6 +94,7 @@ class Distribution:
     shares: Mapping[str, float] = field(default_factory=lambda: {"train": 0.8, "val": 0.1, "test": 0.1})
     labels: Labels = Labels()
     step_K: float = 0.005
+    form: str = "png"
     shard: int = 200
     raw: Mapping[str, Any] = field(default_factory=dict)
 
@@ -128,7 +132,7 @@ class Distribution:
         reuse, split = sections["reuse"], sections["split"]
         check.names("reuse", reuse, ("draws_per_sky", "states"))
         check.names("split", split, ("by", *SPLITS))
-        check.names("image", sections["image"], ("step_temperature",))
+        check.names("image", sections["image"], ("step_temperature", "format"))
         check.names("labels", sections["labels"], ("mask_share", "window"))
         check.names("shards", sections["shards"], ("frames",))
         if split.get("by", "sky") != "sky":
@@ -156,6 +160,7 @@ class Distribution:
                 check.whole("labels.window", sections["labels"].get("window", 31), 5, 1001),
             ),
             step_K=check.number("image.step_temperature", sections["image"].get("step_temperature", 0.005), 1e-4, 10.0),
+            form=check.choice("image.format", sections["image"].get("format", "png"), tuple(SUFFIXES)),
             shard=check.whole("shards.frames", sections["shards"].get("frames", 200), 1, 10**6),
             raw=json.loads(json.dumps(raw, default=str)),
         )
@@ -252,6 +257,12 @@ class Check:
         """Return text."""
         if not isinstance(given, str):
             self.add(key, f"{Problem.shown(given)}; allowed: text")
+        return str(given)
+
+    def choice(self, key: str, given: Any, allowed: tuple[str, ...]) -> str:
+        """Return one of some words."""
+        if given not in allowed:
+            self.add(key, f"{Problem.shown(given)}; {choose_from(str(given), allowed)}")
         return str(given)
 
     def number(self, key: str, given: Any, low: float, high: float) -> float:
