@@ -17,8 +17,6 @@ from hcss_twin.core.reading import MAX_VALUES
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.engine.cube_temperature import brightness_temperature
 from hcss_twin.physics.geodesy import Ellipsoid
-from hcss_twin.reports.preview import axes_of_frame
-from hcss_twin.reports.shown_image import ShownImage, require_variable, with_kelvin
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -66,6 +64,9 @@ class CubeAccessor:
         CubeError
             If the cube has no such variable, band or frame.
         """
+        from hcss_twin.reports.preview import axes_of_frame
+        from hcss_twin.reports.shown_image import ShownImage, require_variable, with_kelvin
+
         dataset = FrameSelection.as_seen(self._cube)
         images = with_kelvin(dataset, required=variable == "brightness_temperature")
         shown = images[require_variable(images, variable)]
