@@ -200,7 +200,9 @@ def _nearest_of_camera(cube: xr.Dataset, latitude: float, longitude: float) -> P
     rows, columns, seen = [], [], []
     for lat, lon in zip(*_places(cube), strict=True):
         north = np.radians(lat - latitude)
-        east = np.sin(np.radians(lon - longitude)) * math.cos(math.radians(latitude))
+        # chords: they are also long on the other side of the Earth
+        east = 2.0 * np.sin(np.radians((lon - longitude + 180.0) % 360.0 - 180.0) / 2.0)
+        east *= math.cos(math.radians(latitude))
         away = np.hypot(north, east)
         if np.all(np.isnan(away)):
             best, near = (0, 0), False
@@ -231,11 +233,12 @@ def _on_plane(cube: xr.Dataset, size_m: float | None) -> xr.Dataset:
     size = step if size_m is None else size_m
     if not size > 0.0:
         raise CubeError(f"pixel_size_m: {size:g}; allowed: above 0")
-    x, y = (np.arange(np.nanmin(along), np.nanmax(along) + size, size) for along in (east, north))
-    if x.size * y.size * cube.sizes["time"] > MAX_VALUES // 8:
+    columns, rows = (float(np.nanmax(along) - np.nanmin(along)) // size + 2.0 for along in (east, north))
+    if rows * columns * cube.sizes["time"] > MAX_VALUES // 8:
         raise CubeError(
-            f"pixel_size_m: {size:g}; {y.size} x {x.size} pixels a frame are too many; allowed: a larger one"
+            f"pixel_size_m: {size:g}; {rows:.3g} x {columns:.3g} pixels a frame are too many; allowed: a larger one"
         )
+    x, y = (np.nanmin(along) + size * np.arange(count) for along, count in ((east, columns), (north, rows)))
     grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     across = (
         float(np.nanmedian(np.hypot(np.diff(east, axis=1), np.diff(north, axis=1)))) if latitude.shape[1] > 1 else step
