@@ -18,7 +18,10 @@ LARGEST_BYTES = 256 * 1024
 """Largest file that is stored; the hash of a larger one is."""
 
 ALL_BYTES = 1024 * 1024
-"""Size of all stored files, the smallest of which come first."""
+"""Size of all files that a run stores, the smallest of which come first."""
+
+MOST_BYTES = 2 * ALL_BYTES
+"""Size of all files in a cube: those of its scene, and those of a sensor that measured it later."""
 
 
 def packed(paths: Mapping[str, Path], hashes: Mapping[str, str]) -> dict[str, str]:
@@ -77,7 +80,7 @@ class StoredFiles:
         Raises
         ------
         CubeError
-            If a stored file is not the one that was read.
+            If a stored file is not the one that was read, or cannot be unpacked.
         """
         contents = _contents(text, cube)
         own = {name: contents[digest] for name, digest in hashes.items() if digest in contents}
@@ -89,8 +92,11 @@ class StoredFiles:
                     continue
                 # folders are kept, because a file may name its neighbours
                 paths[name] = Path(folder).resolve().joinpath(*parts[1:])
-                paths[name].parent.mkdir(parents=True, exist_ok=True)
-                paths[name].write_bytes(content)
+                try:
+                    paths[name].parent.mkdir(parents=True, exist_ok=True)
+                    paths[name].write_bytes(content)
+                except (OSError, ValueError) as error:  # a name that is too long, or that of a folder of another file
+                    raise CubeError(f"{cube}: a stored input file cannot be unpacked: {error}") from error
             yield cls(paths)
 
     def find(self, path: Path) -> Path | None:
@@ -110,7 +116,10 @@ def _contents(text: Any, cube: str) -> dict[str, bytes]:
     """Return the stored files by SHA-256."""
     try:
         table = {} if text is None else json.loads(text)
-        contents = {str(digest): _inflated(base64.b64decode(packed, validate=True)) for digest, packed in table.items()}
+        contents, left = dict[str, bytes](), MOST_BYTES
+        for digest, text_of_file in table.items():
+            contents[str(digest)] = _inflated(base64.b64decode(text_of_file, validate=True), min(left, LARGEST_BYTES))
+            left -= len(contents[str(digest)])
     except (ValueError, TypeError, AttributeError, RecursionError, zlib.error) as error:
         raise CubeError(f"{cube}: its stored input files are damaged: {error}") from error
     for digest, content in contents.items():
@@ -119,9 +128,9 @@ def _contents(text: Any, cube: str) -> dict[str, bytes]:
     return contents
 
 
-def _inflated(content: bytes) -> bytes:
+def _inflated(content: bytes, most: int) -> bytes:
     inflate = zlib.decompressobj()
-    result = inflate.decompress(content, LARGEST_BYTES + 1)
-    if len(result) > LARGEST_BYTES or not inflate.eof:
-        raise ValueError(f"one is cut off, or larger than {LARGEST_BYTES} bytes")
+    result = inflate.decompress(content, most + 1)
+    if len(result) > most or not inflate.eof:
+        raise ValueError(f"one is cut off, or larger than {LARGEST_BYTES} bytes, or all than {MOST_BYTES}")
     return result

@@ -276,35 +276,9 @@ def _gas_amount(value: object) -> object:
 GasAmount = Annotated[float | str, BeforeValidator(_gas_amount)]
 """A factor on the amount in the profile, or text with an amount."""
 
-Length = QuantityParser.Length
-"""Metres: a number, or text with m, km, cm or ft."""
-
-Kilometres = QuantityParser.Kilometres
-Area = QuantityParser.Area
-
-InstrumentLength = QuantityParser.InstrumentLength
-"""Metres: a number, or text with m, cm, mm or um."""
-
-PixelAngle = QuantityParser.PixelAngle
-"""Radians: a number, or text with rad, mrad, urad, arcsec or deg."""
-
-TemperatureDifference = QuantityParser.TemperatureDifference
-"""Kelvin: a number, or text with K or mK."""
-
 Pixels = Annotated[float, BeforeValidator(QuantityParser("image distance"))]
 Electrons = Annotated[float, BeforeValidator(QuantityParser("electrons"))]
 ElectronRate = Annotated[float, BeforeValidator(QuantityParser("electrons per time"))]
-Frequency = QuantityParser.Frequency
-
-Angle = QuantityParser.Angle
-"""Degrees: a number, or text with deg, rad, mrad, urad or arcsec."""
-
-Temperature = QuantityParser.Temperature
-Speed = QuantityParser.Speed
-Duration = QuantityParser.Duration
-"""Seconds: a number, or text with s, ms, us, min or h."""
-
-Fraction = QuantityParser.Fraction
 ParticleRadius = Annotated[float, BeforeValidator(QuantityParser("particle radius"))]
 """In um, as usual for particles."""
 

@@ -27,9 +27,6 @@ from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.streamed_writer import BackgroundWriter, frame_bytes
 from hcss_twin.cube.zarr_writer import cube_writer
-from hcss_twin.engine.certificate.certificate import Certificate
-from hcss_twin.engine.certificate.certificate_pixels import PixelSample
-from hcss_twin.engine.certificate.certify import certify, with_verdict
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.parts import Part, Workers, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import leaves, provenance
@@ -43,6 +40,8 @@ from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from hcss_twin.engine.certificate.certificate import Certificate
 
 __all__ = ["run"]
 
@@ -149,10 +148,14 @@ def _write_clean(
     """Write the cube of a planned scene; return its certificate, if pixels were checked, and its tables, if any."""
     writer_of, compression = cube_writer(output), plan.scenario.output.compression or None
     tables: RadianceTables | None = None
+    sample: PixelSample | None = None
     if plan.needs_radiance:
         with stage("tables"):
             tables = tables_of(plan)
-    sample = None if tables is None or not plan.scenario.output.certificate else PixelSample(plan)
+        if plan.scenario.output.certificate:
+            from hcss_twin.engine.certificate.certificate_pixels import PixelSample
+
+            sample = PixelSample(plan)
     certificate: Certificate | None = None
     header = cube_header(plan, tables)
     wait_for_kernels()
@@ -171,6 +174,8 @@ def _write_clean(
                 else:
                     sink.write_tile(first, window, frames[0])
         if tables is not None and sample is not None:
+            from hcss_twin.engine.certificate.certify import certify, with_verdict
+
             with stage("certificate"):
                 certificate = with_verdict(plan, certify(plan, tables, sample.frames, from_curves))
             writer.set_attributes(certificate.attributes())

@@ -278,10 +278,6 @@ class Plan:
         """Return the same plan with the radiance model at another numerical level."""
         return replace(self, assembly=self.assembly.at_level(level))
 
-    def without_texture(self) -> Plan:
-        """Return the same plan with an even clear sky."""
-        return replace(self, texture=EVEN_SKY)
-
     @property
     def budget(self) -> Budget:
         """Largest allowed error of each approximation."""

@@ -17,8 +17,6 @@ from hcss_twin.core.reading import MAX_VALUES
 from hcss_twin.cube.frame_selection import FrameSelection
 from hcss_twin.engine.cube_temperature import brightness_temperature
 from hcss_twin.physics.geodesy import Ellipsoid
-from hcss_twin.reports.preview import axes_of_frame
-from hcss_twin.reports.shown_image import ShownImage, require_variable, with_kelvin
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -75,6 +73,9 @@ class CubeAccessor:
         CubeError
             If the cube has no such variable, band or frame.
         """
+        from hcss_twin.reports.preview import axes_of_frame
+        from hcss_twin.reports.shown_image import ShownImage, require_variable, with_kelvin
+
         dataset = FrameSelection.as_seen(self._cube)
         images = with_kelvin(dataset, required=variable == "brightness_temperature")
         shown = images[require_variable(images, variable)]
@@ -208,7 +209,9 @@ def _nearest_of_camera(cube: xr.Dataset, latitude: float, longitude: float) -> P
     rows, columns, seen = [], [], []
     for lat, lon in zip(*_places(cube), strict=True):
         north = np.radians(lat - latitude)
-        east = np.sin(np.radians(lon - longitude)) * math.cos(math.radians(latitude))
+        # chords: they are also long on the other side of the Earth
+        east = 2.0 * np.sin(np.radians((lon - longitude + 180.0) % 360.0 - 180.0) / 2.0)
+        east *= math.cos(math.radians(latitude))
         away = np.hypot(north, east)
         if np.all(np.isnan(away)):
             best, near = (0, 0), False
@@ -239,11 +242,12 @@ def _on_plane(cube: xr.Dataset, size_m: float | None) -> xr.Dataset:
     size = step if size_m is None else size_m
     if not size > 0.0:
         raise CubeError(f"pixel_size_m: {size:g}; allowed: above 0")
-    x, y = (np.arange(np.nanmin(along), np.nanmax(along) + size, size) for along in (east, north))
-    if x.size * y.size * cube.sizes["time"] > MAX_VALUES // 8:
+    columns, rows = (float(np.nanmax(along) - np.nanmin(along)) // size + 2.0 for along in (east, north))
+    if rows * columns * cube.sizes["time"] > MAX_VALUES // 8:
         raise CubeError(
-            f"pixel_size_m: {size:g}; {y.size} x {x.size} pixels a frame are too many; allowed: a larger one"
+            f"pixel_size_m: {size:g}; {rows:.3g} x {columns:.3g} pixels a frame are too many; allowed: a larger one"
         )
+    x, y = (np.nanmin(along) + size * np.arange(count) for along, count in ((east, columns), (north, rows)))
     grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     across = (
         float(np.nanmedian(np.hypot(np.diff(east, axis=1), np.diff(north, axis=1)))) if latitude.shape[1] > 1 else step

@@ -128,12 +128,7 @@ class Scenario(ScenarioModel):
         source : Scenario, str, Path or dict
             Text and paths are read as by :meth:`load`; relative paths in a dict refer to the working folder.
         overrides : mapping, optional
-            Dotted key to value, for example ``{"view.zenith": 40}``.
-
-        Raises
-        ------
-        ScenarioError
-            With all problems.
+            As of :meth:`load`, which raises the same errors.
         """
         if isinstance(source, dict):
             return cls.from_dict(source, overrides)

@@ -14,7 +14,8 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
-from hcss_twin.core.units import Angle, InstrumentLength, Length, QuantityParser, Speed, quantity_or_word
+from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import quantity_or_word
 from hcss_twin.physics.viewing import GEOSTATIONARY_M
 
 
@@ -120,7 +121,7 @@ def _refused(value: object, why: str) -> PydanticCustomError:
 Instant = Annotated[AwareDatetime, BeforeValidator(parse_instant)]
 
 
-Range = tuple[QuantityParser.Whole, QuantityParser.Whole]
+Range = tuple[Of.Whole, Of.Whole]
 
 
 class ImageWindow(ScenarioSection):
@@ -164,7 +165,7 @@ FASTEST_M_S = 1e5
 
 
 PlatformSpeed = Annotated[
-    Speed | Literal["orbit"],
+    Of.Speed | Literal["orbit"],
     BeforeValidator(quantity_or_word("speed", -FASTEST_M_S, FASTEST_M_S, ORBIT, above=f"{FASTEST_M_S:g}")),
 ]
 """Speed of the footprint, m/s, or ``"orbit"``, which loading replaces by the speed."""
@@ -177,26 +178,26 @@ class Platform(ScenarioSection):
     they agree within 0.1 degrees or 5 %.
     """
 
-    altitude: Length | None = Field(
+    altitude: Of.Length | None = Field(
         None, ge=LOWEST_M, le=HIGHEST_M, description="Altitude above the ellipsoid, m; the other keys need it."
     )
-    off_nadir: Angle | None = Field(
+    off_nadir: Of.Angle | None = Field(
         None,
         ge=0,
         lt=90,
         description="Angle at the sensor between nadir and image centre, degrees; replaces `view.zenith`.",
     )
-    longitude: Angle | None = Field(
+    longitude: Of.Angle | None = Field(
         None,
         ge=-180,
         le=360,
         description="Longitude below a geostationary sensor, degrees east; replaces `view.zenith` and `view.azimuth`. "
         "`altitude` is then 35786 km if it is not given.",
     )
-    focal_length: InstrumentLength | None = Field(
+    focal_length: Of.InstrumentLength | None = Field(
         None, gt=0, le=100, description="Focal length, m; with detector_pitch it replaces `image.pixel_size`."
     )
-    detector_pitch: InstrumentLength | None = Field(
+    detector_pitch: Of.InstrumentLength | None = Field(
         None, gt=0, le=0.01, description="Distance between detectors, m; with focal_length."
     )
     mode: Literal["staring", "push-broom"] | None = Field(

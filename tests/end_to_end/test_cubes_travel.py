@@ -168,12 +168,18 @@ def bomb(table):
     return dict.fromkeys(table, base64.b64encode(zlib.compress(bytes(10_000_000))).decode())
 
 
+def many_bombs(table):
+    """Each as large as allowed."""
+    return {f"{number:064x}": base64.b64encode(zlib.compress(bytes(256 * 1024))).decode() for number in range(9)}
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [
         (altered, "stored input files are damaged"),
         (exchanged, "a stored input file was altered"),
         (bomb, "larger than 262144 bytes"),
+        (many_bombs, "or all than 2097152"),
         (lambda table: "[1", "stored input files are damaged"),
         (lambda table: "[1]", "stored input files are damaged"),
         (lambda table: dict.fromkeys(table, "no base64!"), "stored input files are damaged"),
@@ -183,6 +189,16 @@ def bomb(table):
 def test_an_altered_copy_is_refused(cube, change, told):
     store(cube, change(stored(cube)))
     with pytest.raises(CubeError, match=told):
+        verify_cube(cube)
+
+
+@pytest.mark.parametrize("inner", ["/inner.csv", "/" + 300 * "a"])
+def test_recorded_names_that_cannot_be_files_are_told(cube, inner):
+    with netCDF4.Dataset(cube, "a") as file:
+        recorded = json.loads(file.getncattr("hcss_files_sha256"))
+        recorded |= {name + inner: digest for name, digest in recorded.items() if name.endswith(".csv")}
+        file.setncattr("hcss_files_sha256", json.dumps(recorded))
+    with pytest.raises(CubeError, match="a stored input file cannot be unpacked"):
         verify_cube(cube)
 
 

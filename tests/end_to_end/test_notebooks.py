@@ -12,6 +12,7 @@ import xarray as xr
 from cheap import CHEAP
 
 import hcss_twin
+import hcss_twin.reports.accessor  # cameras of these tests are no results of functions that load it
 from hcss_twin.core.errors import CubeError, OptionError, ScenarioError
 from hcss_twin.physics.geodesy import to_geographic
 
@@ -154,8 +155,9 @@ def test_a_camera_image_lies_on_the_ground_north_up_with_its_pixels_where_they_l
     half = camera().hcss.to_ground(50.0)
     assert half.sizes["y"] == pytest.approx(2 * rows, abs=2)
     assert half.sizes["x"] == pytest.approx(2 * columns, abs=2)
-    with pytest.raises(CubeError, match="pixel_size_m"):
-        camera().hcss.to_ground(-1.0)
+    for size in (-1.0, 1e-9):
+        with pytest.raises(CubeError, match="pixel_size_m"):
+            camera().hcss.to_ground(size)
 
 
 def test_a_camera_has_the_series_of_the_pixel_that_looks_at_a_place():
@@ -164,8 +166,9 @@ def test_a_camera_has_the_series_of_the_pixel_that_looks_at_a_place():
     series = seen.hcss.at(latitude + 1e-5, longitude)
     assert (int(series.row[0]), int(series.column[0])) == (4, 17)
     assert float(series.radiance[0, 0]) == float(seen.radiance[0, 0, 4, 17])
-    with pytest.raises(CubeError, match="no frame"):
-        seen.hcss.at(latitude + 0.5, longitude)
+    for elsewhere in ((latitude + 0.5, longitude), (latitude, longitude - 180.0)):
+        with pytest.raises(CubeError, match="no frame"):
+            seen.hcss.at(*elsewhere)
 
 
 def test_a_cube_on_the_ground_stays_as_it_is(cube):

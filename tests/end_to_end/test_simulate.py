@@ -11,7 +11,7 @@ from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.stream import stream
 from hcss_twin.models.radiance.as_printed import AsPrinted
-from hcss_twin.models.radiance.physical.directions import TERMS
+from hcss_twin.models.radiance.physical.terms import TERMS
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 
 THREE_LINES = """

@@ -10,16 +10,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_valida
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem, ScenarioError, choose_from
-from hcss_twin.core.units import (
-    Duration,
-    ElectronRate,
-    Electrons,
-    InstrumentLength,
-    PixelAngle,
-    Pixels,
-    Temperature,
-    parse_quantity,
-)
+from hcss_twin.core.units import ElectronRate, Electrons, Pixels, parse_quantity
+from hcss_twin.core.units import QuantityParser as Of
 
 __all__ = ["OfBands"]
 
@@ -124,15 +116,15 @@ class RadiometerKeys(BaseModel):
         description="Text file with the image of a point on the image's pixels: rows of numbers, the southernmost "
         "first, odd numbers of rows and columns; relative to the scenario, for `hcss sense` to the working folder.",
     )
-    aperture_diameter: InstrumentLength | None = Field(None, gt=0, le=100, description="Of the telescope, m.")
-    pixel_angle: PixelAngle | None = Field(
+    aperture_diameter: Of.InstrumentLength | None = Field(None, gt=0, le=100, description="Of the telescope, m.")
+    pixel_angle: Of.PixelAngle | None = Field(
         None,
         gt=0,
         le=0.1,
         description="Angle that the side of a pixel subtends, rad: detector pitch over focal length.",
     )
     transmission: _Fraction = Field(1.0, description="Of the optics, above 0 to 1.")
-    integration_time: Duration | None = Field(None, gt=0, le=1e4, description="Integration time of a frame, s.")
+    integration_time: Of.Duration | None = Field(None, gt=0, le=1e4, description="Integration time of a frame, s.")
     jitter: Pixels = Field(
         0.0,
         ge=0,
@@ -154,7 +146,7 @@ class RadiometerKeys(BaseModel):
     )
     nedt_temperature: _Scene = Field(300.0, description="Temperature of that black body, K.")
     ner: _Radiance | None = Field(None, description="Standard deviation of the noise as band radiance, W m-2 sr-1.")
-    photon_temperature: Temperature | None = Field(
+    photon_temperature: Of.Temperature | None = Field(
         None,
         ge=60,
         le=10_000,
@@ -169,14 +161,14 @@ class RadiometerKeys(BaseModel):
     dark_current: ElectronRate = Field(
         0.0, ge=0, le=1e15, description="Electrons per second and pixel without light; its mean is subtracted."
     )
-    optics_temperature: Temperature | None = Field(
+    optics_temperature: Of.Temperature | None = Field(
         None,
         ge=20,
         le=400,
         description="Of the optics, which emit 1 - transmission of a black body; adds electrons as the dark current "
         "does.",
     )
-    housing_temperature: Temperature | None = Field(
+    housing_temperature: Of.Temperature | None = Field(
         None, ge=20, le=400, description="Of the housing around the optics, black, which detectors see beside them."
     )
     housing_etendue: float | None = Field(
@@ -191,7 +183,7 @@ class RadiometerKeys(BaseModel):
         description="Change of the offset between two calibrations, steady in time, as change of the temperature of a "
         "black body of nedt_temperature, K.",
     )
-    calibration_cycle: Duration | None = Field(
+    calibration_cycle: Of.Duration | None = Field(
         None, gt=0, le=1e7, description="Time between calibrations, the first of which is at the start, s."
     )
     fixed_pattern: Literal["pixel", "row"] = Field(

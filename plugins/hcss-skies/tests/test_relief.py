@@ -1,5 +1,7 @@
 """Clouds of examples spread over heights: laws of the shares, windows, extremes, light between columns."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from conftest import FROZEN
@@ -84,17 +86,16 @@ def test_sharpened_cells_keep_means_between_which_heights_are_interpolated():
 
 
 @pytest.mark.parametrize("hanging", [False, True])
-@pytest.mark.parametrize("thickness_m", [0.0, 1e-30, 1e-6, 1.0, 999.9, 1000.0])
-@pytest.mark.parametrize("body_m", [0.0, 1e-30, 300.0, 1e30])
 @pytest.mark.parametrize("pixel_m", [1e-3, 1e6])
-def test_shares_stay_whole_at_extremes(hanging, thickness_m, body_m, pixel_m):
-    thickness = np.array([[thickness_m]], np.float32)
-    depth = depth_of(np.array([[body_m]]), thickness.astype(float), pixel_m, 1000.0)
+def test_shares_stay_whole_at_extremes(hanging, pixel_m):
     edges = np.array([500.0, 500.001, 900.0, 1499.9, 1500.0])
-    shares = shares_of(thickness, depth, edges, 1500.0 if hanging else 500.0, hanging)
-    assert np.isfinite(shares).all()
-    assert shares.min() >= 0.0
-    assert shares.sum() == pytest.approx(float(thickness_m > 0.0), abs=1e-5)
+    for thickness_m, body_m in product((0.0, 1e-30, 1e-6, 1.0, 999.9, 1000.0), (0.0, 1e-30, 300.0, 1e30)):
+        thickness = np.array([[thickness_m]], np.float32)
+        depth = depth_of(np.array([[body_m]]), thickness.astype(float), pixel_m, 1000.0)
+        shares = shares_of(thickness, depth, edges, 1500.0 if hanging else 500.0, hanging)
+        assert np.isfinite(shares).all()
+        assert shares.min() >= 0.0
+        assert shares.sum() == pytest.approx(float(thickness_m > 0.0), abs=1e-5)
 
 
 def test_columns_and_clouds_with_tops_of_their_own_have_no_shares(make):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from itertools import pairwise
+from itertools import cycle, pairwise
 
 import numpy as np
 import pytest
@@ -397,7 +397,7 @@ def test_times_out_of_range_are_refused(tmp_path):
     "wrong",
     [
         {},
-        *({"image": "a", name: bad} for name in NUMBERS for bad in (np.nan, np.inf, -np.inf)),
+        *({"image": "a", name: bad} for name, bad in zip(NUMBERS, cycle((np.nan, np.inf, -np.inf)), strict=False)),
         {"image": "a", "iterations": -1},
         {"image": "a", "tolerance": 0.0},
         {"image": "a", "crop_rows": 8},

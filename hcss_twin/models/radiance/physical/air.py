@@ -20,6 +20,7 @@ from hcss_twin.models.radiance.physical.composite_paths import (
     LayerAmounts,
     PathTransmittance,
 )
+from hcss_twin.models.radiance.physical.numerics import SUBLAYERS
 from hcss_twin.physics.paths import SPACE, Path
 from hcss_twin.physics.planck import planck
 from hcss_twin.physics.profile import Profile
@@ -38,9 +39,6 @@ be from linear at sea-level pressure (higher up, farther in proportion)."""
 
 _TOP_LAYERS = 3
 """Layers into which the highest one is divided, for light that reaches the sensor directly."""
-
-SUBLAYERS = 2
-"""Parts of each layer where no numerical level says how many, and of the coarse layers beside sunlight."""
 
 _MAX_LEG_VIEWS = 16
 """Leg views in memory, about one set of columns computed together; tracer, closure and all suns share them."""

@@ -23,7 +23,8 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.models.radiance.physical.air import Heights, LegView
 from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
-from hcss_twin.models.radiance.physical.directions import CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS, VIEW
+from hcss_twin.models.radiance.physical.directions import VIEW
+from hcss_twin.models.radiance.physical.terms import CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS
 from hcss_twin.physics.paths import Leg, Path
 from hcss_twin.physics.thermal_scattering import DIFFUSE_DEG
 

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from os.path import dirname
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -21,11 +21,13 @@ from hcss_twin.core.cached_method import weakly
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import PhysicalParameters
-from hcss_twin.models.radiance.physical.cloud_slab import LayerOptics
-from hcss_twin.models.radiance.physical.directions import SEA_SUN_TERMS, SOLAR_TERMS, TERMS
 from hcss_twin.models.radiance.physical.numerics import Numerics, levels
-from hcss_twin.models.radiance.physical.setting_columns import SettingColumns
+from hcss_twin.models.radiance.physical.terms import SEA_SUN_TERMS, SOLAR_TERMS, TERMS
 from hcss_twin.providers import ColumnSetting, ColumnStates, RadianceDeclaration, RadianceInputs, Sun, View
+
+if TYPE_CHECKING:
+    from hcss_twin.models.radiance.physical.cloud_slab import LayerOptics
+    from hcss_twin.models.radiance.physical.setting_columns import SettingColumns
 
 _SETTINGS = 4
 """Settings whose solutions are kept: there can be hundreds, most are used once, and their arrays can take 100 MB."""
@@ -66,7 +68,7 @@ class Physical:
         self._parameters = parameters
         possible = levels(parameters, inputs.sunlight_steps)
         self._numerics = possible[min(inputs.numerical_level, len(possible) - 1)]
-        self._optics = LayerOptics(inputs.optics)
+        self._optics: LayerOptics | None = None
         self._of_setting = lru_cache(maxsize=_SETTINGS)(weakly(self._new_columns))
         self.declares = RadianceDeclaration(
             depends_on=frozenset({"view_zenith", "sun_zenith", "relative_azimuth", "thickness"}),
@@ -90,6 +92,12 @@ class Physical:
         return results
 
     def _new_columns(self, setting: ColumnSetting) -> SettingColumns:
+        # The solvers: a scene whose results are kept, or that asks for no radiance, does without them.
+        from hcss_twin.models.radiance.physical.cloud_slab import LayerOptics
+        from hcss_twin.models.radiance.physical.setting_columns import SettingColumns
+
+        if self._optics is None:
+            self._optics = LayerOptics(self._inputs.optics)
         return SettingColumns(setting, self._inputs, self._parameters, self._numerics, self._optics, self.closed_form)
 
 

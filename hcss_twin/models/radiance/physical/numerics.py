@@ -10,7 +10,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from hcss_twin.models.parameters import AZIMUTH_MODES, STREAMS, SUN_STREAMS, PhysicalParameters
-from hcss_twin.models.radiance.physical.air import SUBLAYERS
+
+SUBLAYERS = 2
+"""Parts of each layer where no numerical level says how many, and of the coarse layers beside sunlight."""
 
 MORE_MIRROR_STREAMS = 8
 """With 14 streams at all levels, thin clouds over a sea under 3 to 17 m/s are within 5e-4 of discrete ordinates."""

@@ -15,15 +15,7 @@ from hcss_twin.models.parameters import PhysicalParameters
 from hcss_twin.models.radiance.physical.air import Air
 from hcss_twin.models.radiance.physical.cloud_slab import CloudSlab, LayerOptics, side_by_side
 from hcss_twin.models.radiance.physical.columns import SceneColumns
-from hcss_twin.models.radiance.physical.directions import (
-    AIR_SUN,
-    CLOUD_SUN,
-    SEA_SUN,
-    TERMS,
-    VIEW,
-    ColumnDirections,
-    column_directions,
-)
+from hcss_twin.models.radiance.physical.directions import VIEW, ColumnDirections, column_directions
 from hcss_twin.models.radiance.physical.gathered_paths import MOST_VALUES as MOST_GATHERED
 from hcss_twin.models.radiance.physical.gathered_paths import GatheredGas, Rehearsal, first_wavenumber, gathers
 from hcss_twin.models.radiance.physical.numerics import Numerics
@@ -40,6 +32,7 @@ from hcss_twin.models.radiance.physical.slab_solver import SlabSolver
 from hcss_twin.models.radiance.physical.sunlight_between import sunlight_between
 from hcss_twin.models.radiance.physical.sunlight_in_air import received, scattered_in, seen_scattered, sun_share
 from hcss_twin.models.radiance.physical.sunlight_mirrored import Mirror, blind_mirror, sunlit_mirror, unlit_mirror
+from hcss_twin.models.radiance.physical.terms import AIR_SUN, CLOUD_SUN, SEA_SUN, TERMS
 from hcss_twin.models.radiance.physical.tracing import Tracer
 from hcss_twin.providers import CloudLayer, ColumnSetting, RadianceInputs, SeaModel, Sun, TransmittanceProvider, View
 

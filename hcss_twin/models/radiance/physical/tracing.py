@@ -18,16 +18,8 @@ from hcss_twin.models.radiance.physical.air import Heights
 from hcss_twin.models.radiance.physical.closure import Closure, FrozenLegs, close
 from hcss_twin.models.radiance.physical.columns import SceneColumns
 from hcss_twin.models.radiance.physical.composite_paths import CompositePaths
-from hcss_twin.models.radiance.physical.directions import (
-    AIR,
-    CLOUD,
-    CLOUD_SUN,
-    SCATTERED_AIR,
-    SEA,
-    SEA_SUN,
-    TERMS,
-    VIEW,
-)
+from hcss_twin.models.radiance.physical.directions import VIEW
+from hcss_twin.models.radiance.physical.terms import AIR, CLOUD, CLOUD_SUN, SCATTERED_AIR, SEA, SEA_SUN, TERMS
 from hcss_twin.physics.paths import Path
 
 _BOTH_WAYS = 2
