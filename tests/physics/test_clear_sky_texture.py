@@ -359,6 +359,38 @@ def test_the_sea_has_texture_by_default_and_the_plan_says_where_not(changes: dic
     assert bool(omission.needs) == ("is 0" in why)
 
 
+@pytest.mark.parametrize(
+    ("changes", "deviation"),
+    [
+        ({"bands": [[10.3, 11.3]]}, 0.05),
+        ({}, 0.0),
+        ({"bands": [[10.3, 11.3]], "image": {"pixel_size": 500.0}}, 0.0),
+        ({"bands": [[10.3, 11.3]], "platform": {"altitude": 800e3}}, 0.0),
+        ({"bands": [[10.3, 11.3]], "output": {"variables": ["cloud_thickness"]}}, 0.0),
+    ],
+    ids=["wide and thermal", "with 3.6 um", "96 km", "view of each pixel", "no radiance"],
+)
+def test_vapour_has_texture_by_default_in_wide_thermal_images(changes: dict, deviation: float) -> None:
+    assert make_plan(scene(**{**CHEAP, **changes})).texture.water_vapour == deviation
+
+
+@pytest.mark.parametrize(("method", "deviation"), [("temperature", 0.0), ("otsu", 0.3)])
+def test_clear_sky_of_an_image_has_the_texture_of_the_sea_unless_it_shows_its_own(
+    tmp_path: Path, method: str, deviation: float
+) -> None:
+    kelvin = np.where(np.arange(64) < 20, 280.0, 293.0) + np.zeros((64, 64))
+    Dataset({"ir": (("y", "x"), kelvin, {"units": "K", "long_name": "brightness temperature"})}).to_netcdf(
+        tmp_path / "image.nc"
+    )
+    clouds = {
+        "type": "stratus", "generator": "imagery",
+        "parameters": {"image": "image.nc", "method": method, "reinterpret_pixel_size": True},
+    }  # fmt: skip
+    described = {**BASE, **CHEAP, "clouds": clouds, "image": {"rows": 64, "columns": 64, "pixel_size": 3000.0}}
+    plan = make_plan(Scenario.from_dict(described, base=tmp_path))
+    assert plan.texture.temperature_K == deviation
+
+
 @pytest.mark.parametrize("given", [None, 0.0])
 def test_the_plan_says_how_many_kelvin_a_texture_of_vapour_would_change(given: float | None) -> None:
     cheap = {"radiance": {"model": "as-printed"}, "optics": {"provider": "mie"}, "sea": {"model": "cox-munk"}}

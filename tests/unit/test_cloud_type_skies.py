@@ -79,6 +79,13 @@ def test_given_coverage_goes_before_that_of_the_sky(tmp_path: Path) -> None:
     assert _scene(tmp_path, CHOSEN, "clouds.coverage = 0.7").clouds.layers[0].coverage == 0.7
 
 
+def test_thinnest_cloud_of_the_sky_goes_before_that_of_the_type_and_after_a_given_one(tmp_path: Path) -> None:
+    thin = CHOSEN + "thickness_min = 2.0\n"
+    assert _scene(tmp_path, thin).clouds.layers[0].thickness_min == 2.0
+    assert _scene(tmp_path, thin, "clouds.thickness_min = 5").clouds.layers[0].thickness_min == 5.0
+    assert _scene(tmp_path, CHOSEN).clouds.layers[0].thickness_min is None
+
+
 def test_without_the_package_clouds_are_fractal_and_one_note_names_it(tmp_path: Path) -> None:
     scene = _scene(tmp_path, MISSING)
     assert scene.clouds.layers[0].generator == "fractal"

@@ -63,6 +63,30 @@ def test_large_frames_of_small_pixels_have_the_coverage_of_the_sky():
     assert np.mean(found) == pytest.approx(0.5, abs=0.03)
 
 
+def share_near_axes(found):
+    """Share of gradients within 5 degrees of the axes of pixels, .111 of an isotropic sky."""
+    count = near = 0
+    for frame in found:
+        along_y, along_x = frame[2:, 1:-1] - frame[:-2, 1:-1], frame[1:-1, 2:] - frame[1:-1, :-2]
+        kept = (frame[1:-1, 1:-1] > 0.0) & (np.hypot(along_y, along_x) > 0.0)
+        angle = np.degrees(np.arctan2(along_y[kept], along_x[kept])) % 90.0
+        count, near = count + angle.size, near + np.count_nonzero(np.minimum(angle, 90.0 - angle) < 5.0)
+    return near / count
+
+
+@pytest.mark.parametrize("pixel_m", [100.0, 1000.0])
+def test_streaks_of_many_seeds_lie_along_no_axis_of_the_image_whatever_the_wind(pixel_m):
+    wind = Motion(0.0, (20.0, 0.0), np.inf, 1.0)
+    by_seed, along_rows = (
+        share_near_axes(
+            make(pixel_m, mode="field", seed=seed, motion=wind, **more).thickness_m(0.0, slice(0, 128), slice(0, 128))
+            for seed in range(12)
+        )
+        for more in ({}, {"shear_from": 270.0})
+    )
+    assert by_seed <= 0.13 < along_rows
+
+
 def test_ice_is_displaced_along_a_parabola():
     depth = np.array([0.0, 1000.0, 2000.0])
     straight = Fall(4000.0, 5e-3, 0.5, 0.0, (0.6, 0.8)).displacement_m(depth)

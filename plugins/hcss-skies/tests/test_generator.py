@@ -8,7 +8,7 @@ from conftest import EVOLVING, FROZEN, rough_field, whole
 from hcss_author import CloudGeneratorContract, assert_registered, sample_cloud_inputs
 from hcss_skies.detail_of_image import fit_detail
 from hcss_skies.example import make_example, read_example, write_example
-from hcss_skies.generator import ExampleClouds
+from hcss_skies.generator import ExampleClouds, fitted
 from hcss_skies.parameters import ExampleParameters
 from hcss_skies.pyramid import make_level
 
@@ -71,6 +71,25 @@ def test_higher_clouds_of_the_example_are_no_thinner_under_an_inversion(make, to
     found = generator.layer_thickness_m(np.linspace(0.0, 2500.0, 200))
     assert np.all(np.diff(found) >= 0.0)
     assert found[-1] > 300.0
+
+
+def test_values_are_fitted_without_a_flat_end():
+    """In proportion up to .93 of the room, which ``high`` reaches; beyond it the slope falls as an exponential."""
+    values = np.linspace(0.0, 40.0, 4001)
+    found = fitted(values, 20.0, 10.0)
+    slope = 0.93 * 10.0 / 20.0
+    np.testing.assert_allclose(found[:2001], slope * values[:2001], rtol=1e-12)
+    assert np.all(np.diff(found) > 0.0)
+    assert found[-1] < 10.0
+    beyond = values[2001:] - 20.0
+    np.testing.assert_allclose(found[2001:], 9.3 + 0.7 * (1.0 - np.exp(-slope * beyond / 0.7)), rtol=1e-12)
+    np.testing.assert_array_equal(fitted(values, 20.0, 100.0)[:3000], values[:3000])  # there is room
+    np.testing.assert_array_equal(fitted(values, 20.0, 0.0), values)
+
+
+@pytest.mark.parametrize(("clear_sky", "varies"), [("uniform", False), ("example", True)])
+def test_clear_sky_has_a_texture_of_its_own_only_on_request(make, clear_sky, varies):
+    assert make(clear_sky=clear_sky).clear_sky_varies is varies
 
 
 def test_pixels_of_an_image_are_as_much_colder_than_clear_sky_as_they_were(make, tmp_path):

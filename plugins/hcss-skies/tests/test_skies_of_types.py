@@ -1,5 +1,6 @@
 """Shipped cloud types take the sky that is believable at the scene's pixel size."""
 
+import numpy as np
 import pytest
 
 from hcss_twin import Scenario, make_plan, simulate
@@ -48,6 +49,20 @@ def scene(of_type, pixel_m=20.0, size=48, model="as-printed", **clouds):
 def test_type_takes_the_sky_of_the_pixel_size(of_type, pixel_m, generator, coverage):
     (layer,) = scene(of_type, pixel_m).clouds.layers
     assert (layer.generator, layer.coverage) == (generator, coverage)
+
+
+@pytest.mark.parametrize(("of_type", "pixel_m"), [("stratocumulus", 3000.0), ("cumulus", 3000.0), ("cumulus", 300.0)])
+def test_clear_sky_between_clouds_of_examples_and_films_has_texture(of_type, pixel_m):
+    assert make_plan(scene(of_type, pixel_m)).texture.temperature_K == 0.3
+
+
+@pytest.mark.parametrize("of_type", ["stratocumulus", "cumulus"])
+def test_tops_of_examples_are_not_flat(of_type):
+    """Before, a tenth of the deck of stratocumulus had one temperature."""
+    (clouds,) = make_plan(scene(of_type, 3000.0, size=192, model="physical")).assembly.generators
+    thickness = clouds.thickness_m(0.0, slice(0, 192), slice(0, 192))
+    cloudy = thickness[thickness > 0.0]
+    assert np.mean(cloudy > 0.999 * cloudy.max()) < 0.03
 
 
 def test_stated_generator_and_coverage_stay():
