@@ -55,7 +55,8 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
         "Laws of the conformance kit by outcome for each such provider: `probes`, tried before the first frame of this "
         "run, and the last `hcss check` of the same version and parameters, or \"not checked\"."),
     AttributeSpec("hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read, by catalog name, by "
-        "path from the scenario's folder (`./x.csv`), or, of a file elsewhere, by absolute path."),
+        "path from the scenario's folder (`./x.csv`), of files of plugins from that of their package "
+        "(`package:my_plugin/x.nc`), or, of a file elsewhere, by absolute path."),
     AttributeSpec("hcss_input_files", "JSON", "files of the user are read, with `output.store_inputs`",
         "Those of at most 256 kB by SHA-256: compressed (zlib), in base64."),
     AttributeSpec("hcss_filled_in", "JSON", ALWAYS,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import importlib.util
 import json
 import os
 import re
@@ -37,6 +38,9 @@ STORED = "hcss_input_files"
 
 HERE = "./"
 """First letters of the name of a recorded file below the folder of the scenario, as catalog names have none."""
+
+PACKAGE = "package:"
+"""First letters of the name of a recorded file that a package ships, by its path from the folder of the package."""
 
 CERTIFICATE = (
     "hcss_certificate",
@@ -98,8 +102,8 @@ def provenance(plan: Plan, tables: RadianceTables | None) -> dict[str, str | flo
 def recorded_files(catalog: Catalog, scenario: Mapping[str, Any]) -> dict[str, str]:
     """Return SHA-256 of the files that a catalog opened, by names that tell nothing of the folders of a machine.
 
-    They are catalog names, and for files of the user paths from the folder of the scenario, where they are below it or
-    the scenario names them so; other paths are absolute.
+    They are catalog names, for files of plugins paths from the folder of their package, and for files of the user paths
+    from the folder of the scenario, where they are below it or the scenario names them so; other paths are absolute.
     """
     base = catalog.base.resolve()
     given = {str((base / text).resolve()): text for text in _relative_paths(scenario)}
@@ -112,7 +116,21 @@ def _recorded_name(name: str, base: Path, given: Mapping[str, str]) -> str:
         return name
     if path.is_relative_to(base):
         return HERE + path.relative_to(base).as_posix()
-    return HERE + PurePath(given[name]).as_posix() if name in given else name
+    if name in given:
+        return HERE + PurePath(given[name]).as_posix()
+    packages = [folder for folder in path.parents if (folder / "__init__.py").is_file()]
+    if packages and _folder_of_package(packages[-1].name) == packages[-1]:
+        return PACKAGE + path.relative_to(packages[-1].parent).as_posix()
+    return name
+
+
+def _folder_of_package(name: str) -> Path | None:
+    """Return where a package is installed, without importing it."""
+    try:
+        spec = importlib.util.find_spec(name) if name.isidentifier() else None
+    except (ImportError, ValueError):
+        return None
+    return None if spec is None or spec.origin is None else Path(spec.origin).resolve().parent
 
 
 def _relative_paths(scenario: Mapping[str, Any]) -> Iterator[str]:
@@ -389,6 +407,10 @@ class Recorded:
 
 
 def _absolute(name: str, base: Path) -> str:
+    if name.startswith(PACKAGE):
+        package, _, rest = name.removeprefix(PACKAGE).partition("/")
+        folder = _folder_of_package(package)
+        return name if folder is None else os.path.realpath(folder / rest)
     return os.path.realpath(base / name) if name.startswith(HERE) else name
 
 

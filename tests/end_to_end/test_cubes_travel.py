@@ -11,7 +11,9 @@ import pytest
 from cheap import CHEAP
 
 import hcss_twin
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CubeError
+from hcss_twin.engine.provenance import Recorded, recorded_files
 from hcss_twin.engine.verification import Verdict, verify_cube
 
 SCENE = CHEAP | {"image.rows": 12, "image.columns": 12, "frames.count": 1, "output.certificate": 0}
@@ -108,6 +110,31 @@ def test_a_file_above_the_folder_is_named_as_the_scenario_names_it(made, tmp_pat
         assert verify_cube(out, base=tmp_path / "scenes" / "own", data=[tmp_path]).verdict is Verdict.IDENTICAL
     (tmp_path / "shared" / "response.csv").write_text(RESPONSE.replace("0.9", "0.5"))
     assert verify_cube(out, data=[tmp_path]).verdict is Verdict.DIFFERENT
+
+
+def test_a_file_that_a_package_ships_is_named_by_the_package_wherever_it_is_installed(tmp_path, monkeypatch):
+    attributes = {"hcss_scenario": "{}", "hcss_versions": "{}", "hcss_providers": "{}"}
+    recorded = []
+    for place in ("one", "another"):
+        folder = tmp_path / place / "site-packages" / "shipping_plugin" / "library"
+        folder.mkdir(parents=True)
+        (folder.parent / "__init__.py").write_text("raise ImportError('not imported')")
+        (folder / "sky.nc").write_text("sky")
+        with monkeypatch.context() as patch:
+            patch.syspath_prepend(tmp_path / place / "site-packages")
+            catalog = Catalog(base=tmp_path / "scene")
+            catalog.shipped(folder / "sky.nc")
+            recorded.append(recorded_files(catalog, {}))
+            files = json.dumps(recorded[0])
+            now = Recorded.of({**attributes, "hcss_files_sha256": files}, str(tmp_path / "cube.nc"))
+            assert now.files == catalog.used  # those of this installation
+            assert now.file_changes(catalog.used, catalog.shelf) == ()
+    assert recorded[0] == recorded[1]
+    assert list(recorded[0]) == ["package:shipping_plugin/library/sky.nc"]
+    gone = Recorded.of({**attributes, "hcss_files_sha256": files}, str(tmp_path / "cube.nc"))
+    assert [(change.name, change.state) for change in gone.file_changes(None, Catalog().shelf)] == [
+        ("package:shipping_plugin/library/sky.nc", "missing")
+    ]
 
 
 def test_inputs_are_kept_out_of_a_cube_that_is_then_verified_beside_them(tmp_path, monkeypatch):
