@@ -41,7 +41,6 @@ def test_clouds_whose_tops_are_all_that_of_the_layer_are_those_of_a_flat_layer(t
     assert make_plan(of("source")).assembly.tops_vary
     own = simulate(of("source"))["radiance"].values[0, 0].astype(float)
     error, sides = (np.sqrt(np.mean((other / flat["source"] - 1.0) ** 2)) for other in (own, flat["columns"]))
-    print(error, sides)
     assert sides > 5e-3
     assert error < 0.2 * sides
 
@@ -51,6 +50,5 @@ def test_towers_and_low_clouds_beside_each_other_agree_with_monte_carlo(tops):
     tops((-500.0, 0.0), lambda top, points: (top - 500.0 * (points // 4 % 2)).astype(np.float32))
     (band,) = compare(of("source"), pixels=24, photons=1500, frame=0, seed=3)["bands"]
     cube, columns = (band["errors"][name] for name in ("cube", "columns"))
-    print(cube, columns, band["noise"])
     assert abs(cube["bias"]) < 1e-3 + 2.0 * band["noise"]
     assert cube["rms"] < 0.5 * columns["rms"]
