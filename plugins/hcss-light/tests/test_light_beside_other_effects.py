@@ -134,9 +134,19 @@ def sand(tmp_path):
     return made
 
 
-@pytest.mark.parametrize(("tier", "time"), [pytest.param("slant", NIGHT, marks=pytest.mark.campaign), ("source", DAY)])
-def test_each_point_has_the_light_over_its_own_ground(sand, tier, time):
-    common = {"time": time, "bands": [[3.6, 3.8]], "slant": OFF, "sea": EVEN, "accuracy": 5e-3}
+@pytest.mark.parametrize(
+    ("tier", "time", "changes"),
+    [
+        pytest.param("slant", NIGHT, {}, marks=pytest.mark.campaign),
+        ("source", DAY, {}),
+        ("source", NIGHT, {"platform": {"altitude": 1.5e5}, "radiance": {"light": "source", "model": "as-printed"}}),
+    ],
+    ids=["slant", "source", "views of pixels"],
+)
+def test_each_point_has_the_light_over_its_own_ground(sand, tier, time, changes):
+    common = {"time": time, "bands": [[3.6, 3.8]], "slant": OFF, "sea": EVEN, "accuracy": 5e-3, **changes}
+    if changes:
+        assert make_plan(scene(tier, **common, surfaces=sand(150.0))).views.varies
     half, land = (
         simulate(scene(tier, **common, surfaces=sand(east), output=CLASSES | {"certificate": checked}))
         for east, checked in ((150.0, 6), (149.85, 0))
