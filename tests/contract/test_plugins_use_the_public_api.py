@@ -103,7 +103,7 @@ def test_the_page_has_at_most_180_names_each_with_a_description():
 def test_units_are_those_of_names_arguments_and_docstrings():
     assert PAGE.described("hcss_twin.providers", "Sun")[1] == "deg, s, au"
     assert "W m-2 sr-1" in PAGE.described("hcss_twin.providers", "planck")[1]
-    assert PAGE.described("hcss_twin.core.units", "Angle")[1] == "deg"
+    assert PAGE.described("hcss_twin.core.units", "WaterContent")[1] == "g m-3"
     assert PAGE.described("hcss_twin.core.kernels", "kernel")[1] == "-"
 
 

@@ -66,8 +66,9 @@ def reach(plan, altitude_m, cloud=None, kelvin=None):
 
 
 @pytest.mark.parametrize("side", [0.0, 20.0, 40.0])
-@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (3.0, -7.5), (31.7, 44.4), (-61.25, 9.99)])
-@pytest.mark.parametrize("zenith", [0.0, 50.0])
+@pytest.mark.parametrize(
+    ("x", "y", "zenith"), [(0.0, 0.0, 0.0), (3.0, -7.5, 50.0), (31.7, 44.4, 0.0), (-61.25, 9.99, 50.0)]
+)
 def test_flux_and_centroid_of_a_source_are_those_of_its_square(side, x, y, zenith):
     source = {"x": x, "y": y, "altitude": 2000.0, "intensity": STRENGTH}
     more, plan, _ = gained(source, footprint=side, **{"view.zenith": zenith})

@@ -280,8 +280,8 @@ def test_large_structures_live_longer(make):
     assert coherence[0] < 0.6 < 0.65 < coherence[-1]
 
 
-@pytest.mark.parametrize("side", [4, 64, 1024])
-@pytest.mark.parametrize("pixel_m", [5.0, 800.0, 20e3])
+@pytest.mark.parametrize("side", [4, 1024])
+@pytest.mark.parametrize("pixel_m", [5.0, 20e3])
 def test_extremes_stay_finite_and_deterministic(make, side, pixel_m):
     provider = make(pixel_m, 8, side=side, motion=EVOLVING)
     far = 10**9

@@ -119,6 +119,7 @@ def test_images_by_columns_do_not_see_the_shape_and_light_between_columns_does()
                     "frames": {"count": 1},
                     "accuracy": 0.02,
                     "bands": [[10.5, 11.0]],
+                    "sea": {"model": "cox-munk", "temperature_texture": 0.0},
                     "clouds": clouds | {"parameters": {"example": "closed-cells-1", "shape": shape}},
                     "radiance": {"light": light},
                     "output": {"variables": ["radiance", "brightness_temperature"], "certificate": 0},

@@ -181,8 +181,10 @@ def test_where_clouds_are_moves_and_changes_as_the_example():
     assert np.mean(whole(of, time_s=3600.0) != whole(of)) > 0.05
 
 
-@pytest.mark.parametrize(("film", "where"), [("trade-cumulus", "trade-cumulus-3"), ("stratocumulus", "closed-cells-1")])
-@pytest.mark.parametrize("pixel_m", [140.0, 2000.0])
+@pytest.mark.parametrize(
+    ("film", "where", "pixel_m"),
+    [("trade-cumulus", "trade-cumulus-3", 2000.0), ("stratocumulus", "closed-cells-1", 140.0)],
+)
 def test_windows_of_skies_with_an_example_have_the_same_bits(film, where, pixel_m):
     of = clouds(
         film, pixel_m=pixel_m, size=300, where=where, coverage=0.5, motion=Motion(0.0, (7.3, -2.1), 1800.0, 1.0)
@@ -292,17 +294,11 @@ def test_a_sky_turned_by_any_angle_shows_the_same_clouds():
 
 
 def test_turned_skies_keep_cover_and_have_no_place_with_other_clouds():
+    """Neither patches nor their borders are seen in the mean of many skies."""
     skies = [whole(clouds(size=192, seed=seed, motion=Motion(0.0, (5.0, 3.0), np.inf, 1.0))) for seed in range(60)]
     mean = np.mean([of > 0.0 for of in skies], axis=0)
     assert mean.mean() == pytest.approx(read_film(shipped_films()["trade-cumulus"]).coverage, abs=0.015)
     assert mean.reshape(6, 32, 6, 32).mean(axis=(1, 3)).std() < 0.16 * mean.mean()
-
-
-def test_no_place_has_other_clouds_than_others():
-    """Neither patches nor their borders are seen in the mean of many skies."""
-    mean = np.mean([whole(clouds(size=192, seed=seed)) > 0.0 for seed in range(60)], axis=0)
-    blocks = mean.reshape(6, 32, 6, 32).mean(axis=(1, 3))
-    assert blocks.std() < 0.16 * blocks.mean()
 
 
 @pytest.mark.parametrize("pixel_m", [12.0, 2300.0])
@@ -338,9 +334,9 @@ def test_tops_have_the_distribution_of_the_film_as_fractions_of_the_layer(name, 
     for seed in range(6):
         of = clouds(name, size=size, pixel_m=pixel_m, seed=seed, depth_m=20_000.0, tops="film")
         thickness, top = pair(of, size)
-        assert np.array_equal(
-            thickness, whole(clouds(name, size=size, pixel_m=pixel_m, seed=seed, depth_m=20_000.0), size)
-        )
+        if seed == 0:
+            plain = clouds(name, size=size, pixel_m=pixel_m, seed=seed, depth_m=20_000.0)
+            assert np.array_equal(thickness, whole(plain, size))
         found.append(top[thickness > 0.0])
     fractions = (np.concatenate(found) - 500.0) / 20_000.0
     cells = max(round(pixel_m / 50.0), 1)  # of a pixel, whose top is the mean of theirs
@@ -430,6 +426,9 @@ def test_a_slant_view_of_low_towers_has_a_certificate():
             "frames": {"count": 1},
             "accuracy": 0.05,
             "bands": [[10.5, 11.5]],
+            "radiance": {"model": "as-printed"},
+            "sea": {"model": "cox-munk", "temperature_texture": 0.0},
+            "optics": {"provider": "mie"},
             "slant": {"parallax": "on", "shadows": "on"},
             "clouds": {
                 "type": "cumulus",
