@@ -74,17 +74,20 @@ def share_near_axes(found):
     return near / count
 
 
-@pytest.mark.parametrize("pixel_m", [100.0, 1000.0])
-def test_streaks_of_many_seeds_lie_along_no_axis_of_the_image_whatever_the_wind(pixel_m):
+@pytest.mark.parametrize(("pixel_m", "size"), [(100.0, 384), (1000.0, 128)])
+def test_streaks_of_many_seeds_lie_along_no_axis_of_the_image_whatever_the_wind(pixel_m, size):
     wind = Motion(0.0, (20.0, 0.0), np.inf, 1.0)
     by_seed, along_rows = (
         share_near_axes(
-            make(pixel_m, mode="field", seed=seed, motion=wind, **more).thickness_m(0.0, slice(0, 128), slice(0, 128))
-            for seed in range(12)
+            make(pixel_m, size, mode="field", seed=seed, motion=wind, **more).thickness_m(
+                0.0, slice(0, size), slice(0, size)
+            )
+            for seed in range(24)
         )
         for more in ({}, {"shear_from": 270.0})
     )
-    assert by_seed <= 0.13 < along_rows
+    assert by_seed <= 0.13
+    assert along_rows > by_seed + 0.01
 
 
 def test_ice_is_displaced_along_a_parabola():
