@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.catalog import Catalog
+from hcss_twin.core.catalog import Catalog, branch_of
 from hcss_twin.core.notebook import as_html, as_text
 from hcss_twin.cube.variables import LAYER, VariableSpec
 from hcss_twin.models.radiance.spectral_grid import SpectralBand, SpectralGrid
@@ -259,7 +259,7 @@ class Plan:
             If a value is not allowed; names the field.
         """
         scenario = with_changes(self.scenario, seed, layers, elements, sensor_seed)
-        catalog, before = self.catalog.branch(), self.assembly
+        catalog, before = branch_of(self.catalog), self.assembly
         drawing = before.drawing.of_sections(self.scenario, scenario)
         builder = Builder(catalog.shelf.get_or_compute("registry", Registry.discover), scenario)
         try:
