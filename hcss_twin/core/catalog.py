@@ -71,12 +71,6 @@ class Catalog:
         """SHA-256 of each file opened so far, by catalog name or path."""
         return dict(sorted(self._used.items()))
 
-    def branch(self) -> Catalog:
-        """Return a catalog that has read the same files, and whose further ones this one does not record."""
-        other = copy.copy(self)
-        other._used = dict(self._used)
-        return other
-
     def names(self, folder: str, suffix: str) -> list[str]:
         """List the names in a catalog folder, without suffix."""
         return sorted(path.name.removesuffix(suffix) for path in (self.root / folder).glob(f"*{suffix}"))
@@ -202,6 +196,13 @@ class Catalog:
         if key not in self._used:
             self._used[key] = self.shelf.sha256(path)
         return path
+
+
+def branch_of(catalog: Catalog) -> Catalog:
+    """Return a catalog that has read the same files, and whose further ones the first does not record."""
+    other = copy.copy(catalog)
+    other._used = dict(catalog._used)
+    return other
 
 
 class SecludedCatalog(Catalog):
