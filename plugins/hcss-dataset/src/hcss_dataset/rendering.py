@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from hcss_dataset.distribution import MAX_ATTEMPTS, OF_SKY, Distribution
 from hcss_dataset.errors import DatasetError
+from hcss_dataset.noise import noise_rms
 from hcss_dataset.targets import Target, draw_targets, seen_at
 from hcss_twin import CatalogError, Scenario, make_plan
 from hcss_twin.core.result_cache import ResultCache
@@ -41,6 +42,8 @@ _NUMBER_AT_ZERO = 2000
 _OPTICS = ("psf", "psf_sigma", "psf_file", "aperture_diameter", "pixel_angle", "integration_time", "jitter", "smear")
 _SHOWN = ("radiance", "element_transmittance", "element_share", "element_source")
 _KEPT_STATES = 256
+TARGETS_OF_A_SKY = 10
+"""Draws of targets that may be refused before the sky is drawn again, too."""
 _LARGEST_SIDE = 16.0
 """Side in pixels up to which sensors draw bodies through their point spread."""
 
@@ -138,18 +141,25 @@ class Studio:
     def sequence(self, draw: int) -> DrawnSequence:
         """Return the sequence of a draw; a draw that is refused as unphysical is drawn again.
 
+        Where targets are refused, they alone are drawn again as long as there is hope: frames with targets would have
+        other clouds than those without.
+
         Raises
         ------
         ScenarioError
             If too many draws in a row are refused; names the last reason.
         """
         refused: list[str] = []
+        skies = of_targets = 0
         for attempt in range(MAX_ATTEMPTS):
             try:
-                return self._attempt(draw, attempt, tuple(refused))
+                return self._attempt(draw, (skies, attempt), tuple(refused))
             except (ScenarioError, CatalogError) as error:
                 problems = error.problems if isinstance(error, ScenarioError) else (error,)
                 refused.append("; ".join(map(str, problems)))
+                hidden = all(isinstance(each, Problem) and each.field.startswith("targets") for each in problems)
+                of_targets = of_targets + 1 if hidden else 0
+                skies += not hidden or of_targets % TARGETS_OF_A_SKY == 0
         message = f"draw {draw}: {MAX_ATTEMPTS} draws in a row are refused, the last because of: {refused[-1]}"
         raise ScenarioError([Problem("draw", message)], self.distribution.origin)
 
@@ -157,13 +167,13 @@ class Studio:
         """Return the number of frames of each draw."""
         return int(self._scenario({}, 0).frames.count)
 
-    def _attempt(self, draw: int, attempt: int, refused: tuple[str, ...]) -> DrawnSequence:
+    def _attempt(self, draw: int, attempt: tuple[int, int], refused: tuple[str, ...]) -> DrawnSequence:
         distribution = self.distribution
-        values, state = distribution.values(draw, attempt)
+        values, state = distribution.values(draw, attempt[0])
         sky = distribution.sky_of(draw)
         scenario = self._scenario(values, draw)
         empty = self._plan_of_state(scenario)
-        targets = draw_targets(distribution, draw, attempt, empty)
+        targets = draw_targets(distribution, draw, attempt[1], empty)
         for target in targets:
             side = math.sqrt(target.area_m2 or 0.0) / empty.grid.pixel_size_m
             if side > _LARGEST_SIDE:
@@ -451,7 +461,7 @@ class DrawnSequence:
         return numbers.astype(np.uint16), (saturated != 0) | (numbers >= self.scale.largest)
 
     def _clean_and_noise(self, index: int) -> tuple[Array, Array]:
-        """Return the clean image (B, y, x) of a frame, and the rms noise (B,) of the same frame without targets."""
+        """Return the clean image (B, y, x) of a frame, and the rms noise (B,) of the sensor in it."""
         if self._seen is None or self._seen[0] != index:
             self._seen = index, *self._new_clean_and_noise(index)
         return self._seen[1:]
@@ -462,11 +472,8 @@ class DrawnSequence:
         clean = self._optics.clean(scene, plan.scenario.frames.first + index, float(plan.frame_times_s[index]))
         if not plan.sensor.stages:
             return clean.astype(np.float64), np.zeros(len(plan.bands))
-        numbers, saturated = self._measured(index, scene, None)
-        difference = self.scale.radiance(numbers) - clean
-        noise = np.array(
-            [band[~full].std() if not full.all() else np.nan for band, full in zip(difference, saturated, strict=True)]
-        )
+        names = [band.name for band in plan.bands]
+        noise = noise_rms(plan.sensor.stages[-1].as_dict(), names, clean, self.scale.step)
         return clean.astype(np.float64), noise
 
     def _clutter(self, clean: Array, noise: Array, target: Target, index: int) -> tuple[Array, Array]:

@@ -108,6 +108,7 @@ def _summary(result: Scored) -> dict[str, Any]:
         "targets": int(result.scr.size),
         "targets_that_do_not_count": result.ignored,
         "radius": result.radius,
+        "most_detections_in_a_frame": result.most,
         "all": result.at_threshold(-math.inf),
         "points": points,
     }
@@ -121,6 +122,7 @@ def _text(result: Scored) -> str:
         f"hidden; matches within {summary['radius']:g} pixels",
         f"all detections: {whole['found']} targets found, {whole['false_alarms']} false alarms "
         f"({whole['false_pixels']} pixels, {whole['false_pixel_share']:.3g} of all)",
+        *_capped(result),
         "false alarms a pixel, at most  threshold  found  rate   by SCR",
     ]
     for point in summary["points"]:
@@ -134,6 +136,18 @@ def _text(result: Scored) -> str:
             f"{point['detection_rate']:.3f}  {classes}"
         )
     return "\n".join(lines)
+
+
+def _capped(result: Scored) -> list[str]:
+    """Return a line on detectors that keep no more than some detections of a frame, as those for COCO do."""
+    from hcss_dataset.baselines import MAX_PER_FRAME
+
+    if result.most != MAX_PER_FRAME:
+        return []
+    return [
+        f"no frame has more than {result.most} detections, where COCO's evaluation ends, too (maxDets): rates beyond "
+        f"{result.at_threshold(-math.inf)['false_alarms_per_pixel']:.3g} false alarms a pixel are not known"
+    ]
 
 
 def _plain(value: Any) -> Any:

@@ -30,6 +30,8 @@ MAX_TARGETS = 10_000
 _PLACES = 1000
 """Places that may be tried for the targets of a draw until they are far enough apart."""
 DIGITS = 12
+EMPTY_BLOCK = 20
+"""Consecutive draws that have the wanted share of draws without targets."""
 
 
 @dataclass(frozen=True)
@@ -129,17 +131,31 @@ def draw_targets(distribution: Distribution, draw: int, attempt: int, plan: Plan
     if not given:
         return ()
     try:
-        count = _count(given, random)
+        count = _count(given, _is_empty(distribution, draw), random)
         places = _places(given, count, plan, random)
         return tuple(_target(given, n, place, plan, random) for n, place in enumerate(places, start=1))
     except ValueError as error:
         raise ScenarioError([Problem("targets", str(error))], distribution.origin) from error
 
 
-def _count(given: Mapping[str, Any], random: np.random.Generator) -> int:
-    if "empty" not in given:
+def _is_empty(distribution: Distribution, draw: int) -> bool | None:
+    """Whether a draw has no targets; None where nothing is said of it.
+
+    Each block of consecutive draws has the wanted share, at places that tell nothing. The answer does not depend on the
+    attempt: draws with targets are refused more often than those without, whose share would grow.
+    """
+    if "empty" not in distribution.targets:
+        return None
+    share, (block, place) = float(distribution.targets["empty"]), divmod(draw, EMPTY_BLOCK)
+    before, after = (math.floor(share * EMPTY_BLOCK * blocks + 0.5) for blocks in (block, block + 1))
+    order = distribution.random("empty", block).permutation(EMPTY_BLOCK)
+    return place in order[: after - before].tolist()
+
+
+def _count(given: Mapping[str, Any], empty: bool | None, random: np.random.Generator) -> int:
+    if empty is None:
         return _whole(drawn("count", given["count"], random))
-    if random.random() < given["empty"]:
+    if empty:
         return 0
     for _ in range(_PLACES):  # frames that are not empty have the distribution of the count beyond 0
         count = _whole(drawn("count", given["count"], random))
