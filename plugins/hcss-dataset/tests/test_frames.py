@@ -102,7 +102,12 @@ ELECTRONS = {"noise": "photon", "aperture_diameter": 0.2, "pixel_angle": 40e-6, 
 SENSORS = {
     "nedt": {"noise": "nedt", "nedt": 0.05},
     "electrons": ELECTRONS | {"transmission": 0.8, "quantum_efficiency": 0.6, "read_noise": 300.0, "dark_current": 1e8},
-    "pattern": {"noise": "nedt", "nedt": 0.02, "gain_deviation": 0.002, "offset_radiance": {"mwir": 0.002, "lwir": 0.02}},
+    "pattern": {
+        "noise": "nedt",
+        "nedt": 0.02,
+        "gain_deviation": 0.002,
+        "offset_radiance": {"mwir": 0.002, "lwir": 0.02},
+    },
     "converter": {"noise": "nedt", "nedt": 0.05, "bits": 12, "saturation_temperature": 320.0},
 }
 
