@@ -158,7 +158,7 @@ class Distribution:
         )
         from hcss_dataset.targets import check_targets
 
-        check_targets(found.targets, check)
+        check_targets(found.targets, check, found.base)
         check.raise_problems()
         return found
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from hcss_dataset.distribution import MAX_ATTEMPTS, OF_SKY, Distribution
 from hcss_dataset.errors import DatasetError
 from hcss_dataset.noise import noise_rms
-from hcss_dataset.targets import Target, draw_targets, seen_at
+from hcss_dataset.targets import Target, all_tracks, draw_targets, seen_at
 from hcss_twin import CatalogError, Scenario, make_plan
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.compile import tables_of
@@ -375,7 +375,7 @@ class DrawnSequence:
         """
         clean, noise = self._clean_and_noise(0)
         found, factors = [], []
-        for target, pieces in zip(self.targets, self._pieces(0), strict=True):
+        for target, pieces in zip(self.targets, self._pieces(0)[:-1], strict=True):
             if target.scr is None or target.intensity is None:  # a strength is by SCR for all targets of a set
                 raise AssertionError("a target without SCR beside others")
             own = self._optics.own_image(pieces, self._place(0, target), len(self.plan.bands))
@@ -424,17 +424,22 @@ class DrawnSequence:
         return self._scene[1:]
 
     def _pieces(self, index: int) -> list[list[Any]]:
-        """Return the pieces of each target in a frame, with the intensities of the targets."""
+        """Return the pieces of each target in a frame, with the intensities of the targets, and last those of parts
+        without a label.
+        """
         _, drawn, _ = self._rendered(index)
-        places = np.array([self._place(index, target) for target in self.targets]).reshape(-1, 2)
-        found: list[list[Any]] = [[] for _ in self.targets]
+        shown = [(target, n) for n, target in enumerate(self.targets)]
+        others = len(shown)
+        shown += [(part, n if part.labelled else others) for target, n in shown for part in target.parts]
+        places = np.array([self._place(index, each) for each, _ in shown]).reshape(-1, 2)
+        found: list[list[Any]] = [[] for _ in range(others + 1)]
         for piece in (piece for pieces in drawn.values() for piece in pieces):
             away = np.max(np.abs(places - (piece.row, piece.column)), axis=1)
             nearest = int(np.argmin(away))
-            found[nearest].append(piece)
+            found[shown[nearest][1]].append(piece)
         return [
             [replace(piece, radiance=piece.radiance * factor) for piece in pieces]
-            for pieces, factor in zip(found, self._factors, strict=True)
+            for pieces, factor in zip(found, (*self._factors, 1.0), strict=True)
         ]
 
     def _place(self, index: int, target: Target) -> tuple[float, float]:
@@ -502,7 +507,7 @@ class DrawnSequence:
         image, saturated = self._measured(index, scene, points)
         described = [
             self._label(index, target, own, clean, noise, truth, saturated)
-            for target, own in zip(self.targets, pieces, strict=True)
+            for target, own in zip(self.targets, pieces[:-1], strict=True)
             if self._is_inside(self._place(index, target))
         ]
         distribution, about, scale = self._studio.distribution, self._about, self.scale
@@ -574,13 +579,14 @@ class DrawnSequence:
         return {
             "track": target.track,
             "kind": target.kind,
+            "family": target.family,
             "centroid": [float(at - edge) for at, edge in zip(centroid, first, strict=True)],
             "place": [at - edge for at, edge in zip(place, first, strict=True)],
             "box": box,
             "mask": mask,
             "altitude_m": target.at(time_s)[2],
             "position_m": list(target.at(time_s)[:2]),
-            "velocity_m_s": list(target.velocity_m_s),
+            "velocity_m_s": list(target.velocity_at(time_s)),
             "pixels_per_s": [float(row_rate), float(column_rate)],
             **strength,
             "transmittance": _plain(transmittance),
@@ -636,7 +642,7 @@ class DrawnSequence:
 
 def _elements(targets: Sequence[Target]) -> dict[str, Any]:
     """Return the section of a scenario for targets; none without."""
-    tracks = [target.as_track() for target in targets]
+    tracks = all_tracks(targets)
     return {"elements": [{"parameters": {"tracks": tracks}}]} if tracks else {}
 
 
