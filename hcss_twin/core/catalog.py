@@ -71,6 +71,12 @@ class Catalog:
         """SHA-256 of each file opened so far, by catalog name or path."""
         return dict(sorted(self._used.items()))
 
+    def branch(self) -> Catalog:
+        """Return a catalog that has read the same files, and whose further ones this one does not record."""
+        other = copy.copy(self)
+        other._used = dict(self._used)
+        return other
+
     def names(self, folder: str, suffix: str) -> list[str]:
         """List the names in a catalog folder, without suffix."""
         return sorted(path.name.removesuffix(suffix) for path in (self.root / folder).glob(f"*{suffix}"))

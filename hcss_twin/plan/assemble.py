@@ -21,8 +21,9 @@ from hcss_twin.plan.assemble_air import (
 )
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.brightness_inversion import LayerBrightness
-from hcss_twin.plan.builder import Builder, attribute_to_field, build_derived, build_elements
+from hcss_twin.plan.builder import Builder, attribute_to_field, build_derived
 from hcss_twin.plan.clouds import assemble_layers, build_generators, wind_velocity_m_s
+from hcss_twin.plan.drawing import Drawing
 from hcss_twin.plan.lines_of_sight import lines_of_sight
 from hcss_twin.plan.optics import default_optics, particle_optics
 from hcss_twin.plan.slant_paths import GridSight, SlantPaths
@@ -95,12 +96,12 @@ def assemble(
     motion = _motion(scenario)
     clouds = assemble_layers(builder, scenario, catalog, around)
     particles = particle_optics(builder, scenario, catalog, clouds, optics)
-    generators_of = partial(build_generators, builder, scenario, catalog, clouds, motion, slant)
     for provider, name in {} if particles is None else particles.names.items():
         with builder.collect_problems("bands"):
             require_bands_inside(bands, provider.declares.valid, f"optics provider '{name}'")
     if builder.has_problems:
-        generators_of([None] * len(clouds))  # for their problems
+        # for their problems
+        build_generators(builder, scenario, catalog, clouds, motion, slant, [None] * len(clouds))
         builder.raise_problems()
     if around is None or transmittance is None or sea is None or particles is None:
         raise AssertionError("a provider is missing, and no problem was collected")
@@ -156,10 +157,11 @@ def assemble(
     given = scenario.atmosphere.profile is not None and scenario.sea.temperature is not None
     by_place = climate is None and not (over_field.varies or around.is_bound or given)
     radiance = scenario.radiance
-    generators, slant = generators_of([LayerBrightness(model_at, setting, index) for index in range(len(layers))])
-    builder.raise_problems()
+    inversions = [LayerBrightness(model_at, setting, index) for index in range(len(layers))]
     spectral_grid = SpectralGrid.dense(bands, transmittance.declares.native_grid_cm1)
-    elements = build_elements(builder, scenario, catalog, sensor_bands(bands), grid, slant.view, spectral_grid)
+    drawing = Drawing(clouds, motion, slant, inversions, bands, grid, spectral_grid)
+    drawn = drawing.drawn(builder, scenario, catalog)
+    slant = drawn.slant
     derived = build_derived(builder, scenario, catalog, sensor_bands(bands), image or grid, slant.view)
     surfaces = _surfaces(builder, scenario, catalog, bands, around, grid)
     builder.raise_problems()
@@ -177,7 +179,7 @@ def assemble(
         samples_per_pixel=scenario.image.samples_per_pixel,
         motion=motion,
         layers=layers,
-        generators=generators,
+        generators=drawn.generators,
         particle_fields=tuple(cloud.particle_field for cloud in clouds),
         optics_fields=particles.fields,
         transmittance=transmittance,
@@ -195,10 +197,11 @@ def assemble(
         slant=slant,
         code={name: one.code(catalog.shelf) for name, one in built.items()},
         lines_of_sight=sight,
-        elements=elements,
+        elements=drawn.elements,
         derived=derived,
         surfaces=surfaces,
         air_over_field=over_field,
+        drawing=drawing,
         family=family,
         built=built,
         has_bound_air=around.is_bound,

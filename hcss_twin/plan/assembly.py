@@ -43,6 +43,7 @@ from hcss_twin.providers.registry.discovery import Entry
 
 if TYPE_CHECKING:
     from hcss_twin.plan.directions import Directions
+    from hcss_twin.plan.drawing import Drawing
     from hcss_twin.plan.scene_family import SceneFamily
     from hcss_twin.plan.section_effect import SectionEffect
     from hcss_twin.plan.surface_classes import SceneSurfaces, SurfaceState
@@ -84,6 +85,8 @@ class Assembly:
         That of the radiance model, and how many levels finer sunlight toward the sensor is.
     air_over_field : AirOverField
         Air over the image.
+    drawing : Drawing
+        What clouds and elements are made from.
     vapour_factor : float
         Of the water vapour at all levels.
     family : SceneFamily or None
@@ -131,6 +134,7 @@ class Assembly:
     slant: SlantPaths
     code: Mapping[str, tuple[str, ...]]
     air_over_field: AirOverField
+    drawing: Drawing
     lines_of_sight: LinesOfSight | None = None
     elements: tuple[ElementProvider, ...] = ()
     derived: tuple[VariableProvider, ...] = ()

@@ -217,6 +217,41 @@ class Plan:
         zenith, azimuth, _ = track.positions(self.frame_times_s)
         return replace(toward, sun_track=track, sun_zenith_deg=zenith, sun_azimuth_deg=azimuth)
 
+    def redrawn(
+        self,
+        seed: int,
+        layers: Sequence[Mapping[str, Any]] = (),
+        elements: Sequence[Mapping[str, Any]] | None = None,
+        sensor_seed: int | None = None,
+    ) -> Plan:
+        """Return the plan of the same scene under another sky and with other elements.
+
+        Only clouds, waves, elements and the random numbers of the sensor are made anew, in milliseconds: radiance
+        tables are the same. Where that is not all that changes, as where no cloud is left or tops of clouds are those
+        of each sky, the scene is planned anew. Filled-in values and notes stay those of this plan.
+
+        Parameters
+        ----------
+        seed : int
+            Of the scenario.
+        layers : sequence of mapping, optional
+            ``coverage`` and ``edge_taper`` of the first layers of the scenario; by default as they are.
+        elements : sequence of mapping, optional
+            Parameters of each section of elements; by default as they are.
+        sensor_seed : int, optional
+            Seed of the sensor, if it is to have one of its own.
+
+        Raises
+        ------
+        OptionError
+            If a layer has another key.
+        ScenarioError
+            If a value is not allowed; names the field.
+        """
+        from hcss_twin.plan.drawing import redrawn  # which assembles plans
+
+        return redrawn(self, seed, layers, elements, sensor_seed)
+
     def views_over_image(self) -> Views:
         """Return the views over the image, which are all the same if pixels share one view and one air."""
         return views_over_image(self.assembly)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.error_norm import largest_error
 from hcss_twin.models.sea.texture import SEA_TEMPERATURE, WATER_VAPOUR, TextureField, cells_of
@@ -29,7 +30,6 @@ from hcss_twin.plan.clear_sky_sizes import DEFAULT_K, DEFAULT_VAPOUR, is_faint, 
 from hcss_twin.plan.combinations import Excluded, NotComputed, present
 from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.numerics import for_spectra
-from hcss_twin.plan.windows import length
 from hcss_twin.providers import Sun
 from hcss_twin.providers.column_states import spectra_of
 from hcss_twin.scenario.scenario import Scenario
@@ -94,20 +94,29 @@ class TextureFields(EvenFields):
         speed, wind = motion.platform_speed_m_s, motion.cloud_velocity_m_s
         self._sea = TextureField(SEA_TEMPERATURE, scenario.seed, grid, platform_speed_m_s=speed)
         self._vapour = TextureField(WATER_VAPOUR, scenario.seed, grid, wind, speed)
+        self._in_steps = cached_method(self._new_in_steps, 2)  # the window of the frame before, of both fields
 
     def at(self, time_s: float, rows: slice, columns: slice) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return how far pixels (y, x) are perturbed, in steps toward warm sea and toward dry air."""
+        texture, window = self._texture, (rows.start, rows.stop, columns.start, columns.stop)
+        vapour_step = -STEP * texture.vapour_share
+        return (
+            self._in_steps(self._sea, texture.temperature_K, STEP, 0.0 if self._sea.is_still else time_s, *window),
+            self._in_steps(self._vapour, texture.water_vapour, vapour_step, time_s, *window),
+        )
 
-        def in_steps(field: TextureField, deviation: float, step: float) -> NDArray[np.float32]:
-            if deviation == 0.0:
-                return np.zeros((length(rows), length(columns)), np.float32)
-            values = field.at(time_s, rows, columns)
+    @staticmethod
+    def _new_in_steps(
+        field: TextureField, deviation: float, step: float, time_s: float, top: int, bottom: int, left: int, right: int
+    ) -> NDArray[np.float32]:
+        """Return a field in steps, which its readers share."""
+        if deviation == 0.0:
+            values = np.zeros((bottom - top, right - left), np.float32)
+        else:
+            values = field.at(time_s, slice(top, bottom), slice(left, right))
             values /= np.float32(step)
-            return values
-
-        texture = self._texture
-        warmer = in_steps(self._sea, texture.temperature_K, STEP)
-        return warmer, in_steps(self._vapour, texture.water_vapour, -STEP * texture.vapour_share)
+        values.flags.writeable = False
+        return values
 
 
 PARABOLA_SHARE = 0.25

@@ -7,6 +7,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cache
 from typing import Any
 
 from hcss_twin.providers.column_states import Sun
@@ -41,6 +42,7 @@ class SceneInfo:
     log: logging.Logger
 
 
+@cache
 def takes_scene(factory: Any) -> bool:
     """Whether the class of a provider has the parameter ``scene``."""
     try:

@@ -57,8 +57,8 @@ def test_the_frame_rate_does_not_change_what_is_there(interval):
 @pytest.mark.parametrize("name", TYPES)
 def test_the_number_of_threads_does_not_change_a_bit(name, mode):
     layer = dataclasses.replace(LAYER, coverage_mode=mode)
-    one, three = (clouds(TYPES[name], 300, layer=layer, threads=n) for n in (1, 3))
-    np.testing.assert_array_equal(whole(one, 5.0, 300), whole(three, 5.0, 300))
+    one, three = (clouds(TYPES[name], 600, layer=layer, threads=n) for n in (1, 3))
+    np.testing.assert_array_equal(whole(one, 5.0, 600), whole(three, 5.0, 600))
 
 
 def test_a_buffer_of_the_caller_is_filled_with_the_same_bits():

@@ -83,6 +83,11 @@ class TextureField:
         Of the field over the sea, toward +x and +y.
     platform_speed_m_s : float
         Of the image over the sea, toward +x.
+
+    Attributes
+    ----------
+    is_still : bool
+        Whether the image shows the same at all times.
     """
 
     def __init__(
@@ -100,6 +105,7 @@ class TextureField:
         large = tuple(octave for octave in self.octaves if octave.x.step * COARSE**2 <= 1.0)
         self._fine = FractalField(key, tuple(octave for octave in self.octaves if octave not in large))
         self._coarse = FractalField(key, tuple(_at_every(COARSE, octave) for octave in large)) if large else None
+        self.is_still = self._speeds == (0.0, 0.0) and all(octave.t.step == 0.0 for octave in self.octaves)
 
     def at(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the field (y, x) at pixels of the image, inside or outside; a pixel has the same bits in any window.

@@ -101,6 +101,7 @@ def test_the_share_of_empty_draws_is_as_asked_and_their_places_tell_nothing(shar
         ({"draw": {"elements": [[]]}}, r"allowed: \[targets\]"),
         ({"base": {"seed": 4}}, "seeds follow"),
         ({"split": {"train": 0.5}}, "sum to 0.5"),
+        ({"image": {"format": "jpegxk"}}, "image.format.*closest is 'jpegxl'"),
         ({"reuse": {"draws_per_sky": 0}}, "whole number from 1"),
         ({"targets": {"count": 1, "altitude": 0.0, "strength": {"scr": 3, "intensity": 4}}}, "scr and intensity"),
         ({"targets": {"count": 1, "strength": {"scr": 3}}}, "targets.altitude"),

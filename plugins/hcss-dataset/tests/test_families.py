@@ -215,6 +215,7 @@ def test_places_in_degrees_are_distances_and_bearings(tmp_path):
         ({"strength": {"reference": "air", "area": 1.0}}, "difference: is missing"),
         ({"strength": {"reference": "water", "difference": 1.0, "area": 1.0}}, "allowed: .*sea"),
         ({"parts": [{"strength": {"scr": 3.0}}]}, "parts.*strength"),
+        ({"parts": [{"strength": {"intensity": 3.0}}], "strength": {"scr": 3.0}}, "that of one part"),
     ],
 )
 def test_mistakes_of_families_are_named(change, words):

@@ -40,7 +40,7 @@ def frames(tmp_path_factory):
             "image": frame.image[0],
             "clean": frame.clean[0],
             "labels": frame.labels,
-            "size": frame.labels["images"]["clean.png"][1],
+            "size": next(at[1] for name, at in frame.labels["images"].items() if name.startswith("clean")),
             "place": frame.labels["number"] % 8,
         }
         for frame in Frames(folder)
@@ -64,7 +64,8 @@ def features(frames):
             [
                 noise.std(), noise.mean(), np.mean(noise**3), np.mean(noise**4), np.mean(image == 0),
                 np.mean(image == frame["labels"]["largest_number"]), image.mean(), clean.std(), np.median(clean),
-                clean.min(), clean.max(), len(encoded(shown)), frame["size"], frame["place"], frame["labels"]["number"] % 20,
+                clean.min(), clean.max(), len(encoded(shown)), frame["size"], frame["place"],
+                frame["labels"]["number"] % 20,
                 frame["labels"]["noise"][0], frame["labels"]["table_error"], frame["labels"]["number"],
             ]
         )  # fmt: skip

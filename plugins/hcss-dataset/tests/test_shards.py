@@ -2,14 +2,15 @@
 
 import hashlib
 import json
+import sys
 import tarfile
 
 import numpy as np
 import pytest
 from hcss_dataset import DatasetError, Frames, shards
 from hcss_dataset.distribution import Distribution
+from hcss_dataset.images import decoded, encoded
 from hcss_dataset.make import make_dataset
-from hcss_dataset.png import decoded, encoded
 from hcss_dataset.rendering import Studio
 from hcss_dataset.shards import Layout
 from sets import keys
@@ -64,11 +65,11 @@ def test_what_was_interrupted_is_made_again_and_nothing_else(whole, tmp_path, mo
 
     images = []
 
-    def interrupted(image):
+    def interrupted(image, form):
         images.append(image)
         if len(images) == 4 * 12:  # image and clean of two bands: within the second shard
             raise Killed
-        return encoded(image)
+        return encoded(image, form)
 
     with monkeypatch.context() as patch:
         patch.setattr(shards, "encoded", interrupted)
@@ -166,13 +167,37 @@ def test_tracks_of_mot_are_the_boxes_of_the_labels(whole):
     assert found == sum(target["box"] is not None for each in Frames(whole) for target in each.labels["targets"])
 
 
-def test_images_of_16_bits_come_back(tmp_path):
+@pytest.mark.parametrize(("form", "suffix", "words"), [("png", ".png", "damaged"), ("jpegxl", ".jxl", "no JPEG XL")])
+def test_images_of_16_bits_come_back(form, suffix, words):
+    if form == "jpegxl":
+        reader("imagecodecs")
     image = np.random.default_rng(0).integers(0, 2**16, (7, 13)).astype(np.uint16)
-    assert np.array_equal(decoded(encoded(image)), image)
-    broken = bytearray(encoded(image))
+    assert np.array_equal(decoded(encoded(image, form), suffix), image)
+    broken = bytearray(encoded(image, form))
     broken[60] ^= 1
-    with pytest.raises(ValueError, match="damaged"):
-        decoded(bytes(broken))
+    for file in (bytes(broken), encoded(image, form)[:-20])[form == "jpegxl" :]:  # JPEG XL has no checksums
+        with pytest.raises(ValueError, match=words):
+            decoded(file, suffix)
+
+
+def test_a_set_in_jpeg_xl_has_the_same_images(whole, tmp_path):
+    reader("imagecodecs")
+    make_dataset(SMALL | {"image": {"format": "jpegxl"}}, tmp_path, FRAMES, shard=0)
+    layout = Layout(tmp_path, Distribution.load(SMALL), FRAMES // 2, 2)
+    for one, other in zip(Frames(tmp_path), Frames(whole), strict=False):
+        assert np.array_equal(one.image, other.image)
+        assert np.array_equal(one.clean, other.clean)
+        assert one.labels["targets"] == other.labels["targets"]
+        assert {name.rpartition(".")[2] for name in one.labels["images"]} == {"jxl"}
+    assert len(Frames(tmp_path)) == 8
+    assert layout.tar(0, Frames(tmp_path)[0].labels["split"]).is_file()
+
+
+def test_without_its_package_a_format_is_refused_before_anything_is_written(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "imagecodecs", None)
+    with pytest.raises(DatasetError, match=r"pip install 'hcss-dataset\[jpegxl\]'.*allowed without it: 'png'"):
+        make_dataset(SMALL | {"image": {"format": "jpegxl"}}, tmp_path / "set", FRAMES)
+    assert not (tmp_path / "set").exists()
 
 
 def test_other_programs_read_the_images(whole):
@@ -210,7 +235,7 @@ def test_webdataset_reads_frames_with_their_labels(whole):
     assert [each["__key__"] for each in found] == [each.labels["key"] for each in expected]
     for sample, frame in zip(found, expected, strict=True):
         assert sample["json"]["targets"] == frame.labels["targets"]
-        assert np.array_equal(decoded(sample["image.mwir.png"]), frame.image[0])
+        assert np.array_equal(decoded(sample["image.mwir.png"], ".png"), frame.image[0])
 
 
 @THEIRS

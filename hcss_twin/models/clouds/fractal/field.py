@@ -22,8 +22,11 @@ __all__ = ["FractalField"]
 
 _X, _Y, _T = 0, 1, 2
 
-_FEWEST_ROWS = 64
-"""Number of tile rows that justifies another thread."""
+_FEWEST_ROWS = 256
+"""Number of tile rows that justifies another thread: to start it takes as long as 64 of a small image."""
+
+_FEWEST_BLOCKS = 16
+"""The same of blocks of nodes."""
 
 _GATHER_ROWS_UNTIL = 1.25
 """Node rows per pixel row above which summing rows before interpolation along the columns is cheaper."""
@@ -198,7 +201,7 @@ class FractalField:
             index: NodeWindow(planes[index], along_y[index].blocks(BLOCK_ROWS), along_x[index].blocks(BLOCK_COLUMNS))
             for index in self._stored
         }
-        slots = dict(zip(windows, self._cache.load(time_s, windows.values(), self._each), strict=True))
+        slots = dict(zip(windows, self._cache.load(time_s, windows.values(), self._each_block), strict=True))
 
         def part(start: int, stop: int) -> None:
             total[start:stop] = 0.0
@@ -289,7 +292,10 @@ class FractalField:
                 result.append(_Axis(cells[number] - 1, weights[number], 0))
         return result
 
-    def _each(self, part: Callable[[int, int], None], count: int, fewest: int = 1) -> None:
+    def _each_block(self, part: Callable[[int, int], None], count: int) -> None:
+        self._each(part, count, _FEWEST_BLOCKS)
+
+    def _each(self, part: Callable[[int, int], None], count: int, fewest: int) -> None:
         """Run ``part(start, stop)`` over ``count`` items, in several threads where worthwhile."""
         threads = min(self._threads, max(1, count // fewest))
         if threads == 1:

@@ -13,6 +13,7 @@ from typing import Any, Self
 import numpy as np
 from hcss_sweep.design import key_problems, keys_overlap, read_keys
 
+from hcss_dataset.images import SUFFIXES
 from hcss_dataset.words import drawn, is_draw
 from hcss_twin import Scenario
 from hcss_twin.providers import Problem, ScenarioError, choose_from
@@ -30,6 +31,9 @@ OF_ALL = ("frames", "image", "output", "bands", "sensor", "instrument")
 
 OF_SKY = ("coverage", "coverage_mode", "edge_taper")
 """Keys of cloud layers that no table of radiance depends on."""
+
+SHARED_SKY = {"coverage": 0.5, "edge_taper": 0.0}
+"""Those of them that the plan of a scene does not depend on either, with values that every scene can have."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,8 @@ class Distribution:
         Share of the skies in each split.
     step_K : float
         Step of the numbers of images without a converter, as a difference of black bodies at 300 K.
+    form : str
+        Format of the images, of :data:`hcss_dataset.images.SUFFIXES`.
     shard : int
         Frames in a shard, about.
     raw : mapping
@@ -88,6 +94,7 @@ class Distribution:
     shares: Mapping[str, float] = field(default_factory=lambda: {"train": 0.8, "val": 0.1, "test": 0.1})
     labels: Labels = Labels()
     step_K: float = 0.005
+    form: str = "png"
     shard: int = 200
     raw: Mapping[str, Any] = field(default_factory=dict)
 
@@ -125,7 +132,7 @@ class Distribution:
         reuse, split = sections["reuse"], sections["split"]
         check.names("reuse", reuse, ("draws_per_sky", "states"))
         check.names("split", split, ("by", *SPLITS))
-        check.names("image", sections["image"], ("step_temperature",))
+        check.names("image", sections["image"], ("step_temperature", "format"))
         check.names("labels", sections["labels"], ("mask_share", "window"))
         check.names("shards", sections["shards"], ("frames",))
         if split.get("by", "sky") != "sky":
@@ -153,6 +160,7 @@ class Distribution:
                 check.whole("labels.window", sections["labels"].get("window", 31), 5, 1001),
             ),
             step_K=check.number("image.step_temperature", sections["image"].get("step_temperature", 0.005), 1e-4, 10.0),
+            form=check.choice("image.format", sections["image"].get("format", "png"), tuple(SUFFIXES)),
             shard=check.whole("shards.frames", sections["shards"].get("frames", 200), 1, 10**6),
             raw=json.loads(json.dumps(raw, default=str)),
         )
@@ -251,6 +259,12 @@ class Check:
             self.add(key, f"{Problem.shown(given)}; allowed: text")
         return str(given)
 
+    def choice(self, key: str, given: Any, allowed: tuple[str, ...]) -> str:
+        """Return one of some words."""
+        if given not in allowed:
+            self.add(key, f"{Problem.shown(given)}; {choose_from(str(given), allowed)}")
+        return str(given)
+
     def number(self, key: str, given: Any, low: float, high: float) -> float:
         """Return a number within limits; ``low`` in place of anything else."""
         if isinstance(given, bool) or not isinstance(given, int | float) or not low <= given <= high:
@@ -277,6 +291,26 @@ def _base(given: Mapping[str, Any], base: Path, check: Check) -> tuple[dict[str,
     beside = base / name
     raw, _ = Scenario.read_file(beside if beside.is_file() else name)
     return raw, dict(_leaves({key: value for key, value in given.items() if key != "scenario"}))
+
+
+def without_sky(values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[int, dict[str, Any]]]:
+    """Return drawn keys with :data:`SHARED_SKY`, and what they say in place of it by the number of the layer."""
+    layers: dict[int, dict[str, Any]] = {}
+
+    def shared(path: list[str], value: Any) -> Any:
+        of_layer = path[:2] == ["clouds", "layers"] and len(path) == 4
+        if path[0] != "clouds" or not (of_layer or len(path) < 4):
+            return value
+        if (of_layer or len(path) == 2) and path[-1] in SHARED_SKY:
+            layers.setdefault(int(path[2]) if of_layer else 0, {})[path[-1]] = value
+            return SHARED_SKY[path[-1]]
+        if isinstance(value, Mapping):
+            return {name: shared([*path, name], each) for name, each in value.items()}
+        if isinstance(value, list):
+            return [shared([*path, str(number)], each) for number, each in enumerate(value)]
+        return value
+
+    return {key: shared(key.split("."), value) for key, value in values.items()}, layers
 
 
 def _leaves(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:

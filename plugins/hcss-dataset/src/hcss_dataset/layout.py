@@ -11,7 +11,8 @@ from typing import Any
 
 from hcss_dataset.distribution import SPLITS
 from hcss_dataset.errors import DatasetError
-from hcss_dataset.shards import IMAGE, SHARDS, Layout, member
+from hcss_dataset.images import SUFFIXES
+from hcss_dataset.shards import SHARDS, Layout
 from hcss_dataset.viewer import INDEX, write_viewer
 from hcss_twin.core.files import Writing
 
@@ -81,8 +82,7 @@ def _targets(records: Iterable[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
 
 def file_name(record: Mapping[str, Any]) -> str:
     """Return the name of the image of the first band of a frame, as extracted from its shard."""
-    bands = record["bands"]
-    return f"{record['key']}.{member(IMAGE, bands[0], len(bands))}"
+    return f"{record['key']}.{next(iter(record['images']))}"
 
 
 def _coco(layout: Layout, split: str) -> None:
@@ -158,7 +158,7 @@ def _mot(layout: Layout) -> None:
         _write(
             folder / "seqinfo.ini",
             f"[Sequence]\nname={draw:06d}\nimDir=img1\nframeRate={1.0 / first['interval_s']:g}\n"
-            f"seqLength={layout.per_draw}\nimWidth={first['columns']}\nimHeight={first['rows']}\nimExt=.png\n",
+            f"seqLength={layout.per_draw}\nimWidth={first['columns']}\nimHeight={first['rows']}\nimExt={SUFFIXES[layout.distribution.form]}\n",
         )
 
 
@@ -297,6 +297,8 @@ def _card(layout: Layout, summary: Mapping[str, Any], heads: list[dict[str, Any]
         if summary["frames"][split]
     )
     fields = "\n".join(f"| `{name}` | {text} |" for name, text in _NUMBERS)
+    suffix = SUFFIXES[distribution.form]
+    with_what = "with numpy only" if distribution.form == "png" else "with numpy and imagecodecs"
     state = "each draw" if distribution.states is None else f"{distribution.states} states"
     mask = (
         f"pixels with at least {distribution.labels.mask_share:g} of the highest pixel of the target's own image in "
@@ -335,7 +337,7 @@ band; `table_error` in the labels of each frame. It is the error of interpolatio
 
 | file | content |
 |---|---|
-| `{SHARDS}/SPLIT-NNNNNN.tar` | WebDataset: `KEY.image.png` (16 bits), `KEY.clean.png`, `KEY.json` |
+| `{SHARDS}/SPLIT-NNNNNN.tar` | WebDataset: `KEY.image{suffix}` (16 bits), `KEY.clean{suffix}`, `KEY.json` |
 | `{SHARDS}/NNNNNN.jsonl` | index of a shard: sizes and hashes of its files, then the labels of its frames |
 | `{TARGETS}` | one line for each target of each frame |
 | `{ANNOTATIONS}/SPLIT.json` | COCO; images are those of the shards, extracted to one folder |
@@ -344,7 +346,7 @@ band; `table_error` in the labels of each frame. It is the error of interpolatio
 | `{INDEX}` | some frames with boxes, for a browser |
 
 `clean` is the same frame without targets and noise. The first row of an image is the southern one. Images of several
-bands have their names: `KEY.image.BAND.png`. In Python, with numpy only:
+bands have their names: `KEY.image.BAND{suffix}`. In Python, {with_what}:
 `from hcss_dataset import Frames; Frames("FOLDER", split="train")[0].image`.
 
 ## Labels of a target

@@ -11,6 +11,7 @@ from typing import Any
 
 from hcss_dataset.distribution import Distribution, draws_of
 from hcss_dataset.errors import DatasetError
+from hcss_dataset.images import versions_of
 from hcss_dataset.rendering import Studio
 from hcss_dataset.shards import SHARDS, Layout, ShardTask, make_shard
 from hcss_twin.core.files import Writing
@@ -122,7 +123,7 @@ def _claim(layout: Layout, studio: Studio) -> None:
         "frames_per_sequence": layout.per_draw,
         "sequences": layout.draws,
         "distribution": dict(distribution.raw),
-        "versions": studio.shelf.versions(),
+        "versions": {**studio.shelf.versions(), **versions_of(distribution.form)},
     }
     if path.is_file():
         there = json.loads(path.read_text(encoding="utf-8"))

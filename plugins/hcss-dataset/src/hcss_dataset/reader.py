@@ -1,4 +1,4 @@
-"""Reading a data set with numpy alone."""
+"""Reading a data set: with numpy alone if its images are PNG."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_dataset.errors import DatasetError
-from hcss_dataset.png import decoded
+from hcss_dataset.images import SUFFIXES, decoded
 from hcss_dataset.shards import CLEAN, IMAGE, SHARDS, member
 
 
@@ -58,13 +58,15 @@ class LabelledFrame:
     def _read(self, kind: str) -> NDArray[np.uint16]:
         bands = self.labels["bands"]
         path = self.folder / SHARDS / self.labels["file"]
-        images = []
+        images, places = [], self.labels["images"]
         try:
             with path.open("rb") as file:
                 for band in bands:
-                    begin, size = self.labels["images"][member(kind, band, len(bands))]
+                    names = (member(kind, band, len(bands), suffix) for suffix in SUFFIXES.values())
+                    name = next(name for name in names if name in places)
+                    begin, size = places[name]
                     file.seek(begin)
-                    images.append(decoded(file.read(size)))
+                    images.append(decoded(file.read(size), name))
         except (OSError, ValueError) as error:
             raise DatasetError(f"{path}: frame {self.labels['key']}: {error}") from error
         return np.stack(images)

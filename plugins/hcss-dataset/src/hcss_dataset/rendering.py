@@ -6,19 +6,18 @@ the sensor would give without targets and noise: a target's own image is drawn b
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_dataset.distribution import MAX_ATTEMPTS, OF_SKY, Distribution
+from hcss_dataset.distribution import MAX_ATTEMPTS, Distribution, without_sky
 from hcss_dataset.errors import DatasetError
 from hcss_dataset.noise import noise_rms
 from hcss_dataset.targets import Target, all_tracks, draw_targets, seen_at
@@ -27,6 +26,7 @@ from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stages.element_paths import ElementPaths
 from hcss_twin.engine.stream import PartMaker
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Points, Problem, ScenarioError
 
@@ -135,7 +135,7 @@ class Studio:
     def __init__(self, distribution: Distribution) -> None:
         self.distribution = distribution
         self.shelf = ResultCache(several=True)
-        self._states: OrderedDict[str, Plan] = OrderedDict()
+        self._states: OrderedDict[str, _State] = OrderedDict()
         self._optics: dict[str, _Optics] = {}
 
     def sequence(self, draw: int) -> DrawnSequence:
@@ -165,35 +165,35 @@ class Studio:
 
     def frames_per_draw(self) -> int:
         """Return the number of frames of each draw."""
-        return int(self._scenario({}, 0).frames.count)
+        return int(self._scenario({}).frames.count)
 
     def _attempt(self, draw: int, attempt: tuple[int, int], refused: tuple[str, ...]) -> DrawnSequence:
         distribution = self.distribution
-        values, state = distribution.values(draw, attempt[0])
-        sky = distribution.sky_of(draw)
-        scenario = self._scenario(values, draw)
-        empty = self._plan_of_state(scenario)
-        targets = draw_targets(distribution, draw, attempt[1], empty)
+        values, number = distribution.values(draw, attempt[0])
+        state = self._state(values)
+        targets = draw_targets(distribution, draw, attempt[1], state.plan)
         for target in targets:
-            side = math.sqrt(target.area_m2 or 0.0) / empty.grid.pixel_size_m
+            side = math.sqrt(target.area_m2 or 0.0) / state.plan.grid.pixel_size_m
             if side > _LARGEST_SIDE:
                 raise ScenarioError(
                     [Problem("targets.strength.area", f"a side of {side:.3g} pixels; allowed: up to {_LARGEST_SIDE:g}")]
                 )
-        about = {"sky": sky, "state": state, "values": values, "refused": refused}
-        return DrawnSequence(self, draw, scenario, targets, about)
+        about = {"sky": distribution.sky_of(draw), "state": number, "values": values, "refused": refused}
+        return DrawnSequence(self, draw, state, targets, about)
 
-    def _scenario(self, values: Mapping[str, Any], draw: int, more: Mapping[str, Any] | None = None) -> Scenario:
+    def _scenario(self, values: Mapping[str, Any], seed: int = 0, noise_seed: int = 0) -> Scenario:
         distribution = self.distribution
-        changes = {**distribution.overrides, **values, "seed": distribution.sky_seed(distribution.sky_of(draw))}
+        changes = {**distribution.overrides, **values, "seed": seed}
         if "sensor" in distribution.scenario or any(key.startswith("sensor") for key in changes):
-            changes["sensor.seed"] = distribution.noise_seed(draw)
-        raw = {**distribution.scenario, **(more or {})}
-        return Scenario.from_dict(raw, changes, base=distribution.base, origin=distribution.origin, shelf=self.shelf)
+            changes["sensor.seed"] = noise_seed
+        raw, base, origin = distribution.scenario, distribution.base, distribution.origin
+        return Scenario.from_dict(raw, changes, base=base, origin=origin, shelf=self.shelf)
 
-    def with_targets(self, scenario: Scenario, targets: Sequence[Target]) -> Scenario:
-        """Return a scenario with targets."""
-        return self._again(scenario, _elements(targets))
+    def scenario_of(self, draw: int, values: Mapping[str, Any], targets: Sequence[Target]) -> Scenario:
+        """Return a draw with its targets as a scenario."""
+        distribution = self.distribution
+        seeds = distribution.sky_seed(distribution.sky_of(draw)), distribution.noise_seed(draw)
+        return self._again(self._scenario(values, *seeds), _elements(targets))
 
     def _again(self, scenario: Scenario, changes: Mapping[str, Any], drop: Sequence[str] = ()) -> Scenario:
         raw = {key: value for key, value in json.loads(scenario.to_json()).items() if key not in drop}
@@ -209,19 +209,20 @@ class Studio:
             raise DatasetError("a data set needs a grid on the ground; allowed: a scenario without a camera in orbit")
         return plan
 
-    def _plan_of_state(self, scenario: Scenario) -> Plan:
-        """Return a plan without targets that tells where points of the scene appear, the same for all skies."""
-        plain = json.loads(scenario.to_json())
-        for name in ("title", "seed", "output", "sensor"):
-            plain.pop(name, None)
-        for layer in plain["clouds"]["layers"]:
-            for name in OF_SKY:
-                layer.pop(name, None)
-        key = hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+    def _state(self, values: Mapping[str, Any]) -> _State:
+        """Return what draws share whose values differ in nothing but their sky.
+
+        It is made for values of the sky that no draw has: it must not depend on which draw asks first.
+        """
+        plain, _ = without_sky(values)
+        key = json.dumps(plain, sort_keys=True, default=str)
         if key not in self._states:
-            self._states[key] = self.plan(scenario, {})
+            scenario = self._scenario(plain)
+            plan = self.plan(scenario, {})
+            self._states[key] = _State(self, scenario, plan, tables_of(plan), self.optics(plan))
             while len(self._states) > _KEPT_STATES:
                 self._states.popitem(last=False)
+        self._states.move_to_end(key)
         return self._states[key]
 
     def optics(self, plan: Plan) -> _Optics:
@@ -253,6 +254,40 @@ class Studio:
                 raise DatasetError("the sensor without noise needs other surroundings of the image than with it")
             self._optics[key] = _Optics(whole, stamp)
         return self._optics[key]
+
+
+@dataclass(frozen=True)
+class _State:
+    """What draws of one state share, with any sky and any targets.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        Of the state, with a sky of its own.
+    plan : Plan
+        Without targets; it also tells where points of the scene appear.
+    """
+
+    studio: Studio
+    scenario: Scenario
+    plan: Plan
+    tables: RadianceTables
+    optics: _Optics
+    _with_targets: dict[str, Plan] = field(default_factory=dict)
+
+    def drawn(self, draw: int, values: Mapping[str, Any], targets: Sequence[Target]) -> Plan:
+        """Return the plan of a draw."""
+        distribution, elements = self.studio.distribution, _elements(targets).get("elements", [])
+        seeds = distribution.sky_seed(distribution.sky_of(draw)), distribution.noise_seed(draw)
+        plan = self.plan
+        if elements:
+            key = json.dumps([{name: each for name, each in one.items() if name != "parameters"} for one in elements])
+            if key not in self._with_targets:
+                self._with_targets[key] = self.studio.plan(self.scenario, {"elements": elements})
+            plan = self._with_targets[key]
+        _, of_layers = without_sky(values)
+        sky = [of_layers.get(layer, {}) for layer in range(len(plan.scenario.clouds.layers))]
+        return plan.redrawn(seeds[0], sky, [one["parameters"] for one in elements] or None, seeds[1])
 
 
 @dataclass(frozen=True)
@@ -302,15 +337,15 @@ class DrawnSequence:
     """The frames of one draw, whose targets have the intensities that their SCR needs."""
 
     def __init__(
-        self, studio: Studio, draw: int, scenario: Scenario, targets: tuple[Target, ...], about: Mapping[str, Any]
+        self, studio: Studio, draw: int, state: _State, targets: tuple[Target, ...], about: Mapping[str, Any]
     ) -> None:
         self._studio, self.draw, self.targets, self._about = studio, draw, targets, about
-        self._without = scenario
-        self.plan = studio.plan(scenario, _elements(targets))
-        self.tables = tables_of(self.plan)
+        self._optics, self.tables = state.optics, state.tables
+        self.plan = state.drawn(draw, about["values"], targets)
         self._maker = PartMaker(self.plan, self.tables)
         self._scene: tuple[int, NDArray[np.float32], Any, dict[str, NDArray[Any]]] | None = None
-        self._seen: tuple[int, Array, Array] | None = None
+        self._shown: tuple[int, NDArray[np.float32]] | None = None
+        self._drawn: tuple[int, list[OwnImage]] | None = None
         # Plumes are drawn with the intensities of the plan, and what they add is proportional to it.
         self._factors = [1.0] * len(targets)
         if any(target.scr is not None for target in targets):
@@ -319,7 +354,7 @@ class DrawnSequence:
     @property
     def scenario(self) -> Scenario:
         """The draw as a scenario, whose run gives the same frames."""
-        return self._studio.with_targets(self._without, self.targets)
+        return self._studio.scenario_of(self.draw, self._about["values"], self.targets)
 
     @property
     def split(self) -> str:
@@ -358,10 +393,6 @@ class DrawnSequence:
         return bool(stages) and stages[-1].as_dict()["parameters"].get("bits") is not None
 
     @cached_property
-    def _optics(self) -> _Optics:
-        return self._studio.optics(self.plan)
-
-    @cached_property
     def _paths(self) -> ElementPaths:
         return ElementPaths(self.plan)
 
@@ -373,12 +404,12 @@ class DrawnSequence:
         ScenarioError
             If a target would need more than its largest intensity: clouds hide it.
         """
-        clean, noise = self._clean_and_noise(0)
+        clean = self._clean(0)
+        noise = self._noise(clean)
         found, factors = [], []
-        for target, pieces in zip(self.targets, self._pieces(0)[:-1], strict=True):
+        for target, own in zip(self.targets, self._own_images(0), strict=True):
             if target.scr is None or target.intensity is None:  # a strength is by SCR for all targets of a set
                 raise AssertionError("a target without SCR beside others")
-            own = self._optics.own_image(pieces, self._place(0, target), len(self.plan.bands))
             _, total = self._clutter(clean, noise, target, 0)
             peak, wanted = abs(own.peak(0)), target.scr * float(total[0])
             largest = max(target.intensity.values())
@@ -424,7 +455,7 @@ class DrawnSequence:
         return self._scene[1:]
 
     def _pieces(self, index: int) -> list[list[Any]]:
-        """Return the pieces of each target in a frame, with the intensities of the targets, and last those of parts
+        """Return the pieces of each target in a frame, with the intensities of the plan, and last those of parts
         without a label.
         """
         _, drawn, _ = self._rendered(index)
@@ -437,19 +468,23 @@ class DrawnSequence:
             away = np.max(np.abs(places - (piece.row, piece.column)), axis=1)
             nearest = int(np.argmin(away))
             found[shown[nearest][1]].append(piece)
-        return [
-            [replace(piece, radiance=piece.radiance * factor) for piece in pieces]
-            for pieces, factor in zip(found, (*self._factors, 1.0), strict=True)
-        ]
+        return found
+
+    def _own_images(self, index: int) -> list[OwnImage]:
+        """Return the image of each target in a frame, with the intensities of the targets."""
+        if self._drawn is None or self._drawn[0] != index:
+            every, bands = zip(self.targets, self._pieces(index)[:-1], strict=True), len(self.plan.bands)
+            images = [self._optics.own_image(pieces, self._place(index, target), bands) for target, pieces in every]
+            self._drawn = index, images
+        return [image.times(factor) for image, factor in zip(self._drawn[1], self._factors, strict=True)]
 
     def _place(self, index: int, target: Target) -> tuple[float, float]:
         time_s = float(self.plan.frame_times_s[index])
         return seen_at(self.plan, target.at(time_s), time_s)
 
-    def _measured(
-        self, index: int, scene: NDArray[np.float32], points: Points | None
-    ) -> tuple[Image, NDArray[np.bool_]]:
-        """Return the numbers (B, y, x) of a scene as measured, and which pixels are saturated."""
+    def _measured(self, index: int, points: Points | None) -> tuple[Image, NDArray[np.bool_]]:
+        """Return the numbers (B, y, x) of a frame as measured, and which pixels are saturated."""
+        scene, _, _ = self._rendered(index)
         plan, number = self.plan, self.plan.scenario.frames.first + index
         time_s = float(plan.frame_times_s[index])
         if not plan.sensor.stages:
@@ -465,23 +500,22 @@ class DrawnSequence:
         numbers = measured["digital_number"]
         return numbers.astype(np.uint16), (saturated != 0) | (numbers >= self.scale.largest)
 
-    def _clean_and_noise(self, index: int) -> tuple[Array, Array]:
-        """Return the clean image (B, y, x) of a frame, and the rms noise (B,) of the sensor in it."""
-        if self._seen is None or self._seen[0] != index:
-            self._seen = index, *self._new_clean_and_noise(index)
-        return self._seen[1:]
+    def _clean(self, index: int) -> NDArray[np.float32]:
+        """Return the clean image (B, y, x) of a frame."""
+        if self._shown is None or self._shown[0] != index:
+            scene, _, _ = self._rendered(index)
+            number, time_s = self.plan.scenario.frames.first + index, float(self.plan.frame_times_s[index])
+            self._shown = index, self._optics.clean(scene, number, time_s)
+        return self._shown[1]
 
-    def _new_clean_and_noise(self, index: int) -> tuple[Array, Array]:
-        scene, _, _ = self._rendered(index)
-        plan = self.plan
-        clean = self._optics.clean(scene, plan.scenario.frames.first + index, float(plan.frame_times_s[index]))
-        if not plan.sensor.stages:
-            return clean.astype(np.float64), np.zeros(len(plan.bands))
-        names = [band.name for band in plan.bands]
-        noise = noise_rms(plan.sensor.stages[-1].as_dict(), names, clean, self.scale.step)
-        return clean.astype(np.float64), noise
+    def _noise(self, clean: NDArray[Any]) -> Array:
+        """Return the rms noise (B,) of the sensor in a frame."""
+        stages, names = self.plan.sensor.stages, [band.name for band in self.plan.bands]
+        if not stages:
+            return np.zeros(len(names))
+        return noise_rms(stages[-1].as_dict(), names, clean, self.scale.step)
 
-    def _clutter(self, clean: Array, noise: Array, target: Target, index: int) -> tuple[Array, Array]:
+    def _clutter(self, clean: NDArray[Any], noise: Array, target: Target, index: int) -> tuple[Array, Array]:
         """Return the standard deviation (B,) of the clean image around a target, and with noise."""
         row, column = self._place(index, target)
         near = [
@@ -490,7 +524,7 @@ class DrawnSequence:
             )
             for at, size, first in zip((row, column), (self._labels.window,) * 2, self.plan.extent, strict=True)
         ]
-        around = clean[:, *near]
+        around = clean[:, *near].astype(np.float64)
         clutter = around.std(axis=(1, 2)) if around.size else np.full(len(clean), np.nan)
         return clutter, np.hypot(clutter, noise)
 
@@ -500,14 +534,15 @@ class DrawnSequence:
 
     def _frame(self, index: int) -> Frame:
         plan = self.plan
-        scene, _, truth = self._rendered(index)
-        clean, noise = self._clean_and_noise(index)
-        pieces = self._pieces(index)
-        points = _points([piece for each in pieces for piece in each], self._window)
-        image, saturated = self._measured(index, scene, points)
+        _, _, truth = self._rendered(index)
+        clean, pieces = self._clean(index), self._pieces(index)
+        points = _points(pieces, (*self._factors, 1.0), self._window)
+        image, saturated = self._measured(index, points)
+        own = self._own_images(index)
+        noise = self._noise(clean)
         described = [
-            self._label(index, target, own, clean, noise, truth, saturated)
-            for target, own in zip(self.targets, pieces[:-1], strict=True)
+            self._label(index, target, rate, of_target, clean, noise, truth, saturated)
+            for target, rate, of_target in zip(self.targets, map(_rate, pieces[:-1]), own, strict=True)
             if self._is_inside(self._place(index, target))
         ]
         distribution, about, scale = self._studio.distribution, self._about, self.scale
@@ -546,8 +581,9 @@ class DrawnSequence:
         self,
         index: int,
         target: Target,
-        pieces: Sequence[Any],
-        clean: Array,
+        rate: tuple[float, float],
+        own: OwnImage,
+        clean: NDArray[Any],
         noise: Array,
         truth: Mapping[str, NDArray[Any]],
         saturated: NDArray[np.bool_],
@@ -555,7 +591,6 @@ class DrawnSequence:
         """Return what is known of a target in a frame; rows and columns count from the first pixel of the image."""
         plan, place = self.plan, self._place(index, target)
         first = tuple(pixels.start for pixels in plan.extent)
-        own = self._optics.own_image(pieces, place, len(plan.bands))
         peaks = np.array([own.peak(band) for band in range(len(plan.bands))])
         clutter, total = self._clutter(clean, noise, target, index)
         mask, box = _mask(own, self._labels.mask_share, first, clean.shape[1:])
@@ -566,7 +601,7 @@ class DrawnSequence:
             min(math.floor(at) - edge, size - 1) for at, edge, size in zip(place, first, clean.shape[1:], strict=True)
         )
         time_s = float(plan.frame_times_s[index])
-        row_rate, column_rate = (0.0, 0.0) if not pieces else pieces[0].rate
+        row_rate, column_rate = rate
         light = own.light.sum(axis=1) if own.light.size else np.zeros(len(plan.bands))
         with np.errstate(divide="ignore", invalid="ignore"):
             ratios = {"snr": np.abs(peaks) / noise, "scr": np.abs(peaks) / total}
@@ -646,21 +681,30 @@ def _elements(targets: Sequence[Target]) -> dict[str, Any]:
     return {"elements": [{"parameters": {"tracks": tracks}}]} if tracks else {}
 
 
+def _rate(pieces: Sequence[Any]) -> tuple[float, float]:
+    """Return the rows and columns per second of a target."""
+    return pieces[0].rate if pieces else (0.0, 0.0)
+
+
 def _ratio(after: Mapping[str, float] | None, before: Mapping[str, float]) -> float:
     assert after is not None
     band = max(before, key=lambda name: before[name])
     return after[band] / before[band]
 
 
-def _points(pieces: Sequence[Any], window: tuple[slice, slice]) -> Points | None:
+def _points(
+    of_targets: Sequence[Sequence[Any]], factors: Sequence[float], window: tuple[slice, slice]
+) -> Points | None:
+    """Return the pieces of targets, whose light has a factor each, as points of a window."""
+    pieces = [(piece, factor) for found, factor in zip(of_targets, factors, strict=True) for piece in found]
     if not pieces:
         return None
     return Points(
-        np.array([piece.row - window[0].start for piece in pieces]),
-        np.array([piece.column - window[1].start for piece in pieces]),
-        np.array([piece.rate[0] for piece in pieces]),
-        np.array([piece.rate[1] for piece in pieces]),
-        np.stack([piece.radiance for piece in pieces], axis=1),
+        np.array([piece.row - window[0].start for piece, _ in pieces]),
+        np.array([piece.column - window[1].start for piece, _ in pieces]),
+        np.array([piece.rate[0] for piece, _ in pieces]),
+        np.array([piece.rate[1] for piece, _ in pieces]),
+        np.stack([piece.radiance * factor for piece, factor in pieces], axis=1),
     )
 
 

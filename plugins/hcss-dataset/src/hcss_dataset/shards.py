@@ -19,7 +19,7 @@ from typing import Any
 
 from hcss_dataset.distribution import SPLITS, Distribution
 from hcss_dataset.errors import DatasetError
-from hcss_dataset.png import encoded
+from hcss_dataset.images import SUFFIXES, encoded
 from hcss_dataset.rendering import Frame, Studio
 from hcss_twin.core.files import Writing
 
@@ -142,7 +142,7 @@ def write_shard(studio: Studio, layout: Layout, shard: int) -> dict[str, float]:
             for frame in sequence.frames():
                 number = draw * layout.per_draw + frame.labels["frame"]
                 name = layout.tar(shard, sequence.split).name
-                records.append(_add(writers[sequence.split], name, number, frame))
+                records.append(_add(writers[sequence.split], name, number, frame, layout.distribution.form))
     for split in set(SPLITS) - set(writers):
         layout.tar(shard, split).unlink(missing_ok=True)
     files = sorted(layout.tar(shard, split) for split in writers)
@@ -163,20 +163,20 @@ def key_of(number: int) -> str:
     return f"f{number:08d}"
 
 
-def member(kind: str, band: str, bands: int) -> str:
+def member(kind: str, band: str, bands: int, suffix: str) -> str:
     """Return the last part of the name of an image: with the band, if there are several."""
-    return f"{kind}.png" if bands == 1 else f"{kind}.{band}.png"
+    return f"{kind}{suffix}" if bands == 1 else f"{kind}.{band}{suffix}"
 
 
-def _add(tar: tarfile.TarFile, name: str, number: int, frame: Frame) -> dict[str, Any]:
+def _add(tar: tarfile.TarFile, name: str, number: int, frame: Frame, form: str) -> dict[str, Any]:
     """Add a frame to a tar file, and return its record, which says where its images are."""
     key, bands = key_of(number), frame.labels["bands"]
     labels = {"key": key, "number": number, **frame.labels}
     places = dict[str, list[int]]()
     for kind, images in ((IMAGE, frame.image), (CLEAN, frame.clean)):
         for band, image in zip(bands, images, strict=True):
-            file = member(kind, band, len(bands))
-            places[file] = _put(tar, f"{key}.{file}", encoded(image))
+            file = member(kind, band, len(bands), SUFFIXES[form])
+            places[file] = _put(tar, f"{key}.{file}", encoded(image, form))
     _put(tar, f"{key}.json", json.dumps(labels).encode())
     return {**labels, "file": name, "images": places}
 

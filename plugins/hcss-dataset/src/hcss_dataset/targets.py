@@ -172,6 +172,10 @@ def check_targets(given: Mapping[str, Any], check: Check, base: Path) -> None:
             if "altitude" not in whole and not table:
                 check.add("targets.altitude", "is missing; allowed: a value or what it is drawn from")
             _check_strength("targets.strength", whole.get("strength"), check)
+            if "parts" in whole and "scr" in (whole.get("strength") or {}):
+                check.add(
+                    "targets.parts", "with a strength by SCR, which is that of one part; allowed: other strengths"
+                )
             for number, part in enumerate(whole.get("parts", ())):
                 where = f"targets.parts[{number}]"
                 check.names(where, part, OF_PART)
