@@ -3,8 +3,8 @@
     python train_detector.py small-targets found.csv
     hcss score found.csv small-targets --split test
 
-It looks at the highest peaks of a Laplacian of Gaussian, of both signs, and learns from the pixels around them, and
-from filters of several sizes, which of them are targets.
+It looks at the highest peaks of a matched filter, and learns from the pixels around them, and from filters of several
+sizes, which of them are targets.
 """
 
 import csv
@@ -12,13 +12,12 @@ import sys
 
 import numpy as np
 from hcss_dataset import Frames
+from hcss_dataset.baselines import matched_filter
 from scipy import ndimage
 from sklearn.ensemble import HistGradientBoostingClassifier
 
-PATCH, PEAKS, NEAR = 4, 100, 1.5
-"""Pixels beside a peak that are seen, peaks in a frame, and distance of a peak from the target that it belongs to."""
-
-SIGMAS = (0.7, 1.0, 1.5, 2.5)
+SIGMAS, PATCH, PEAKS, NEAR = (0.7, 1.0, 1.5, 2.5), 4, 100, 1.5
+"""Of filters; pixels beside a peak that are seen, peaks in a frame, and distance of a peak from its target."""
 
 
 def peaks(image):
@@ -29,7 +28,7 @@ def peaks(image):
     for size in (5, 11, 21):
         mean = ndimage.uniform_filter(scaled, size)
         maps.append(np.sqrt(np.maximum(ndimage.uniform_filter(scaled**2, size) - mean**2, 0.0)))
-    strength = np.abs(maps[0]) / (maps[-2] + 1e-6)
+    strength = matched_filter(image)
     rows, columns = np.nonzero(strength == ndimage.maximum_filter(strength, size=3, mode="nearest"))
     order = np.argsort(-strength[rows, columns], kind="stable")[:PEAKS]
     return scaled, np.array([*maps, strength]), rows[order], columns[order]
@@ -61,8 +60,8 @@ def main(folder, output):
     """Train on one split of a data set, and write the detections in another one."""
     samples, truths = [], []
     for frame in Frames(folder, split="train"):
-        found, rows, columns = features(frame.image[0])
-        seen, hidden = wanted(frame.labels, rows, columns)
+        found, *places = features(frame.image[0])
+        seen, hidden = wanted(frame.labels, *places)
         samples.append(found[~hidden])
         truths.append(seen[~hidden])
     classifier = HistGradientBoostingClassifier(max_iter=300, learning_rate=0.05, l2_regularization=1.0, random_state=0)
@@ -71,9 +70,9 @@ def main(folder, output):
         writer = csv.writer(file)
         writer.writerow(("key", "row", "column", "score"))
         for frame in Frames(folder, split="test"):
-            found, rows, columns = features(frame.image[0])
-            scores = classifier.decision_function(found)
-            writer.writerows(zip([frame.labels["key"]] * len(rows), rows, columns, scores, strict=True))
+            found, *places = features(frame.image[0])
+            key = [frame.labels["key"]] * len(found)
+            writer.writerows(zip(key, *places, classifier.decision_function(found), strict=True))
 
 
 if __name__ == "__main__":

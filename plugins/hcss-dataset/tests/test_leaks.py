@@ -105,7 +105,7 @@ def other_order(frame):
 
 
 def larger_file(frame):
-    frame["size"] += 30
+    frame["size"] += 300
 
 
 def less_cloud(frame):
