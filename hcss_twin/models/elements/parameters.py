@@ -84,7 +84,8 @@ class PointSourceParameters(BaseModel):
         (),
         description="Sources with `x`, `y`, `altitude` (m), `velocity` ([east, north, up], m/s) or a `path` of points "
         "[time, x, y, altitude], and the `intensity` of a plume (W/sr, a number or a table by band), or `temperature` "
-        "(K), `area` (m2, across the line of sight) and `emissivity` (default 1) of a body. x and y count from the image centre at the start.",
+        "(K), `area` (m2, across the line of sight) and `emissivity` (default 1) of a body. x and y count from the "
+        "image centre at the start.",
     )
     file: str | None = Field(
         None,

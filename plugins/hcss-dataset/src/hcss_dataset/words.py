@@ -92,9 +92,8 @@ def _number(key: str, given: Mapping[str, Any], random: np.random.Generator) -> 
     wrong = [word for word in parameters if word not in allowed] + [word for word in shapes if word not in parameters]
     if wrong:
         what = "unknown" if wrong[0] in parameters else "missing"
-        raise ValueError(
-            f"the parameters of scipy.stats.{name}: '{wrong[0]}' is {what}; allowed: {', '.join(allowed)}, from, to and unit"
-        )
+        listed = ", ".join((*allowed, "from", "to", "unit"))
+        raise ValueError(f"the parameters of scipy.stats.{name}: '{wrong[0]}' is {what}; allowed: {listed}")
     low, high = (given.get(word, default) for word, default in (("from", -math.inf), ("to", math.inf)))
     for word, value in {**parameters, "from": low, "to": high}.items():
         if not _is_number(value):
