@@ -14,7 +14,7 @@ from hcss_twin.models.radiance.spectral_grid import SolarSpectrum, SpectralBand,
 from hcss_twin.physics.profile import Profile
 from hcss_twin.physics.viewing import LinesOfSight
 from hcss_twin.plan.air_over_field import AirOverField
-from hcss_twin.plan.builder import Built
+from hcss_twin.plan.builder import Builder, Built
 from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.filled_in import FilledIn
 from hcss_twin.plan.hanging_levels import spanning
@@ -216,6 +216,18 @@ class Assembly:
     def cloudy(self, wavenumber_cm1: Array, thickness_m: Array, sun: Sun | None) -> Mapping[str, Array]:
         """Return each term (N, V) of columns with layers of thickness (N, L)."""
         return cloudy_columns(self.model, self.setting(sun), wavenumber_cm1, thickness_m)
+
+    def redrawn(self, drawing: Drawing, drawn: Drawing.Drawn, builder: Builder) -> Assembly:
+        """Return the same scene with other clouds and elements, which a builder made."""
+        return replace(
+            self,
+            drawing=drawing,
+            layers=tuple(cloud.layer for cloud in drawing.clouds),
+            generators=drawn.generators,
+            elements=drawn.elements,
+            entries={**self.entries, **builder.entries},
+            built={**self.built, **builder.built},
+        )
 
     def plane(self, samples: int) -> ScenePlane:
         """Return the plane of the scene, with so many points along each side of a pixel."""

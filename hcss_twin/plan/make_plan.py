@@ -102,8 +102,10 @@ def make_plan(
     try:
         catalog = (Catalog if keeps_results else SecludedCatalog)(base=scenario.base)
         catalog.shelf = shelf or catalog.shelf
+        again = partial(make_plan, keeps_results=keeps_results, shelf=catalog.shelf, family=family, rays=rays)
         with stage("planning"):
-            return _make_plan(scenario, catalog, family, rays(scenario, catalog))
+            plan = _make_plan(scenario, catalog, family, rays(scenario, catalog))
+        return replace(plan, anew=again)
     except ScenarioError as error:
         typed = [Problem(_key_of_instrument(scenario, each.field), each.message) for each in error.problems]
         raise ScenarioError(typed, scenario.origin) from error

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.catalog import Catalog
@@ -19,8 +21,10 @@ from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.accuracy import Budget, RequestedAccuracy, share_out
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
+from hcss_twin.plan.builder import Builder
 from hcss_twin.plan.clear_sky import EVEN_SKY, EvenSky
 from hcss_twin.plan.directions import SunlitDirections, Views
+from hcss_twin.plan.drawing import with_changes
 from hcss_twin.plan.effects import Effect, Shadows
 from hcss_twin.plan.few_columns import Omission
 from hcss_twin.plan.filled_in import FilledIn
@@ -29,13 +33,16 @@ from hcss_twin.plan.numerics import GridRefinement, NumericalLevel
 from hcss_twin.plan.omissions import texture_of_sea
 from hcss_twin.plan.output import wants_radiance
 from hcss_twin.plan.rays import GridRays, Rays
+from hcss_twin.plan.scene_analysis import probe_last_frame
 from hcss_twin.plan.scene_plane import ScenePlane
-from hcss_twin.plan.sensor import BuiltSensor
+from hcss_twin.plan.sensor import BuiltSensor, make_sensor, require_instants
+from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.sunlight import COMPUTED, Sunlight
 from hcss_twin.plan.views import ONE_VIEW, ViewAxis, views_over_image
-from hcss_twin.plan.waves import MEAN_SEA, PlannedWaves
+from hcss_twin.plan.waves import MEAN_SEA, PlannedWaves, resolve_waves
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import CloudLayer, Grid, Sun, View
+from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -146,6 +153,8 @@ class Plan:
         Light between columns of cloud.
     point_effects : tuple of PlannedPointEffect
         Effects of other packages that differ from place to place.
+    anew : callable or None
+        Plans another scenario with the same options.
     """
 
     scenario: Scenario
@@ -182,6 +191,7 @@ class Plan:
     probes: tuple[Probed, ...] = ()
     light: PlannedLight = COLUMNS
     point_effects: tuple[PlannedPointEffect, ...] = ()
+    anew: Callable[[Scenario], Plan] | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         """Return the plan in a few lines, instead of all its parts."""
@@ -248,9 +258,57 @@ class Plan:
         ScenarioError
             If a value is not allowed; names the field.
         """
-        from hcss_twin.plan.drawing import redrawn  # which assembles plans
+        scenario = with_changes(self.scenario, seed, layers, elements, sensor_seed)
+        catalog, before = self.catalog.branch(), self.assembly
+        drawing = before.drawing.of_sections(self.scenario, scenario)
+        builder = Builder(catalog.shelf.get_or_compute("registry", Registry.discover), scenario)
+        try:
+            drawn = drawing.drawn(builder, scenario, catalog)
+            builder.raise_problems()
+        except ValidationError:  # of parameters of elements: named as everywhere
+            raw, base, origin = json.loads(scenario.to_json()), scenario.base, scenario.origin
+            Scenario.from_dict(raw, base=base, origin=origin, shelf=catalog.shelf)
+            raise
+        assembly = before.redrawn(drawing, drawn, builder)
+        if not self._serves(assembly, drawn.slant):
+            assert self.anew is not None
+            return self.anew(scenario)
+        probe_last_frame(assembly, float(self.frame_times_s[-1]))
+        sensor = self.sensor
+        if scenario.sensor is not None:
+            inputs = replace(sensor.inputs, seed=scenario.seed, catalog=catalog)
+            stages = make_sensor(scenario.sensor, inputs, scene=sensor.scene).stages
+            sensor = replace(sensor, section=scenario.sensor, inputs=inputs, stages=stages)
+            require_instants(sensor, assembly, float(self.frame_times_s[0]), float(self.frame_times_s[-1]))
+        return replace(
+            self,
+            scenario=scenario,
+            catalog=catalog,
+            assembly=assembly,
+            layers=assembly.layers,
+            waves=resolve_waves(scenario, assembly) if self.waves.varies else self.waves,
+            sensor=sensor,
+            rays=replace(self.rays, assembly=assembly),  # type: ignore[type-var]
+        )
 
-        return redrawn(self, seed, layers, elements, sensor_seed)
+    def _serves(self, drawn: Assembly, slant: SlantPaths) -> bool:
+        """Whether a scene with other clouds has all else in common with this plan, as planning it would find out.
+
+        The analysis of a scene knows whether there are clouds and clear sky, not how many. Tops of clouds that vary,
+        and images as clouds, are those of each sky; rays of packages, and light between columns, are made for one
+        scene.
+        """
+        before = self.assembly
+        return (
+            self.is_grid
+            and not (self.light.varies or self.point_effects)
+            and drawn.cloudy_layers == before.cloudy_layers
+            and drawn.has_clear_sky == before.has_clear_sky
+            and drawn.from_images == before.from_images
+            and drawn.met_heights_m == before.met_heights_m
+            and drawn.hanging_layers == before.hanging_layers
+            and slant.why_not.keys() <= before.slant.why_not.keys()
+        )
 
     def views_over_image(self) -> Views:
         """Return the views over the image, which are all the same if pixels share one view and one air."""

@@ -3,13 +3,15 @@
 import math
 from itertools import pairwise
 
+import numpy as np
 import pytest
-from hcss_dataset.distribution import Distribution, draws_of
+from hcss_dataset import rendering
+from hcss_dataset.distribution import Distribution, draws_of, without_sky
 from hcss_dataset.rendering import Studio
 from hcss_dataset.targets import draw_targets
 from sets import keys
 
-from hcss_twin import ScenarioError
+from hcss_twin import ScenarioError, make_plan
 
 
 def loaded(**sections):
@@ -112,6 +114,45 @@ def test_mistakes_of_the_file_are_named(sections, words):
     base = sections.pop("base", None)
     with pytest.raises(ScenarioError, match=words):
         Distribution.load(keys(base=base, **sections))
+
+
+def test_draws_of_a_state_share_its_plans_whichever_came_first(monkeypatch):
+    draw = {"sea": {"temperature": {"distribution": "uniform", "from": 280.0, "to": 300.0}}, **COVER}
+    given, planned = keys(draw=draw, reuse={"states": 2}, base={"frames.count": 1}), []
+
+    def counted(*arguments, **options):
+        planned.append(1)
+        return make_plan(*arguments, **options)
+
+    monkeypatch.setattr(rendering, "make_plan", counted)
+    studio = Studio(Distribution.load(given))
+    in_order = [next(studio.sequence(number).frames()) for number in range(8)]
+    assert any(frame.labels["targets"] for frame in in_order)
+    of_optics = 2  # whole and of a single target, the same for all
+    assert len(planned) <= 2 * 2 + of_optics
+    for number in (7, 4):
+        alone = next(Studio(Distribution.load(given)).sequence(number).frames())
+        assert np.array_equal(alone.image, in_order[number].image)
+        assert np.array_equal(alone.clean, in_order[number].clean)
+        assert alone.labels == in_order[number].labels
+
+
+def test_what_draws_say_of_the_sky_is_apart_from_their_state():
+    values = {
+        "clouds.coverage": 0.3,
+        "clouds": {
+            "layers": [{"type": "stratus", "coverage": 0.2}, {"edge_taper": 0.4, "parameters": {"coverage": 9}}]
+        },
+        "clouds.layers.2.coverage": 0.7,
+        "sea.temperature": 290.0,
+    }
+    plain, layers = without_sky(values)
+    assert layers == {0: {"coverage": 0.2}, 1: {"edge_taper": 0.4}, 2: {"coverage": 0.7}}
+    assert plain["clouds.coverage"] == plain["clouds.layers.2.coverage"] == 0.5
+    first, second = plain["clouds"]["layers"]
+    assert first == {"type": "stratus", "coverage": 0.5}
+    assert second == {"edge_taper": 0.0, "parameters": {"coverage": 9}}
+    assert plain["sea.temperature"] == 290.0
 
 
 def test_a_sequence_is_not_cut():

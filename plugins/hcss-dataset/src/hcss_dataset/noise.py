@@ -43,7 +43,8 @@ def noise_rms(stage: Mapping[str, Any], bands: list[str], clean: NDArray[Any], s
             counted = (shot if parameters["shot_noise"] else 0.0) + about["read_noise"] ** 2
             offset, random = parameters["offset_electrons"] / electrons, math.sqrt(counted) / electrons
         variances.append(random**2 + gain**2 + offset**2 + float(step[index]) ** 2 / 12.0)
-    return np.sqrt(np.array(variances))
+    result: Array = np.sqrt(np.array(variances))
+    return result
 
 
 def _of_band(given: Any, band: str) -> float:

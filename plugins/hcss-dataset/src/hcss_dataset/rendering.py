@@ -345,6 +345,7 @@ class DrawnSequence:
         self._maker = PartMaker(self.plan, self.tables)
         self._scene: tuple[int, NDArray[np.float32], Any, dict[str, NDArray[Any]]] | None = None
         self._shown: tuple[int, NDArray[np.float32]] | None = None
+        self._places: dict[tuple[int, int], tuple[float, float]] = {}
         self._drawn: tuple[int, list[OwnImage]] | None = None
         # Plumes are drawn with the intensities of the plan, and what they add is proportional to it.
         self._factors = [1.0] * len(targets)
@@ -479,8 +480,10 @@ class DrawnSequence:
         return [image.times(factor) for image, factor in zip(self._drawn[1], self._factors, strict=True)]
 
     def _place(self, index: int, target: Target) -> tuple[float, float]:
-        time_s = float(self.plan.frame_times_s[index])
-        return seen_at(self.plan, target.at(time_s), time_s)
+        if (index, target.track) not in self._places:
+            time_s = float(self.plan.frame_times_s[index])
+            self._places[index, target.track] = seen_at(self.plan, target.at(time_s), time_s)
+        return self._places[index, target.track]
 
     def _measured(self, index: int, points: Points | None) -> tuple[Image, NDArray[np.bool_]]:
         """Return the numbers (B, y, x) of a frame as measured, and which pixels are saturated."""

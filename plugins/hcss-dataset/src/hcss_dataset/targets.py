@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count as count_from
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +63,7 @@ class Target:
     Attributes
     ----------
     track : int
-        Number in its sequence, from 1.
+        Number in its sequence, from 1, which is that of its source; parts have those after all targets.
     row, column : float
         Place in the image in the first frame; pixel n extends from n to n + 1.
     position_m, velocity_m_s : (float, float, float)
@@ -238,9 +239,13 @@ def draw_targets(distribution: Distribution, draw: int, attempt: int, plan: Plan
     try:
         count = _count(given, _is_empty(distribution, draw), random)
         places = _places(given, count, plan, random)
-        return tuple(_of_family(distribution, n, place, plan, random) for n, place in enumerate(places, start=1))
+        targets = [_of_family(distribution, n, place, plan, random) for n, place in enumerate(places, start=1)]
     except ValueError as error:
         raise ScenarioError([Problem("targets", str(error))], distribution.origin) from error
+    numbers = count_from(len(targets) + 1)  # of their sources, as in all_tracks
+    return tuple(
+        replace(target, parts=tuple(replace(part, track=next(numbers)) for part in target.parts)) for target in targets
+    )
 
 
 def _is_empty(distribution: Distribution, draw: int) -> bool | None:

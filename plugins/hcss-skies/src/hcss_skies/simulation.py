@@ -64,7 +64,7 @@ _AS_RANKED = np.empty((0, LEVELS), np.float32)
 
 _NO_HEIGHTS = np.empty((0, 2, LEVELS), np.float32)
 
-_TILE = 256
+_TILE = 1024
 
 TOPS = "clouds.parameters.tops"
 
