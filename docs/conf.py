@@ -26,6 +26,7 @@ include_patterns = [
     "catalogs/README.md",
     "catalogs/*/README.md",
     "plugins/*/README.md",
+    "plugins/hcss-dataset/train-a-detector.md",
     "plugins/hcss-payload/LIVE.md",
     "plugins/hcss-payload/TUTORIAL.md",
 ]

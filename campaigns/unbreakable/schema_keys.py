@@ -147,6 +147,7 @@ EXAMPLES: dict[str, list[Any]] = {
     "elements.0.parameters.tracks.0.x of point-sources": [10.0],
     "elements.0.parameters.tracks.0.y of point-sources": [-10.0],
     "elements.0.parameters.tracks.0.velocity of point-sources": [[3.0, 0.0, 0.0]],
+    "elements.0.parameters.tracks.0.path of point-sources": [[[0.0, 0.0, 0.0, 0.0], [1e3, 10.0, 0.0, 0.0]]],
     "elements.0.parameters.tracks.0.intensity of point-sources": [5.0],
     "elements.0.parameters.file of point-sources": ["tracks.csv"],
     "surfaces.parameters.land of coast": ["forest"],

@@ -84,6 +84,26 @@ def test_a_new_package_imports_frozen_names_only(kind):
     assert not [name for text in sources for name in private_imports(text, FROZEN)]
 
 
+def names_of(module):
+    """Return ``__all__`` of a module of hcss-sweep, read and not imported."""
+    name = module.partition(".")[2] or "__init__"
+    path = PLUGINS / "hcss-sweep" / "src" / "hcss_sweep" / f"{name}.py"
+    lists = (node for node in ast.parse(path.read_text(encoding="utf-8")).body if isinstance(node, ast.Assign))
+    return next((ast.literal_eval(node.value) for node in lists if ast.unparse(node.targets[0]) == "__all__"), [])
+
+
+def test_packages_import_of_hcss_sweep_what_its_modules_list():
+    found = {}
+    for path in PLUGINS.glob("*/src/**/*.py"):
+        if path.relative_to(PLUGINS).parts[0] == "hcss-sweep":
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "hcss_sweep":
+                found.setdefault(node.module, set()).update(each.name for each in node.names)
+    assert {"hcss_sweep.axis", "hcss_sweep.design"} <= found.keys()
+    assert not {f"{module}.{name}" for module, names in found.items() for name in names - set(names_of(module))}
+
+
 def test_private_imports_are_seen():
     text = (
         "import hcss_twin.plan.windows\nfrom hcss_twin.core.files import Writing, flush\n"

@@ -183,6 +183,37 @@ def test_a_source_moves_with_its_velocity_over_the_moving_image():
         assert np.isnan(result["element_altitude"]).sum() == 12 * 16 - 1
 
 
+def test_a_source_on_a_path_moves_between_its_points_and_is_absent_beside_them():
+    path = [[-1.0, -40.0, 0.0, 100.0], [1.0, 0.0, 40.0, 100.0], [5.0, 0.0, 40.0, 500.0]]
+    inputs = inputs_of(planned({"path": path, "intensity": STRENGTH}))
+    provider = PointSources(inputs, PointSourceParameters(tracks=[{"path": path, "intensity": STRENGTH}]))
+    for time_s, place, velocity in (
+        (0.0, (-20.0, 20.0, 100.0), (20.0, 20.0, 0.0)),
+        (2.0, (0.0, 40.0, 200.0), (0.0, 0.0, 100.0)),
+    ):
+        (point,) = provider.pixels(time_s, slice(0, 12), slice(0, 16), None)
+        assert (point.x_m, point.y_m, point.altitude_m) == pytest.approx(place)
+        assert point.velocity_m_s == pytest.approx(velocity)
+        assert point.intensity == pytest.approx(STRENGTH)
+    assert not [each for at in (-1.1, 5.1) for each in provider.pixels(at, slice(0, 12), slice(0, 16), None)]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"altitude": 5.0}, "path alone"),
+        ({"path": [[0.0, 0.0, 0.0, 0.0]]}, "at least two"),
+        ({"path": [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]]}, "ascend"),
+        ({"path": [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, -1.0]]}, "altitudes from 0"),
+    ],
+)
+def test_wrong_paths_are_refused(change, words):
+    good = {"path": [[0.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]], "intensity": 1.0}
+    assert PointSourceParameters(tracks=[good])
+    with pytest.raises(ValueError, match=words):
+        PointSourceParameters(tracks=[good | change])
+
+
 def test_parallax_moves_a_high_source_away_from_the_sensor():
     source = {"altitude": 60.0, "intensity": STRENGTH}
     view = {"view.zenith": 45.0, "view.azimuth": 90.0, "slant.parallax": "on"}

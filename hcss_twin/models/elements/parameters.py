@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -17,7 +18,7 @@ _Speed = Annotated[Of.Speed, Field(ge=-1e5, le=1e5)]
 
 
 class Track(BaseModel):
-    """One source that moves in a straight line at constant speed."""
+    """One source that moves in a straight line at constant speed, or along a path."""
 
     model_config = _EACH
 
@@ -29,6 +30,11 @@ class Track(BaseModel):
     )
     altitude: Of.Length = Field(0.0, ge=0, le=1e6, description="Metres above the sea, at the start.")
     velocity: tuple[_Speed, _Speed, _Speed] = Field((0.0, 0.0, 0.0), description="East, north and up, m/s.")
+    path: tuple[tuple[float, float, float, float], ...] = Field(
+        (),
+        description="In place of x, y, altitude and velocity: time (s), x, y and altitude (m) of at least two points, "
+        "linear between them; the source is absent before and after.",
+    )
     intensity: float | dict[str, float] | None = Field(
         None,
         description="Of a plume, which hides nothing: radiant intensity toward the sensor, W/sr, a number for all "
@@ -43,6 +49,19 @@ class Track(BaseModel):
     emissivity: Of.Fraction = Field(
         1.0, gt=0, le=1, description="Of a body; it reflects the rest of sunlight and sky as a horizontal diffuser."
     )
+
+    @model_validator(mode="after")
+    def _one_motion(self) -> Self:
+        if not self.path:
+            return self
+        if any((self.x, self.y, self.altitude, *self.velocity)):
+            raise ValueError("path with x, y, altitude or velocity; allowed: path alone")
+        times = [point[0] for point in self.path]
+        if len(times) < 2 or any(later <= time for time, later in pairwise(times)):
+            raise ValueError("path: allowed: at least two points whose times ascend")
+        if any(max(abs(point[1]), abs(point[2])) > FARTHEST_M or not 0.0 <= point[3] <= 1e6 for point in self.path):
+            raise ValueError(f"path: allowed: x and y within {FARTHEST_M:g} m, altitudes from 0 to 1e+06 m")
+        return self
 
     @model_validator(mode="after")
     def _one_strength(self) -> Self:
@@ -63,9 +82,10 @@ class PointSourceParameters(BaseModel):
 
     tracks: tuple[Track, ...] = Field(
         (),
-        description="Sources with `x`, `y`, `altitude` (m), `velocity` ([east, north, up], m/s), and the `intensity` "
-        "of a plume (W/sr, a number or a table by band), or `temperature` (K), `area` (m2, across the line of sight) "
-        "and `emissivity` (default 1) of a body. x and y count from the image centre at the start.",
+        description="Sources with `x`, `y`, `altitude` (m), `velocity` ([east, north, up], m/s) or a `path` of points "
+        "[time, x, y, altitude], and the `intensity` of a plume (W/sr, a number or a table by band), or `temperature` "
+        "(K), `area` (m2, across the line of sight) and `emissivity` (default 1) of a body. x and y count from the "
+        "image centre at the start.",
     )
     file: str | None = Field(
         None,

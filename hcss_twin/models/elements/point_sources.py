@@ -93,10 +93,10 @@ def _given(track: Track, bands: list[str], index: int) -> SourceTrack:
         strength = [track.intensity[name] for name in bands]
     else:
         strength = [float(track.intensity or 0.0)] * len(bands)
-    position = np.array([[track.x, track.y, track.altitude]])
-    return SourceTrack(
-        np.zeros(1), position, np.array(track.velocity), np.array([strength]), track.temperature is not None
-    )
+    path = np.array(track.path or [[0.0, track.x, track.y, track.altitude]])
+    strengths = np.repeat(np.array([strength]), len(path), axis=0)
+    thermal = track.temperature is not None
+    return SourceTrack(path[:, 0], path[:, 1:], np.array(track.velocity), strengths, thermal)
 
 
 def _from_file(name: str | None, bands: list[str], inputs: ElementInputs) -> list[SourceTrack]:

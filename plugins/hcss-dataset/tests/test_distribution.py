@@ -1,6 +1,7 @@
 """The file of a data set: draws by index, skies, splits, states, and what is refused."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -73,10 +74,24 @@ def test_counts_of_targets_and_the_share_of_empty_frames():
     studio = Studio(Distribution.load(keys(targets=targets, base={"clouds": None, "frames.count": 1})))
     plan = studio.sequence(0).plan
     counts = [len(draw_targets(studio.distribution, number, 0, plan)) for number in range(1000)]
-    assert abs(counts.count(0) / 1000 - 0.5) < 3.0 * math.sqrt(0.25 / 1000)
+    assert counts.count(0) == 500
     mean = 2.0 / (1.0 - math.exp(-2.0))  # of a Poisson number above 0
     filled = [count for count in counts if count]
     assert abs(sum(filled) / len(filled) - mean) < 3.0 * 1.4 / math.sqrt(len(filled))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.13, 0.5, 1.0])
+def test_the_share_of_empty_draws_is_as_asked_and_their_places_tell_nothing(share):
+    targets = keys()["targets"] | {"empty": share, "strength": {"intensity": 10.0}}
+    studio = Studio(Distribution.load(keys(targets=targets, base={"clouds": None, "frames.count": 1})))
+    plan = studio.sequence(0).plan
+    empty = [[not draw_targets(studio.distribution, draw, attempt, plan) for draw in range(400)] for attempt in (0, 3)]
+    assert empty[0] == empty[1]  # a refused draw stays what it was
+    assert all(abs(sum(empty[0][:count]) - share * count) <= 0.5 for count in range(20, 401, 20))
+    if share == 0.5:
+        pairs = sum(one == other for one, other in pairwise(empty[0]))
+        # neighbours in a block of 20 with 10 of each are alike with 9 / 19
+        assert abs(pairs / 399 - 9 / 19) < 3.0 * math.sqrt(0.25 / 399)
 
 
 @pytest.mark.parametrize(

@@ -172,6 +172,9 @@ def test_the_command_scores_a_baseline_and_its_detections_alike(tmp_path):
     answer = json.loads(first.output.splitlines()[-1])
     assert answer["targets"] > 3
     assert answer["points"][-1]["detection_rate"] == 1.0
+    assert answer["most_detections_in_a_frame"] == 100
+    told = CliRunner().invoke(score_command, ["--baseline", "log", str(tmp_path / "set")]).output
+    assert "no frame has more than 100 detections" in told
     again = CliRunner().invoke(score_command, [str(tmp_path / "log.csv"), str(tmp_path / "set"), "--json"])
     assert json.loads(again.output.splitlines()[-1])["points"] == answer["points"]
     with (tmp_path / "curve.csv").open() as file:

@@ -59,7 +59,8 @@ def test_units_stay_with_numbers():
     ("given", "words"),
     [
         ({"distribution": "poison", "mu": 1.0}, "closest is 'poisson'"),
-        ({"distribution": "poisson"}, "parameters of scipy.stats.poisson"),
+        ({"distribution": "poisson"}, "parameters of scipy.stats.poisson: 'mu' is missing"),
+        ({"distribution": "poisson", "mean": 3.0}, "'mean' is unknown; allowed: mu, loc, from"),
         ({"distribution": "poisson", "mu": -1.0}, "mu = -1.0: scipy.stats.poisson has no"),
         ({"distribution": "norm", "from": 2.0, "to": 1.0}, "no probability"),
         ({"distribution": "uniform", "from": 2.0}, "lacks to"),

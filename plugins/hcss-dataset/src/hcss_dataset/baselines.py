@@ -24,6 +24,7 @@ PATCH, BLOCK, LOADING = 5, 32, 1e-3
 diagonal, relative to the mean variance: covariances of few patches can be inverted."""
 
 MAX_PER_FRAME = 100
+"""Detections that are kept of a frame, the number at which COCO's evaluation cuts (maxDets)."""
 
 
 def laplacian(image: Image) -> Image:

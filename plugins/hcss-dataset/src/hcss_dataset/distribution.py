@@ -23,7 +23,7 @@ SPLITS = ("train", "val", "test")
 MAX_ATTEMPTS = 50
 """Draws of one number that may be refused before the distribution is."""
 
-STREAMS = {"values": 0, "states": 1, "sky": 2, "noise": 3, "targets": 4}
+STREAMS = {"values": 0, "states": 1, "sky": 2, "noise": 3, "targets": 4, "empty": 5}
 """Independent random numbers of each draw."""
 
 OF_ALL = ("frames", "image", "output", "bands", "sensor", "instrument")
@@ -166,7 +166,7 @@ class Distribution:
         )
         from hcss_dataset.targets import check_targets
 
-        check_targets(found.targets, check)
+        check_targets(found.targets, check, found.base)
         check.raise_problems()
         return found
 

@@ -13,6 +13,7 @@ from hcss_dataset.distribution import SPLITS
 from hcss_dataset.errors import DatasetError
 from hcss_dataset.images import SUFFIXES
 from hcss_dataset.shards import SHARDS, Layout
+from hcss_dataset.viewer import INDEX, write_viewer
 from hcss_twin.core.files import Writing
 
 TARGETS, ANNOTATIONS, MOT, CROISSANT, CARD = "targets.jsonl", "annotations", "mot", "croissant.json", "README.md"
@@ -55,6 +56,7 @@ def finish(layout: Layout) -> int:
     summary = _summary(layout)
     _write(layout.folder / CROISSANT, json.dumps(_croissant(layout), indent=1) + "\n")
     _write(layout.folder / CARD, _card(layout, summary, heads))
+    write_viewer(layout, summary)
     return sum(head["refused"] for head in heads)
 
 
@@ -341,6 +343,7 @@ band; `table_error` in the labels of each frame. It is the error of interpolatio
 | `{ANNOTATIONS}/SPLIT.json` | COCO; images are those of the shards, extracted to one folder |
 | `{MOT}/SPLIT/SEQUENCE/gt/gt.txt` | MOT ground truth, for sequences |
 | `{CROISSANT}` | Croissant description of `{TARGETS}` |
+| `{INDEX}` | some frames with boxes, for a browser |
 
 `clean` is the same frame without targets and noise. The first row of an image is the southern one. Images of several
 bands have their names: `KEY.image.BAND{suffix}`. In Python, {with_what}:

@@ -17,16 +17,16 @@ _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _UP, _DEPTH, _GREY = 2, 16, 0
 
 
-def encoded(image: NDArray[np.uint16]) -> bytes:
+def encoded(image: NDArray[np.uint16] | NDArray[np.uint8]) -> bytes:
     """Return the PNG file of an image (y, x)."""
     rows, columns = image.shape
-    samples = image.astype(">u2").view(np.uint8).reshape(rows, 2 * columns)
-    lines = np.empty((rows, 2 * columns + 1), dtype=np.uint8)
+    samples = np.ascontiguousarray(image.astype(image.dtype.newbyteorder(">"))).view(np.uint8).reshape(rows, -1)
+    lines = np.empty((rows, samples.shape[1] + 1), dtype=np.uint8)
     lines[:, 0], lines[0, 1:] = _UP, samples[0]
     np.subtract(samples[1:], samples[:-1], out=lines[1:, 1:])
     packer = zlib.compressobj(1, zlib.DEFLATED, 15, 9, zlib.Z_RLE)
     data = packer.compress(lines.tobytes()) + packer.flush()
-    header = struct.pack(">IIBBBBB", columns, rows, _DEPTH, _GREY, 0, 0, 0)
+    header = struct.pack(">IIBBBBB", columns, rows, 8 * image.itemsize, _GREY, 0, 0, 0)
     parts = ((b"IHDR", header), (b"IDAT", data), (b"IEND", b""))
     return _SIGNATURE + b"".join(_chunk(kind, content) for kind, content in parts)
 

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from hcss_dataset.distribution import MAX_ATTEMPTS, Distribution, without_sky
 from hcss_dataset.errors import DatasetError
-from hcss_dataset.targets import Target, draw_targets, seen_at
+from hcss_dataset.noise import noise_rms
+from hcss_dataset.targets import Target, all_tracks, draw_targets, seen_at
 from hcss_twin import CatalogError, Scenario, make_plan
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.compile import tables_of
@@ -41,6 +42,8 @@ _NUMBER_AT_ZERO = 2000
 _OPTICS = ("psf", "psf_sigma", "psf_file", "aperture_diameter", "pixel_angle", "integration_time", "jitter", "smear")
 _SHOWN = ("radiance", "element_transmittance", "element_share", "element_source")
 _KEPT_STATES = 256
+TARGETS_OF_A_SKY = 10
+"""Draws of targets that may be refused before the sky is drawn again, too."""
 _LARGEST_SIDE = 16.0
 """Side in pixels up to which sensors draw bodies through their point spread."""
 
@@ -115,15 +118,6 @@ class OwnImage:
         """Return the image of a target brighter by a factor."""
         return replace(self, radiance=self.radiance * factor, light=self.light * factor)
 
-    def add_to(self, image: Array, factor: float, first: Sequence[int]) -> None:
-        """Add it, times a factor, to an image (B, y, x) whose first pixel is at ``first`` (row, column)."""
-        inside, of_stamp = [], []
-        for at, edge, size in zip(self.corner, first, image.shape[1:], strict=True):
-            low, high = max(at - edge, 0), min(at - edge + STAMP, size)
-            inside.append(slice(low, max(high, low)))
-            of_stamp.append(slice(low - at + edge, max(high, low) - at + edge))
-        image[:, *inside] += factor * self.radiance[:, *of_stamp]
-
     def peak(self, band: int) -> float:
         """Return the value farthest from 0."""
         return float(self.radiance[band].flat[np.argmax(np.abs(self.radiance[band]))])
@@ -166,18 +160,25 @@ class Studio:
     def sequence(self, draw: int) -> DrawnSequence:
         """Return the sequence of a draw; a draw that is refused as unphysical is drawn again.
 
+        Where targets are refused, they alone are drawn again as long as there is hope: frames with targets would have
+        other clouds than those without.
+
         Raises
         ------
         ScenarioError
             If too many draws in a row are refused; names the last reason.
         """
         refused: list[str] = []
+        skies = of_targets = 0
         for attempt in range(MAX_ATTEMPTS):
             try:
-                return self._attempt(draw, attempt, tuple(refused))
+                return self._attempt(draw, (skies, attempt), tuple(refused))
             except (ScenarioError, CatalogError) as error:
                 problems = error.problems if isinstance(error, ScenarioError) else (error,)
                 refused.append("; ".join(map(str, problems)))
+                hidden = all(isinstance(each, Problem) and each.field.startswith("targets") for each in problems)
+                of_targets = of_targets + 1 if hidden else 0
+                skies += not hidden or of_targets % TARGETS_OF_A_SKY == 0
         message = f"draw {draw}: {MAX_ATTEMPTS} draws in a row are refused, the last because of: {refused[-1]}"
         raise ScenarioError([Problem("draw", message)], self.distribution.origin)
 
@@ -185,11 +186,11 @@ class Studio:
         """Return the number of frames of each draw."""
         return int(self._scenario({}).frames.count)
 
-    def _attempt(self, draw: int, attempt: int, refused: tuple[str, ...]) -> DrawnSequence:
+    def _attempt(self, draw: int, attempt: tuple[int, int], refused: tuple[str, ...]) -> DrawnSequence:
         distribution = self.distribution
-        values, number = distribution.values(draw, attempt)
+        values, number = distribution.values(draw, attempt[0])
         state = self._state(values)
-        targets = draw_targets(distribution, draw, attempt, state.plan)
+        targets = draw_targets(distribution, draw, attempt[1], state.plan)
         for target in targets:
             side = math.sqrt(target.area_m2 or 0.0) / state.plan.grid.pixel_size_m
             if side > _LARGEST_SIDE:
@@ -363,7 +364,6 @@ class DrawnSequence:
         self._maker = PartMaker(self.plan, self.tables)
         self._scene: tuple[int, NDArray[np.float32], Any, dict[str, NDArray[Any]]] | None = None
         self._shown: tuple[int, NDArray[np.float32]] | None = None
-        self._without: dict[int, Array] = {}
         self._places: dict[tuple[int, int], tuple[float, float]] = {}
         self._drawn: tuple[int, list[OwnImage]] | None = None
         # Plumes are drawn with the intensities of the plan, and what they add is proportional to it.
@@ -425,7 +425,7 @@ class DrawnSequence:
             If a target would need more than its largest intensity: clouds hide it.
         """
         clean = self._clean(0)
-        noise = self._without[0] = self._noise(clean, *self._measured(0, None), [])
+        noise = self._noise(clean)
         found, factors = [], []
         for target, own in zip(self.targets, self._own_images(0), strict=True):
             if target.scr is None or target.intensity is None:  # a strength is by SCR for all targets of a set
@@ -475,20 +475,25 @@ class DrawnSequence:
         return self._scene[1:]
 
     def _pieces(self, index: int) -> list[list[Any]]:
-        """Return the pieces of each target in a frame, with the intensities of the plan."""
+        """Return the pieces of each target in a frame, with the intensities of the plan, and last those of parts
+        without a label.
+        """
         _, drawn, _ = self._rendered(index)
-        places = np.array([self._place(index, target) for target in self.targets]).reshape(-1, 2)
-        found: list[list[Any]] = [[] for _ in self.targets]
+        shown = [(target, n) for n, target in enumerate(self.targets)]
+        others = len(shown)
+        shown += [(part, n if part.labelled else others) for target, n in shown for part in target.parts]
+        places = np.array([self._place(index, each) for each, _ in shown]).reshape(-1, 2)
+        found: list[list[Any]] = [[] for _ in range(others + 1)]
         for piece in (piece for pieces in drawn.values() for piece in pieces):
             away = np.max(np.abs(places - (piece.row, piece.column)), axis=1)
             nearest = int(np.argmin(away))
-            found[nearest].append(piece)
+            found[shown[nearest][1]].append(piece)
         return found
 
     def _own_images(self, index: int) -> list[OwnImage]:
         """Return the image of each target in a frame, with the intensities of the targets."""
         if self._drawn is None or self._drawn[0] != index:
-            every, bands = zip(self.targets, self._pieces(index), strict=True), len(self.plan.bands)
+            every, bands = zip(self.targets, self._pieces(index)[:-1], strict=True), len(self.plan.bands)
             images = [self._optics.own_image(pieces, self._place(index, target), bands) for target, pieces in every]
             self._drawn = index, images
         return [image.times(factor) for image, factor in zip(self._drawn[1], self._factors, strict=True)]
@@ -525,18 +530,12 @@ class DrawnSequence:
             self._shown = index, self._optics.clean(scene, number, time_s)
         return self._shown[1]
 
-    def _noise(
-        self, clean: NDArray[Any], numbers: Image, saturated: NDArray[np.bool_], own: Sequence[OwnImage]
-    ) -> Array:
-        """Return the rms noise (B,) of a measured frame: what remains without clean image and targets' own images."""
-        if not self.plan.sensor.stages:
-            return np.zeros(len(self.plan.bands))
-        difference = self.scale.radiance(numbers) - clean
-        for image in own:
-            image.add_to(difference, -1.0, [pixels.start for pixels in self.plan.extent])
-        return np.array(
-            [band[~full].std() if not full.all() else np.nan for band, full in zip(difference, saturated, strict=True)]
-        )
+    def _noise(self, clean: NDArray[Any]) -> Array:
+        """Return the rms noise (B,) of the sensor in a frame."""
+        stages, names = self.plan.sensor.stages, [band.name for band in self.plan.bands]
+        if not stages:
+            return np.zeros(len(names))
+        return noise_rms(stages[-1].as_dict(), names, clean, self.scale.step)
 
     def _clutter(self, clean: NDArray[Any], noise: Array, target: Target, index: int) -> tuple[Array, Array]:
         """Return the standard deviation (B,) of the clean image around a target, and with noise."""
@@ -559,13 +558,13 @@ class DrawnSequence:
         plan = self.plan
         _, _, truth = self._rendered(index)
         clean, pieces = self._clean(index), self._pieces(index)
-        points = _points(pieces, self._factors, self._window)
+        points = _points(pieces, (*self._factors, 1.0), self._window)
         image, saturated = self._measured(index, points)
         own = self._own_images(index)
-        noise = self._without[index] if index in self._without else self._noise(clean, image, saturated, own)
+        noise = self._noise(clean)
         described = [
             self._label(index, target, rate, of_target, clean, noise, truth, saturated)
-            for target, rate, of_target in zip(self.targets, map(_rate, pieces), own, strict=True)
+            for target, rate, of_target in zip(self.targets, map(_rate, pieces[:-1]), own, strict=True)
             if self._is_inside(self._place(index, target))
         ]
         distribution, about, scale = self._studio.distribution, self._about, self.scale
@@ -637,13 +636,14 @@ class DrawnSequence:
         return {
             "track": target.track,
             "kind": target.kind,
+            "family": target.family,
             "centroid": [float(at - edge) for at, edge in zip(centroid, first, strict=True)],
             "place": [at - edge for at, edge in zip(place, first, strict=True)],
             "box": box,
             "mask": mask,
             "altitude_m": target.at(time_s)[2],
             "position_m": list(target.at(time_s)[:2]),
-            "velocity_m_s": list(target.velocity_m_s),
+            "velocity_m_s": list(target.velocity_at(time_s)),
             "pixels_per_s": [float(row_rate), float(column_rate)],
             **strength,
             "transmittance": _plain(transmittance),
@@ -699,7 +699,7 @@ class DrawnSequence:
 
 def _elements(targets: Sequence[Target]) -> dict[str, Any]:
     """Return the section of a scenario for targets; none without."""
-    tracks = [target.as_track() for target in targets]
+    tracks = all_tracks(targets)
     return {"elements": [{"parameters": {"tracks": tracks}}]} if tracks else {}
 
 

@@ -28,6 +28,8 @@ NAMES = ("log", "top-hat", "matched-filter")
 @click.option("--least-snr", default=1.0, show_default=True, type=Number(min=0.0), help="Of targets that count.")
 @click.option("-o", "--output", type=Output(dir_okay=False), help="CSV file for the detections of a baseline.")
 @click.option("--curve", type=Output(dir_okay=False), help="CSV file for the curve over all thresholds.")
+@click.option("--clutter", is_flag=True, help="Measure DATASET's backgrounds; the tail is that of --baseline.")
+@click.option("--jitter", default=0.1, show_default=True, type=Number(min=0.0), help="With --clutter: rms pixels.")
 @Shared.force
 @Shared.json
 @click.pass_context
@@ -41,13 +43,23 @@ def score_command(
     least_snr: float,
     output: Path | None,
     curve: Path | None,
+    clutter: bool,
+    jitter: float,
     force: bool,
     as_json: bool,
 ) -> None:
     """Score DETECTIONS in DATASET: detection rate against false alarms, by SCR.
 
     DETECTIONS is a CSV file (key, row, column, score), results of COCO (.json), or a folder of masks KEY.png.
+
+    With --clutter, spectra, jitter clutter and detection rates down to 1e-8 false alarms a pixel of DATASET.
     """
+    if clutter:
+        if len(paths) != 1 or output is not None or curve is not None:
+            raise click.UsageError("--clutter with DETECTIONS, --output or --curve; allowed: DATASET alone")
+        baseline = baseline or "matched-filter"
+    elif context.get_parameter_source("jitter") is not click.core.ParameterSource.DEFAULT:
+        raise click.UsageError("--jitter without --clutter; allowed: with it")
     if len(paths) != (1 if baseline else 2):
         wanted = "DATASET alone" if baseline else "DETECTIONS and DATASET, or DATASET with --baseline"
         raise click.UsageError(f"{len(paths)} paths; allowed: {wanted}")
@@ -61,6 +73,16 @@ def score_command(
     if not len(frames):
         raise click.UsageError(f"{paths[-1]} has no frame in split '{split}'; allowed: another split")
     number = _band(frames[0].labels["bands"], band)
+    if clutter and baseline is not None:
+        from hcss_dataset.clutter import clutter_text, measure_clutter
+
+        shown = context.ensure_object(Stop).progress(frames, len(frames), label="frames")
+        measured = measure_clutter(shown, baseline, radius, least_snr, number)
+        if as_json:
+            Shared.write_json(_plain(measured.as_dict(jitter)))
+        else:
+            click.echo(clutter_text(measured, jitter))
+        return
     if baseline is None:
         detections: Mapping[str, Sequence[Detection]] = read_detections(paths[0])
         keys = {frame.labels["key"] for frame in frames}
@@ -108,6 +130,7 @@ def _summary(result: Scored) -> dict[str, Any]:
         "targets": int(result.scr.size),
         "targets_that_do_not_count": result.ignored,
         "radius": result.radius,
+        "most_detections_in_a_frame": result.most,
         "all": result.at_threshold(-math.inf),
         "points": points,
     }
@@ -121,6 +144,7 @@ def _text(result: Scored) -> str:
         f"hidden; matches within {summary['radius']:g} pixels",
         f"all detections: {whole['found']} targets found, {whole['false_alarms']} false alarms "
         f"({whole['false_pixels']} pixels, {whole['false_pixel_share']:.3g} of all)",
+        *_capped(result),
         "false alarms a pixel, at most  threshold  found  rate   by SCR",
     ]
     for point in summary["points"]:
@@ -134,6 +158,18 @@ def _text(result: Scored) -> str:
             f"{point['detection_rate']:.3f}  {classes}"
         )
     return "\n".join(lines)
+
+
+def _capped(result: Scored) -> list[str]:
+    """Return a line on detectors that keep no more than some detections of a frame, as those for COCO do."""
+    from hcss_dataset.baselines import MAX_PER_FRAME
+
+    if result.most != MAX_PER_FRAME:
+        return []
+    return [
+        f"no frame has more than {result.most} detections, where COCO's evaluation ends, too (maxDets): rates beyond "
+        f"{result.at_threshold(-math.inf)['false_alarms_per_pixel']:.3g} false alarms a pixel are not known"
+    ]
 
 
 def _plain(value: Any) -> Any:

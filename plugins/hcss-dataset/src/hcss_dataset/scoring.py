@@ -61,6 +61,8 @@ class Scored:
         Of the targets that count.
     frames, image_pixels : int
         Number of frames, and of their pixels together.
+    most : int
+        Largest number of detections in a frame: where a detector keeps no more, its curve ends.
     """
 
     score: NDArray[np.float64]
@@ -71,6 +73,7 @@ class Scored:
     image_pixels: int
     ignored: int = 0
     radius: float = field(default=3.0)
+    most: int = 0
 
     def at_threshold(self, least_score: float) -> dict[str, float]:
         """Return the measures of the detections with at least a score."""
@@ -187,6 +190,7 @@ def score(
         pixels,
         ignored,
         radius,
+        max(map(len, detections.values()), default=0),
     )
 
 

@@ -87,17 +87,21 @@ def _number(key: str, given: Mapping[str, Any], random: np.random.Generator) -> 
         names = (*DISTRIBUTIONS, *_names_of(stats))
         raise ValueError(f"distribution = {Problem.shown(name)}; {_closest(str(name), names)}")
     parameters = {word: value for word, value in given.items() if word not in _OF_SCIPY}
+    shapes = [word.strip() for word in (found.shapes or "").split(",") if word.strip()]
+    allowed = (*shapes, "loc") if is_whole else (*shapes, "loc", "scale")
+    wrong = [word for word in parameters if word not in allowed] + [word for word in shapes if word not in parameters]
+    if wrong:
+        what = "unknown" if wrong[0] in parameters else "missing"
+        listed = ", ".join((*allowed, "from", "to", "unit"))
+        raise ValueError(f"the parameters of scipy.stats.{name}: '{wrong[0]}' is {what}; allowed: {listed}")
     low, high = (given.get(word, default) for word, default in (("from", -math.inf), ("to", math.inf)))
     for word, value in {**parameters, "from": low, "to": high}.items():
         if not _is_number(value):
             raise ValueError(f"{word} = {Problem.shown(value)}; allowed: a number; units are given by unit = 'km'")
-    try:
-        # Of whole numbers, the lower end belongs to the range.
-        under = math.ceil(low) - 1 if is_whole and math.isfinite(low) else low
-        below, above = float(found.cdf(under, **parameters)), float(found.cdf(high, **parameters))
-        value = float(found.ppf(below + random.random() * (above - below), **parameters))
-    except TypeError as error:
-        raise ValueError(f"the parameters of scipy.stats.{name}: {error}") from error
+    # Of whole numbers, the lower end belongs to the range.
+    under = math.ceil(low) - 1 if is_whole and math.isfinite(low) else low
+    below, above = float(found.cdf(under, **parameters)), float(found.cdf(high, **parameters))
+    value = float(found.ppf(below + random.random() * (above - below), **parameters))
     if math.isnan(below) or math.isnan(above):
         shown = ", ".join(f"{word} = {Problem.shown(content)}" for word, content in parameters.items())
         raise ValueError(f"{shown or 'no parameters'}: scipy.stats.{name} has no such distribution")

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from hcss_twin.providers import Problem, choose_from
 
+__all__ = ["DIGITS", "DISTRIBUTIONS", "axis_of"]
+
 DIGITS = 12
 """Significant digits of computed values, so that 0.1 to 0.9 in steps of 0.2 contains 0.3, not 0.30000000000000004."""
 

@@ -15,6 +15,8 @@ from hcss_sweep.sensors import SENSORS, merged, sensors_of
 from hcss_twin import Scenario
 from hcss_twin.providers import Problem, ScenarioError
 
+__all__ = ["joined_keys", "key_problems", "keys_overlap", "read_keys"]
+
 SWEEP = "sweep"
 """Section of a file that describes many scenarios."""
 

@@ -23,6 +23,8 @@ from hcss_twin.engine.simulate import run
 from hcss_twin.providers import HcssError, Problem, ProviderError, ScenarioError
 from hcss_twin.providers.registry.registry import Registry
 
+__all__ = ["ranges", "value_at"]
+
 _MAX_RANGES = 5
 
 
