@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.engine.scene_points import at_rays, interpolated
 from hcss_twin.plan.clouds import sums_up
-from hcss_twin.plan.hanging_levels import Met, farthest_points, levels_of, spanning, spread, upright
+from hcss_twin.plan.displaced_clouds import upright
+from hcss_twin.plan.hanging_levels import Met, farthest_points, levels_of, spanning, spread
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.rays import Rays
 from hcss_twin.plan.windows import Window, length, points_of

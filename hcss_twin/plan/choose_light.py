@@ -19,9 +19,10 @@ from hcss_twin.models.radiance.spectral_grid import SpectralNodes
 from hcss_twin.physics.geometry import relative_azimuth_rad
 from hcss_twin.plan.clouds import sums_up
 from hcss_twin.plan.combinations import LAYER_TOPS, Excluded, goes_on_with, present
+from hcss_twin.plan.displaced_clouds import upright
 from hcss_twin.plan.error_budget import COLUMNS as ERROR_OF_COLUMNS
 from hcss_twin.plan.error_budget import error_budget
-from hcss_twin.plan.hanging_levels import spanning, spread, upright
+from hcss_twin.plan.hanging_levels import spanning, spread
 from hcss_twin.plan.plan import Plan, PlannedLight
 from hcss_twin.plan.slant_paths import sea_sun_terms
 from hcss_twin.providers import Sun

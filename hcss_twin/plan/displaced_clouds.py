@@ -18,6 +18,8 @@ from hcss_twin.providers import CloudDeclaration, CloudGenerator
 
 Shift = tuple[int, int] | PointShifts
 
+Thickness = NDArray[np.float32]
+
 SHARED = 0.1
 """Share of a window from which what is known of it is copied."""
 
@@ -231,6 +233,19 @@ class DisplacedClouds:
         if self._generator.declares.tileable:
             return None
         return self._generator.frame_summary(time_s)  # type: ignore[attr-defined]
+
+
+def upright(
+    generator: Any, time_s: float, rows: slice, columns: slice, summary: Any = None
+) -> tuple[Thickness, Thickness, Thickness]:
+    """Return thickness, top, and height (y, x) of clouds whose tops vary, above their points, whatever views see."""
+    if isinstance(generator, DisplacedClouds):
+        where = time_s, rows, columns, (0, 0)
+        ends: tuple[Thickness, Thickness] = generator.displaced_ends_m(*where)
+        return generator.displaced_m(*where), *ends
+    thickness: Thickness = generator.thickness_around_m(time_s, rows, columns, summary)
+    depth = generator.cloud_depth_m(time_s, rows, columns) if hasattr(generator, "cloud_depth_m") else thickness
+    return thickness, generator.cloud_top_m(time_s, rows, columns), depth
 
 
 def _overlap(window: Window, other: Window) -> Window:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,19 +34,6 @@ def spanning(layer: CloudLayer, generator: CloudGenerator) -> CloudLayer:
     low, high = tops_m
     lowest = layer.hanging_from(float(low)).base_m
     return replace(layer, base_m=lowest, top_m=float(high), anchor="top")
-
-
-def upright(
-    generator: Any, time_s: float, rows: slice, columns: slice, summary: Any = None
-) -> tuple[Cloud, Cloud, Cloud]:
-    """Return thickness, top, and height (y, x) of clouds whose tops vary, above their points, whatever views see."""
-    if hasattr(generator, "displaced_m"):
-        where = time_s, rows, columns, (0, 0)
-        ends: tuple[Cloud, Cloud] = generator.displaced_ends_m(*where)
-        return generator.displaced_m(*where), *ends
-    thickness: Cloud = generator.thickness_around_m(time_s, rows, columns, summary)
-    depth = generator.cloud_depth_m(time_s, rows, columns) if hasattr(generator, "cloud_depth_m") else thickness
-    return thickness, generator.cloud_top_m(time_s, rows, columns), depth
 
 
 def spread(thickness_m: Cloud, top_m: Cloud, depth_m: Cloud, edges_m: Array) -> Cloud:

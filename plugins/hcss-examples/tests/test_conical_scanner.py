@@ -7,8 +7,7 @@ import netCDF4
 import numpy as np
 import pytest
 
-from hcss_twin import Scenario, make_plan, simulate
-from hcss_twin.core.errors import ScenarioError
+from hcss_twin import Scenario, ScenarioError, make_plan, simulate
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "conical-scanner.toml"
 CHEAP = {"radiance.model": "as-printed", "sea.model": "cox-munk"}

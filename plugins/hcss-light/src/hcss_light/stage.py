@@ -288,8 +288,9 @@ class DriftingStage(LightStage):
         ]
         shares = {name: np.ascontiguousarray(values[:, *inner]) for name, values in shares.items()}
         near = np.ascontiguousarray(thickness[*inner])
+        seen: dict[str, Any] = {"own": own[1]} if own else {}
         found = [
-            of_class.correct(near, *kept, **shares, over_sea=over_sea, own=own[1] if own else None)
+            of_class.correct(near, *kept, **shares, **seen, over_sea=over_sea)
             for of_class, over_sea in zip(lit.lights, of_seas, strict=True)
         ]
         cut = [
