@@ -11,7 +11,7 @@ from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 
 
 class TableParameters(BaseModel):
@@ -47,14 +47,14 @@ class BandModelParameters(BaseModel):
         description="Aerosol of the lowest 2 km, with LOWTRAN7's background aerosol above; sea salt of 'navy-maritime' "
         "follows sea.wind_speed; 'none' omits all aerosol.",
     )
-    visibility_km: Of.Kilometres | None = Field(
+    visibility_km: Quantity.Kilometres | None = Field(
         None,
         ge=2.0,
         le=50.0,
         description="Meteorological range at the surface in km, 2 to 50; by default 23, or with 'navy-maritime' that "
         "of wind and humidity.",
     )
-    wind_24h_m_s: Of.Speed | None = Field(
+    wind_24h_m_s: Quantity.Speed | None = Field(
         None,
         ge=0.0,
         le=20.0,
@@ -69,7 +69,7 @@ class BandModelParameters(BaseModel):
     season: Season = Field(
         "spring-summer", description="Season of the aerosol above 2 km: spring-summer or fall-winter."
     )
-    earth_radius_m: Of.Length = Field(
+    earth_radius_m: Quantity.Length = Field(
         6_371_230.0,
         ge=6.3e6,
         le=6.4e6,
@@ -144,7 +144,7 @@ class RoughSeaParameters(BaseModel):
     spectrum: Literal["pierson-moskowitz", "jonswap"] = Field(
         default="pierson-moskowitz", description="Wave spectrum, which determines the significant wave height."
     )
-    fetch_m: Of.Length = Field(
+    fetch_m: Quantity.Length = Field(
         default=100e3, ge=1e3, le=2e6, description="Fetch of the JONSWAP spectrum: the upwind distance to the coast."
     )
 
@@ -159,7 +159,7 @@ class MieParameters(BaseModel):
         min_length=1,
         description="Refractive index of water clouds: a name in catalogs/optical_constants or a CSV file",
     )
-    water_temperature_K: Of.Temperature | None = Field(
+    water_temperature_K: Quantity.Temperature | None = Field(
         default=None,
         ge=240.0,
         le=273.0,
@@ -293,7 +293,7 @@ class PhysicalParameters(BaseModel):
         "profile",
         description='"profile": air temperature at base and top; "isothermal-top": that of the top throughout.',
     )
-    space_temperature: Of.Temperature = Field(
+    space_temperature: Quantity.Temperature = Field(
         2.725, ge=0.0, le=400.0, allow_inf_nan=False, description="Temperature of the sky beyond the atmosphere, K."
     )
     leave_out: tuple[

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.units import GasAmount
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.models.atmosphere.profile_file import STANDARD
 from hcss_twin.scenario.section_types import ScenarioSection, filled, own
 
@@ -43,11 +43,15 @@ class GasesSection(ScenarioSection):
 class InversionSection(ScenarioSection):
     """A trade inversion over a well-mixed marine boundary layer; `inversion = {}` selects the defaults."""
 
-    height: Of.Length = Field(1000.0, ge=200, le=3000, description="Altitude of the inversion, m: that of cloud tops.")
-    strength: Of.Number = Field(10.0, ge=0, le=25, description="Rise of temperature through the inversion, K.")
-    cloud_base: Of.Length = Field(600.0, ge=0, le=3000, description="Altitude from which the air is saturated, m.")
-    humidity_above: Of.Fraction = Field(0.2, ge=0.01, le=1, description="Relative humidity above the inversion.")
-    surface_temperature: Of.Temperature | None = Field(
+    height: Quantity.Length = Field(
+        1000.0, ge=200, le=3000, description="Altitude of the inversion, m: that of cloud tops."
+    )
+    strength: Quantity.Number = Field(10.0, ge=0, le=25, description="Rise of temperature through the inversion, K.")
+    cloud_base: Quantity.Length = Field(
+        600.0, ge=0, le=3000, description="Altitude from which the air is saturated, m."
+    )
+    humidity_above: Quantity.Fraction = Field(0.2, ge=0.01, le=1, description="Relative humidity above the inversion.")
+    surface_temperature: Quantity.Temperature | None = Field(
         None,
         ge=250,
         le=310,
@@ -82,16 +86,16 @@ class Atmosphere(ScenarioSection):
     profile_above: str = Field(
         STANDARD, description="Profile that adds to a file the air above its last level and missing gases."
     )
-    water_vapour_scale: Of.Number | None = Field(
+    water_vapour_scale: Quantity.Number | None = Field(
         None, ge=0, le=10, description="Scale factor for the water vapour of all levels."
     )
-    water_vapour_column: Of.Number | None = Field(
+    water_vapour_column: Quantity.Number | None = Field(
         None,
         ge=0,
         le=100,
         description="Column of water vapour to scale the profile to, kg m-2; excludes water_vapour_scale.",
     )
-    water_vapour_texture: Of.Fraction | None = Field(
+    water_vapour_texture: Quantity.Fraction | None = Field(
         None,
         ge=0,
         le=0.2,

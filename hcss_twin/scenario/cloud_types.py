@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.models.optics.size_distribution import projected_area_m1
 from hcss_twin.providers import CloudLayer
 from hcss_twin.scenario.clouds import Layer
@@ -44,18 +44,22 @@ class TypeLayer(ScenarioSection):
         description="Level of the place's air that decides altitudes: the base lies at the condensation level, or the "
         "top at the inversion or tropopause; with `depth`, in place of `base` or `top`.",
     )
-    offset: Of.Length = Field(0.0, ge=-10_000, le=10_000, description="Altitude above that level, m.")
-    depth: Of.Length | None = Field(
+    offset: Quantity.Length = Field(0.0, ge=-10_000, le=10_000, description="Altitude above that level, m.")
+    depth: Quantity.Length | None = Field(
         None,
         ge=THINNEST_M,
         le=20_000,
         description="Depth of the thickest cloud, m; its base is not below the condensation level under an inversion, "
         "and not below the melting level under the tropopause.",
     )
-    base: Of.Length | None = Field(None, ge=0, le=20_000, description="Altitude of the cloud base, m.")
-    top: Of.Length | None = Field(None, ge=THINNEST_M, le=20_000, description="Altitude of the highest cloud top, m.")
+    base: Quantity.Length | None = Field(None, ge=0, le=20_000, description="Altitude of the cloud base, m.")
+    top: Quantity.Length | None = Field(
+        None, ge=THINNEST_M, le=20_000, description="Altitude of the highest cloud top, m."
+    )
     anchor: Literal["base", "top"] = Field("base", description="Side of a thin cloud that stays at its altitude.")
-    thickness_min: Of.Length = Field(ge=THINNEST_M, le=20_000, description="Thickness of the thinnest cloudy pixel, m.")
+    thickness_min: Quantity.Length = Field(
+        ge=THINNEST_M, le=20_000, description="Thickness of the thinnest cloudy pixel, m."
+    )
 
     @model_validator(mode="after")
     def _room(self) -> TypeLayer:
@@ -80,18 +84,18 @@ class TypeLayer(ScenarioSection):
         return self
 
 
-_Cells = Annotated[Of.Number, Field(ge=1e-3, le=1e6)]
-_Octave = Annotated[Of.Whole, Field(ge=0, le=16)]
+_Cells = Annotated[Quantity.Number, Field(ge=1e-3, le=1e6)]
+_Octave = Annotated[Quantity.Whole, Field(ge=0, le=16)]
 
 
 class TypeFractal(ScenarioSection):
     """``[fractal]``: parameters of eqs 2-4 of the HCSS paper."""
 
-    gamma: Of.Number = Field(ge=1.01, le=8, description="Gap parameter.")
-    H: Of.Number = Field(gt=0, lt=1, description="Hurst parameter.")
+    gamma: Quantity.Number = Field(ge=1.01, le=8, description="Gap parameter.")
+    H: Quantity.Number = Field(gt=0, lt=1, description="Hurst parameter.")
     L: tuple[_Cells, _Cells] = Field(description="Cells per 16 km along x and y.")
     k: tuple[_Octave, _Octave] = Field(description="First and last octave.")
-    brightness_exponent: Of.Number | None = Field(
+    brightness_exponent: Quantity.Number | None = Field(
         None, ge=0.05, le=20, description="Above 1 most of the cloud is thin; 1 by default."
     )
 
@@ -115,23 +119,25 @@ class TypeSky(ScenarioSection):
     generator: str = Field(description="Name of the generator.")
     package: str = Field(description="Distribution that has it.")
     parameters: dict[str, Any] = Field(default_factory=dict, description="Its parameters.")
-    coverage: Of.Fraction | None = Field(
+    coverage: Quantity.Fraction | None = Field(
         None, ge=0, le=1, description="Default coverage; without it, that of all types."
     )
     own_coverage: bool = Field(False, description="Its coverage cannot be chosen: layers that state one do not get it.")
-    thickness_min: Of.Length | None = Field(
+    thickness_min: Quantity.Length | None = Field(
         None,
         ge=THINNEST_M,
         le=20_000,
         description="Default thickness of its thinnest cloudy pixel, m; that of `[layer]`.",
     )
-    pixel_size_min: Of.Length = Field(0.0, ge=0, description="Smallest distance of points for which it is meant, m.")
-    pixel_size_max: Of.Length = Field(
+    pixel_size_min: Quantity.Length = Field(
+        0.0, ge=0, description="Smallest distance of points for which it is meant, m."
+    )
+    pixel_size_max: Quantity.Length = Field(
         math.inf, gt=0, description="Largest distance of points for which it is meant, m."
     )
 
 
-_Thickness = Annotated[Of.Number, Field(ge=0)]
+_Thickness = Annotated[Quantity.Number, Field(ge=0)]
 
 
 class PublishedThickness(ScenarioSection):
@@ -148,7 +154,7 @@ class CloudType(ScenarioSection):
     title: str
     description: str
     source: str
-    pixel_size_max: Of.Length | None = Field(
+    pixel_size_max: Quantity.Length | None = Field(
         None, gt=0, description="Largest pixel size for which `[fractal]` is meant, m; `hcss plan` warns beyond it."
     )
     layer: TypeLayer

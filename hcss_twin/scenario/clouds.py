@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem
 from hcss_twin.core.units import ParticleRadius, WaterContent, quantity_or_word
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.scenario.section_types import (
     LARGEST_UM,
     MAX_WATER_KG_M3,
@@ -31,7 +31,7 @@ class OpticsSection(ScenarioSection):
 
 
 CloudTemperature = Annotated[
-    Annotated[Of.Temperature, Field(ge=150, le=350)] | Literal["climatology"],
+    Annotated[Quantity.Temperature, Field(ge=150, le=350)] | Literal["climatology"],
     BeforeValidator(quantity_or_word("temperature", 150.0, 350.0, "climatology", above="350")),
 ]
 
@@ -40,7 +40,7 @@ class Layer(ScenarioSection):
     """One cloud layer."""
 
     type: str = Field("stratus", description="Cloud type: catalog name or TOML file.")
-    coverage: Of.Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels.")
+    coverage: Quantity.Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels.")
     coverage_mode: Literal["frame", "field"] | None = Field(
         None,
         description='"frame": exactly this coverage in every frame; "field": one threshold for the unbounded sky, '
@@ -48,7 +48,7 @@ class Layer(ScenarioSection):
         'else "frame". '
         "`hcss plan` warns about generators that may ignore it.",
     )
-    edge_taper: Of.Fraction = Field(
+    edge_taper: Quantity.Fraction = Field(
         0.0,
         ge=0,
         le=1,
@@ -56,14 +56,14 @@ class Layer(ScenarioSection):
         "printed. `imagery` refuses it.",
     )
     generator: str = Field("fractal", description="Cloud generator (see `hcss plugins`).")
-    base: Of.Length | None = Field(
+    base: Quantity.Length | None = Field(
         None,
         ge=0,
         le=20_000,
         description="Altitude of the base, m; default: that of the type, as for all keys below without a default.",
     )
-    top: Of.Length | None = Field(None, ge=THINNEST_M, le=20_000, description="Altitude of the highest top, m.")
-    thickness_min: Of.Length | None = Field(
+    top: Quantity.Length | None = Field(None, ge=THINNEST_M, le=20_000, description="Altitude of the highest top, m.")
+    thickness_min: Quantity.Length | None = Field(
         None, ge=THINNEST_M, le=20_000, description="Thickness of the thinnest cloudy pixel, m."
     )
     anchor: Literal["base", "top"] | None = Field(None, description="Side of a thin cloud that stays at its altitude.")
@@ -76,7 +76,7 @@ class Layer(ScenarioSection):
     effective_radius: ParticleRadius | None = Field(
         None, ge=SMALLEST_UM, le=LARGEST_UM, description="Area-weighted mean radius of the particles, um."
     )
-    effective_variance: Of.Number | None = Field(
+    effective_variance: Quantity.Number | None = Field(
         None, ge=NARROWEST, le=WIDEST, description="Relative variance of the area-weighted distribution of radii."
     )
     water_content: WaterContent | None = Field(
@@ -85,10 +85,10 @@ class Layer(ScenarioSection):
         le=1000.0 * MAX_WATER_KG_M3,
         description="Mass of particles per volume of cloud, g m-3.",
     )
-    wind_speed: Of.Speed | None = Field(
+    wind_speed: Quantity.Speed | None = Field(
         None, ge=0, le=150, description="Wind at this layer, m/s; default: `motion.wind_speed`."
     )
-    wind_from: Of.Angle | None = Field(
+    wind_from: Quantity.Angle | None = Field(
         None,
         ge=0,
         lt=360,

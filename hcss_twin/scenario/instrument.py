@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import Problem
 from hcss_twin.core.units import UNITS, parse_quantity
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.models.sensor.parameters import OF_PHOTONS, RadiometerKeys, RadiometerParameters
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.problems import read_model
@@ -46,19 +46,21 @@ _PixelsOrAngle = Annotated[float | str, BeforeValidator(_pixels_or_angle)]
 class Instrument(RadiometerKeys):
     """Optics, detector and read-out. The keys of the sensor model `radiometer` are keys of the instrument, too."""
 
-    rows: Of.Whole | None = Field(None, ge=1, le=16384, description="Rows of the detector.")
-    columns: Of.Whole | None = Field(None, ge=1, le=16384, description="Columns of the detector.")
-    focal_length: Of.InstrumentLength | None = Field(
+    rows: Quantity.Whole | None = Field(None, ge=1, le=16384, description="Rows of the detector.")
+    columns: Quantity.Whole | None = Field(None, ge=1, le=16384, description="Columns of the detector.")
+    focal_length: Quantity.InstrumentLength | None = Field(
         None,
         ge=1e-4,
         le=1000,
         description="Focal length, m; follows from f_number and aperture_diameter, or detector_pitch and pixel_angle.",
     )
-    detector_pitch: Of.InstrumentLength | None = Field(
+    detector_pitch: Quantity.InstrumentLength | None = Field(
         None, ge=1e-7, le=0.01, description="Distance between detectors, m; follows from focal_length and pixel_angle."
     )
-    f_number: Of.Number | None = Field(None, ge=0.5, le=1000, description="Focal length over diameter of the aperture.")
-    cold_shield: Of.Number | None = Field(
+    f_number: Quantity.Number | None = Field(
+        None, ge=0.5, le=1000, description="Focal length over diameter of the aperture."
+    )
+    cold_shield: Quantity.Number | None = Field(
         None,
         ge=0.5,
         le=500,

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from hcss_twin.core.units import Accuracy, quantity_or_word
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.scenario.atmosphere import Atmosphere
 from hcss_twin.scenario.bands import Bands
 from hcss_twin.scenario.clouds import Clouds, OpticsSection
@@ -30,15 +30,15 @@ from hcss_twin.scenario.sensor import SensorSection
 class PlaceSection(ScenarioSection):
     """Centre of the image at the start."""
 
-    latitude: Of.Angle = Field(ge=-90, le=90, description="Latitude, degrees north.")
-    longitude: Of.Angle = Field(ge=-180, le=360, description="Longitude, degrees east.")
+    latitude: Quantity.Angle = Field(ge=-90, le=90, description="Latitude, degrees north.")
+    longitude: Quantity.Angle = Field(ge=-180, le=360, description="Longitude, degrees east.")
 
 
 class ViewSection(ScenarioSection):
     """Direction from the surface point to the sensor."""
 
-    zenith: Of.Angle = Field(0.0, ge=0, le=85, description="Zenith angle at the surface point, degrees.")
-    azimuth: Of.Angle = Field(
+    zenith: Quantity.Angle = Field(0.0, ge=0, le=85, description="Zenith angle at the surface point, degrees.")
+    azimuth: Quantity.Angle = Field(
         0.0, ge=0, lt=360, description="Bearing from the surface point toward the sensor, degrees."
     )
 
@@ -50,10 +50,10 @@ MAX_PIXELS = 100_000
 class ImageSection(ScenarioSection):
     """Shape and sampling of one frame: x along columns (east), y along rows (north)."""
 
-    rows: Of.Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of rows (y).")
-    columns: Of.Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of columns (x).")
-    pixel_size: Of.Length = Field(20.0, ge=1e-3, le=100_000, description="Side of the square ground pixel, m.")
-    samples_per_pixel: Of.Whole = Field(
+    rows: Quantity.Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of rows (y).")
+    columns: Quantity.Whole = Field(800, ge=1, le=MAX_PIXELS, description="Number of columns (x).")
+    pixel_size: Quantity.Length = Field(20.0, ge=1e-3, le=100_000, description="Side of the square ground pixel, m.")
+    samples_per_pixel: Quantity.Whole = Field(
         1,
         ge=1,
         le=64,
@@ -76,15 +76,15 @@ class ImageSection(ScenarioSection):
 class Frames(ScenarioSection):
     """The time series."""
 
-    count: Of.Whole = Field(8, ge=1, le=1_000_000, description="Number of frames.")
-    interval: Of.Duration = Field(1.0, gt=0, le=1e6, description="Time between frames, s.")
-    first: Of.Whole = Field(
+    count: Quantity.Whole = Field(8, ge=1, le=1_000_000, description="Number of frames.")
+    interval: Quantity.Duration = Field(1.0, gt=0, le=1e6, description="Time between frames, s.")
+    first: Quantity.Whole = Field(
         0, ge=0, le=10_000_000, description="Number of the first frame; frame n is at start + n x interval."
     )
 
 
 EvolutionTime = Annotated[
-    Of.Duration | Literal["frozen", "by-scale"],
+    Quantity.Duration | Literal["frozen", "by-scale"],
     BeforeValidator(quantity_or_word("duration", 1e-3, 1e12, "frozen", "by-scale", above="'frozen'")),
 ]
 
@@ -97,8 +97,10 @@ class MotionSection(ScenarioSection):
         description="Ground speed of the footprint toward +x (east), m/s, -1e5 to 1e5, or "
         '"orbit": that of a circular orbit at `platform.altitude`.',
     )
-    wind_speed: Of.Speed = Field(10.0, ge=0, le=150, description="Wind at the clouds, m/s.")
-    wind_from: Of.Angle = Field(270.0, ge=0, lt=360, description="Bearing the wind at the clouds comes from, degrees.")
+    wind_speed: Quantity.Speed = Field(10.0, ge=0, le=150, description="Wind at the clouds, m/s.")
+    wind_from: Quantity.Angle = Field(
+        270.0, ge=0, lt=360, description="Bearing the wind at the clouds comes from, degrees."
+    )
     evolution_time: EvolutionTime = Field(
         "by-scale",
         description='Time in which the largest cloud structures change, s, 0.001 to 1e12, "frozen", or "by-scale": '
@@ -126,19 +128,21 @@ class Sea(ScenarioSection):
     """The sea surface."""
 
     model: str = Field("rough-sea", description="Sea model (see `hcss plugins`).")
-    temperature: Of.Temperature | None = Field(
+    temperature: Quantity.Temperature | None = Field(
         None, ge=260, le=330, description="Skin temperature, K; default: climatology for place and date."
     )
-    wind_speed: Of.Speed | None = Field(
+    wind_speed: Quantity.Speed | None = Field(
         None, ge=0, le=60, description="Wind speed at 10 m, m/s; default: climatology for place and date."
     )
-    wind_from: Of.Angle = Field(270.0, ge=0, lt=360, description="Bearing the wind over the sea comes from, degrees.")
+    wind_from: Quantity.Angle = Field(
+        270.0, ge=0, lt=360, description="Bearing the wind over the sea comes from, degrees."
+    )
     waves: Switch = Field(
         "auto",
         description='Waves longer than two pixels: "on": as shapes, in clear pixels; "off": statistical, the plan '
         'bounds the error; "auto": as shapes if they matter at this accuracy and the model can.',
     )
-    temperature_texture: Of.Number | None = Field(
+    temperature_texture: Quantity.Number | None = Field(
         None,
         ge=0,
         le=3,
@@ -166,7 +170,7 @@ class Radiance(ScenarioSection):
         "uniform",
         description='Extinction in a cloud for `light`; "adiabatic": as the power 2/3 of the height above its base.',
     )
-    light_accuracy: Of.Fraction | None = Field(
+    light_accuracy: Quantity.Fraction | None = Field(
         None, gt=0, le=1, description="Error of `light` to choose it by, or to note (rms over pixels, relative)."
     )
 
@@ -214,8 +218,8 @@ class OutputSection(ScenarioSection):
         description="`[[output.derived]]` with `provider` and `parameters`: variables of plugins. Request "
         "them by name.",
     )
-    compression: Of.Whole = Field(0, ge=0, le=9, description="zlib level; 0: uncompressed, fastest.")
-    quantization: Of.Fraction = Field(
+    compression: Quantity.Whole = Field(0, ge=0, le=9, description="zlib level; 0: uncompressed, fastest.")
+    quantization: Quantity.Fraction = Field(
         0.0,
         ge=0,
         le=0.05,
@@ -228,7 +232,7 @@ class OutputSection(ScenarioSection):
         "(CF `scale_factor`), in steps of at most 0.6 x accuracy in every band; half the bytes. Radiance that such "
         "steps do not fit stays in single precision.",
     )
-    certificate: Of.Whole = Field(
+    certificate: Quantity.Whole = Field(
         24, ge=0, le=3000, description="Random pixels recomputed without tables to certify the accuracy; 0: none."
     )
     store_inputs: bool = Field(
@@ -242,7 +246,7 @@ class ScenarioModel(ScenarioSection):
     """A whole scenario file."""
 
     title: str = Field("", max_length=200, description="Title of the cube.")
-    seed: Of.Whole = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
+    seed: Quantity.Whole = Field(0, ge=0, lt=2**63, description="Seed of every random choice.")
     accuracy: Accuracy = Field(
         1e-3,
         description="Allowed error of the engine: a fraction of the band radiance (1e-6 to 0.1), or text with %, K or "

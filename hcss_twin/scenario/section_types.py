@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.core.units import quantity_or_word
 from hcss_twin.physics.viewing import GEOSTATIONARY_M
 
@@ -121,7 +121,7 @@ def _refused(value: object, why: str) -> PydanticCustomError:
 Instant = Annotated[AwareDatetime, BeforeValidator(parse_instant)]
 
 
-Range = tuple[Of.Whole, Of.Whole]
+Range = tuple[Quantity.Whole, Quantity.Whole]
 
 
 class ImageWindow(ScenarioSection):
@@ -165,7 +165,7 @@ FASTEST_M_S = 1e5
 
 
 PlatformSpeed = Annotated[
-    Of.Speed | Literal["orbit"],
+    Quantity.Speed | Literal["orbit"],
     BeforeValidator(quantity_or_word("speed", -FASTEST_M_S, FASTEST_M_S, ORBIT, above=f"{FASTEST_M_S:g}")),
 ]
 """Speed of the footprint, m/s, or ``"orbit"``, which loading replaces by the speed."""
@@ -178,26 +178,26 @@ class Platform(ScenarioSection):
     they agree within 0.1 degrees or 5 %.
     """
 
-    altitude: Of.Length | None = Field(
+    altitude: Quantity.Length | None = Field(
         None, ge=LOWEST_M, le=HIGHEST_M, description="Altitude above the ellipsoid, m; the other keys need it."
     )
-    off_nadir: Of.Angle | None = Field(
+    off_nadir: Quantity.Angle | None = Field(
         None,
         ge=0,
         lt=90,
         description="Angle at the sensor between nadir and image centre, degrees; replaces `view.zenith`.",
     )
-    longitude: Of.Angle | None = Field(
+    longitude: Quantity.Angle | None = Field(
         None,
         ge=-180,
         le=360,
         description="Longitude below a geostationary sensor, degrees east; replaces `view.zenith` and `view.azimuth`. "
         "`altitude` is then 35786 km if it is not given.",
     )
-    focal_length: Of.InstrumentLength | None = Field(
+    focal_length: Quantity.InstrumentLength | None = Field(
         None, gt=0, le=100, description="Focal length, m; with detector_pitch it replaces `image.pixel_size`."
     )
-    detector_pitch: Of.InstrumentLength | None = Field(
+    detector_pitch: Quantity.InstrumentLength | None = Field(
         None, gt=0, le=0.01, description="Distance between detectors, m; with focal_length."
     )
     mode: Literal["staring", "push-broom"] | None = Field(

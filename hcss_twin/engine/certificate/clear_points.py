@@ -183,8 +183,8 @@ def _on_curve(plan: Plan, points: Sequence[ClearPoint], references: References) 
             spectra = spectra_of(fine.model, settings, grid.wavenumber_cm1, cloudless)[:, 0]
             return np.asarray(spectra @ grid.weights_cm1.T)
 
-        same = [warmer.size * [each] for each in (sun, view)]
-        known = references.shared(plan, compute, warmer, *same, "mean clear columns")
+        suns, views = warmer.size * [sun], warmer.size * [view]
+        known = references.shared(plan, compute, warmer, suns, views, "mean clear columns")
         rows = [row for row, point in enumerate(points) if (point.sun, point.view) == (sun, view)]
         places = np.array([points[row].perturbation[0] for row in rows]) / REACH
         result[rows] = np.tensordot(quadrature.weights(ORDER, places), known, 1)

@@ -7,14 +7,14 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 
 _EACH = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 FARTHEST_M = 1e8
 """Greatest distance of a source from the image centre along an axis: more than twice round the Earth."""
 
-_Speed = Annotated[Of.Speed, Field(ge=-1e5, le=1e5)]
+_Speed = Annotated[Quantity.Speed, Field(ge=-1e5, le=1e5)]
 
 
 class Track(BaseModel):
@@ -22,13 +22,13 @@ class Track(BaseModel):
 
     model_config = _EACH
 
-    x: Of.Length = Field(
+    x: Quantity.Length = Field(
         0.0, ge=-FARTHEST_M, le=FARTHEST_M, description="Metres east of the image centre, both at the start."
     )
-    y: Of.Length = Field(
+    y: Quantity.Length = Field(
         0.0, ge=-FARTHEST_M, le=FARTHEST_M, description="Metres north of the image centre, both at the start."
     )
-    altitude: Of.Length = Field(0.0, ge=0, le=1e6, description="Metres above the sea, at the start.")
+    altitude: Quantity.Length = Field(0.0, ge=0, le=1e6, description="Metres above the sea, at the start.")
     velocity: tuple[_Speed, _Speed, _Speed] = Field((0.0, 0.0, 0.0), description="East, north and up, m/s.")
     path: tuple[tuple[float, float, float, float], ...] = Field(
         (),
@@ -40,13 +40,13 @@ class Track(BaseModel):
         description="Of a plume, which hides nothing: radiant intensity toward the sensor, W/sr, a number for all "
         "bands, or a table by band.",
     )
-    temperature: Of.Temperature | None = Field(
+    temperature: Quantity.Temperature | None = Field(
         None, gt=0, le=10_000, description="Of a body, which hides what is behind it, K; with area."
     )
-    area: Of.Area | None = Field(
+    area: Quantity.Area | None = Field(
         None, gt=0, le=1e8, description="Of a body, across the line of sight, m2; with temperature."
     )
-    emissivity: Of.Fraction = Field(
+    emissivity: Quantity.Fraction = Field(
         1.0, gt=0, le=1, description="Of a body; it reflects the rest of sunlight and sky as a horizontal diffuser."
     )
 
@@ -94,7 +94,7 @@ class PointSourceParameters(BaseModel):
         "altitude, and `intensity`, `intensity BAND` for each band, or temperature, area and optionally emissivity; "
         "linear between the times of a source, which is absent before and after them.",
     )
-    footprint: Of.Length = Field(
+    footprint: Quantity.Length = Field(
         0.0,
         ge=0,
         le=1e5,

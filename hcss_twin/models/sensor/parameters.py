@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from hcss_twin.core.errors import Problem, ScenarioError, choose_from
 from hcss_twin.core.units import ElectronRate, Electrons, Pixels, parse_quantity
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 
 __all__ = ["OfBands"]
 
@@ -116,15 +116,17 @@ class RadiometerKeys(BaseModel):
         description="Text file with the image of a point on the image's pixels: rows of numbers, the southernmost "
         "first, odd numbers of rows and columns; relative to the scenario, for `hcss sense` to the working folder.",
     )
-    aperture_diameter: Of.InstrumentLength | None = Field(None, gt=0, le=100, description="Of the telescope, m.")
-    pixel_angle: Of.PixelAngle | None = Field(
+    aperture_diameter: Quantity.InstrumentLength | None = Field(None, gt=0, le=100, description="Of the telescope, m.")
+    pixel_angle: Quantity.PixelAngle | None = Field(
         None,
         gt=0,
         le=0.1,
         description="Angle that the side of a pixel subtends, rad: detector pitch over focal length.",
     )
     transmission: _Fraction = Field(1.0, description="Of the optics, above 0 to 1.")
-    integration_time: Of.Duration | None = Field(None, gt=0, le=1e4, description="Integration time of a frame, s.")
+    integration_time: Quantity.Duration | None = Field(
+        None, gt=0, le=1e4, description="Integration time of a frame, s."
+    )
     jitter: Pixels = Field(
         0.0,
         ge=0,
@@ -146,7 +148,7 @@ class RadiometerKeys(BaseModel):
     )
     nedt_temperature: _Scene = Field(300.0, description="Temperature of that black body, K.")
     ner: _Radiance | None = Field(None, description="Standard deviation of the noise as band radiance, W m-2 sr-1.")
-    photon_temperature: Of.Temperature | None = Field(
+    photon_temperature: Quantity.Temperature | None = Field(
         None,
         ge=60,
         le=10_000,
@@ -161,14 +163,14 @@ class RadiometerKeys(BaseModel):
     dark_current: ElectronRate = Field(
         0.0, ge=0, le=1e15, description="Electrons per second and pixel without light; its mean is subtracted."
     )
-    optics_temperature: Of.Temperature | None = Field(
+    optics_temperature: Quantity.Temperature | None = Field(
         None,
         ge=20,
         le=400,
         description="Of the optics, which emit 1 - transmission of a black body; adds electrons as the dark current "
         "does.",
     )
-    housing_temperature: Of.Temperature | None = Field(
+    housing_temperature: Quantity.Temperature | None = Field(
         None, ge=20, le=400, description="Of the housing around the optics, black, which detectors see beside them."
     )
     housing_etendue: float | None = Field(
@@ -183,7 +185,7 @@ class RadiometerKeys(BaseModel):
         description="Change of the offset between two calibrations, steady in time, as change of the temperature of a "
         "black body of nedt_temperature, K.",
     )
-    calibration_cycle: Of.Duration | None = Field(
+    calibration_cycle: Quantity.Duration | None = Field(
         None, gt=0, le=1e7, description="Time between calibrations, the first of which is at the start, s."
     )
     fixed_pattern: Literal["pixel", "row"] = Field(

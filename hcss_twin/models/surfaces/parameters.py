@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 
 _EACH = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -17,7 +17,7 @@ class CoastParameters(BaseModel):
     land: str = Field(
         "land", min_length=1, description="Class of land: land, vegetation, forest, tundra, soil, sand, rock or snow."
     )
-    land_temperature: Of.Temperature | None = Field(
+    land_temperature: Quantity.Temperature | None = Field(
         None, ge=180, le=350, description="Of land, K; default: that of the air at the surface."
     )
 
@@ -38,7 +38,7 @@ class RasterParameters(BaseModel):
     temperature_layer: str | None = Field(
         None, description="Band (from 1) or variable of the temperature, K; default: no field of temperature."
     )
-    temperatures: dict[str, Of.Temperature] = Field(
+    temperatures: dict[str, Quantity.Temperature] = Field(
         default_factory=dict,
         description="Temperature of classes, K, instead of the layer's; default without a layer: that of the sea or of "
         "the air at the surface.",

@@ -192,4 +192,5 @@ def _number(value: float | None) -> str:
 def _grey(image: NDArray[np.uint16]) -> NDArray[np.uint8]:
     """Return an image as 8 bits between its darkest and brightest thousandth."""
     low, high = np.quantile(image, [0.001, 0.999])
-    return np.clip(np.rint((image - low) * (255.0 / max(high - low, 1.0))), 0, 255).astype(np.uint8)
+    grey: NDArray[np.uint8] = np.clip(np.rint((image - low) * (255.0 / max(high - low, 1.0))), 0, 255).astype(np.uint8)
+    return grey

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.providers import Declaration, ElementInputs, ElementPoint, ElementScene, ProviderError, choose_from
 
 
@@ -17,14 +17,14 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    x: Of.Length = Field(0.0, ge=-1e8, le=1e8, description="Start, m east of the image centre.")
-    y: Of.Length = Field(0.0, ge=-1e8, le=1e8, description="Start, m north of the image centre.")
-    altitude: Of.Length = Field(10_000.0, ge=0, le=30_000, description="Start, m above the sea.")
-    speed: Of.Speed = Field(240.0, ge=0, le=1000, description="Over the ground, m/s.")
-    heading: Of.Angle = Field(90.0, ge=0, le=360, description="Degrees clockwise from north.")
-    climb: Of.Speed = Field(0.0, ge=-100, le=100, description="Vertical speed, m/s.")
-    area: Of.Area = Field(150.0, gt=0, le=1e8, description="Of the skin across the line of sight, m2.")
-    skin: Of.Temperature = Field(245.0, gt=0, le=2000, description="Temperature of the skin, a black body, K.")
+    x: Quantity.Length = Field(0.0, ge=-1e8, le=1e8, description="Start, m east of the image centre.")
+    y: Quantity.Length = Field(0.0, ge=-1e8, le=1e8, description="Start, m north of the image centre.")
+    altitude: Quantity.Length = Field(10_000.0, ge=0, le=30_000, description="Start, m above the sea.")
+    speed: Quantity.Speed = Field(240.0, ge=0, le=1000, description="Over the ground, m/s.")
+    heading: Quantity.Angle = Field(90.0, ge=0, le=360, description="Degrees clockwise from north.")
+    climb: Quantity.Speed = Field(0.0, ge=-100, le=100, description="Vertical speed, m/s.")
+    area: Quantity.Area = Field(150.0, gt=0, le=1e8, description="Of the skin across the line of sight, m2.")
+    skin: Quantity.Temperature = Field(245.0, gt=0, le=2000, description="Temperature of the skin, a black body, K.")
     plume: Mapping[str, float] = Field({}, description="Radiant intensity of the plume by band, W/sr; others: none.")
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.plan.rays import Rays
 from hcss_twin.providers import Array
 
@@ -16,12 +16,12 @@ class ConicalScanner(BaseModel):
     """Section ``[conical_scanner]``."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-    altitude: Of.Length = Field(5e5, ge=1e4, le=2e6, description="Height of the platform above a flat sea, m.")
-    zenith: Of.Angle = Field(53.0, gt=0, le=70, description="Zenith angle of all lines of sight, degrees.")
-    half_arc: Of.Angle = Field(20.0, gt=0, le=60, description="Half the arc that a row scans ahead, degrees.")
+    altitude: Quantity.Length = Field(5e5, ge=1e4, le=2e6, description="Height of the platform above a flat sea, m.")
+    zenith: Quantity.Angle = Field(53.0, gt=0, le=70, description="Zenith angle of all lines of sight, degrees.")
+    half_arc: Quantity.Angle = Field(20.0, gt=0, le=60, description="Half the arc that a row scans ahead, degrees.")
     rows: int = Field(32, ge=1, le=4096, description="Arcs of a frame.")
     columns: int = Field(64, ge=2, le=4096, description="Pixels of an arc.")
-    step: Of.Length = Field(1000.0, gt=0, le=1e5, description="Advance of the platform between rows, m.")
+    step: Quantity.Length = Field(1000.0, gt=0, le=1e5, description="Advance of the platform between rows, m.")
 
 
 class ConicalProjection(Rays):

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.providers import Array, Measured, SensorDeclaration, SensorInputs
 
 
@@ -13,7 +13,7 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    delay: Of.Duration = Field(1e-4, ge=0, le=1, description="Time from one row to the next, s.")
+    delay: Quantity.Duration = Field(1e-4, ge=0, le=1, description="Time from one row to the next, s.")
     rows_together: int = Field(1, ge=1, le=4096, description="Rows that are read at once.")
 
 

@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.providers import Array, Declaration, ElementInputs, ElementPixels, ElementScene
 
 
@@ -16,14 +16,14 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    x: Of.Length = Field(0.0, ge=-1e8, le=1e8, description="Start, m east of the image centre.")
-    y: Of.Length = Field(0.0, ge=-1e8, le=1e8, description="Start, m north of the image centre.")
-    length: Of.Length = Field(200.0, gt=0, le=500, description="Of the deck, m.")
-    width: Of.Length = Field(30.0, gt=0, le=100, description="Of the deck, m.")
-    height: Of.Length = Field(15.0, ge=0, le=100, description="Of the deck above the sea, m.")
-    speed: Of.Speed = Field(10.0, ge=0, le=50, description="Over the ground, m/s.")
-    heading: Of.Angle = Field(60.0, ge=0, le=360, description="Degrees clockwise from north.")
-    temperature: Of.Temperature = Field(305.0, gt=0, le=1000, description="Of the deck, a grey body, K.")
+    x: Quantity.Length = Field(0.0, ge=-1e8, le=1e8, description="Start, m east of the image centre.")
+    y: Quantity.Length = Field(0.0, ge=-1e8, le=1e8, description="Start, m north of the image centre.")
+    length: Quantity.Length = Field(200.0, gt=0, le=500, description="Of the deck, m.")
+    width: Quantity.Length = Field(30.0, gt=0, le=100, description="Of the deck, m.")
+    height: Quantity.Length = Field(15.0, ge=0, le=100, description="Of the deck above the sea, m.")
+    speed: Quantity.Speed = Field(10.0, ge=0, le=50, description="Over the ground, m/s.")
+    heading: Quantity.Angle = Field(60.0, ge=0, le=360, description="Degrees clockwise from north.")
+    temperature: Quantity.Temperature = Field(305.0, gt=0, le=1000, description="Of the deck, a grey body, K.")
     emissivity: float = Field(0.9, gt=0, le=1, description="Of the deck; it reflects nothing.")
 
 

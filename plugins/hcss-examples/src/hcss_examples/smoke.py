@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_twin import Scenario
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.providers import (
     Array,
     Catalog,
@@ -27,11 +27,13 @@ class Smoke(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
     optical_depth: float = Field(0.5, gt=0, le=5, description="Absorption optical depth of the thickest column, 1 um.")
-    width: Of.Length = Field(
+    width: Quantity.Length = Field(
         2000.0, gt=0, le=1e6, description="Distance from the axis at which it has fallen to 1/e, m."
     )
-    bearing: Of.Angle = Field(45.0, ge=0, lt=360, description="Direction of the axis, degrees from north.")
-    scale_height: Of.Length = Field(1500.0, gt=0, le=1e4, description="Height over which its density falls to 1/e, m.")
+    bearing: Quantity.Angle = Field(45.0, ge=0, lt=360, description="Direction of the axis, degrees from north.")
+    scale_height: Quantity.Length = Field(
+        1500.0, gt=0, le=1e4, description="Height over which its density falls to 1/e, m."
+    )
 
     @property
     def low(self) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.providers import Declaration, OutputVariable, ProviderError, VariableInputs, choose_from
 
 
@@ -18,7 +18,7 @@ class Parameters(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     bands: tuple[str, str] = Field(("10.3-11.3um", "11.5-12.5um"), description="Names of the two bands.")
-    thin: Of.TemperatureDifference = Field(
+    thin: Quantity.TemperatureDifference = Field(
         2.0, gt=0, le=50, description="Difference from which a pixel counts as thin cloud, K."
     )
 

@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 
 
 class Lowtran7Parameters(BaseModel):
@@ -17,7 +17,7 @@ class Lowtran7Parameters(BaseModel):
         description="Aerosol of the lowest 2 km (IHAZE 0, 4, 1, 5, 6). All but 'none' also bring "
         "LOWTRAN7's tropospheric and background stratospheric aerosol above.",
     )
-    visibility_km: Of.Kilometres | None = Field(
+    visibility_km: Quantity.Kilometres | None = Field(
         None,
         ge=2,
         le=50,

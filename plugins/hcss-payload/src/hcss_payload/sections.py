@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.providers import choose_from
 
 
@@ -27,11 +27,11 @@ def _hours(value: object) -> object:
     raise PydanticCustomError("local_time", 'not a local time; allowed: "00:00" to "23:59" without zone, or hours')
 
 
-LocalTime = Annotated[Of.Number, BeforeValidator(_hours)]
+LocalTime = Annotated[Quantity.Number, BeforeValidator(_hours)]
 """Hours of a time of day."""
 
-Pair = tuple[Of.Number, Of.Number]
-Quaternion = tuple[Of.Number, Of.Number, Of.Number, Of.Number]
+Pair = tuple[Quantity.Number, Quantity.Number]
+Quaternion = tuple[Quantity.Number, Quantity.Number, Quantity.Number, Quantity.Number]
 
 
 class Section(BaseModel):
@@ -43,10 +43,10 @@ class Section(BaseModel):
 class CameraSection(Section):
     """Detector and lens of a camera; needs `[orbit]`."""
 
-    rows: Of.Whole = Field(ge=1, le=16384, description="Rows of the detector; the first is the upper one.")
-    columns: Of.Whole = Field(ge=1, le=16384, description="Columns of the detector.")
-    focal_length: Of.InstrumentLength = Field(ge=1e-4, le=1000, description="Focal length, m.")
-    detector_pitch: Of.InstrumentLength = Field(ge=1e-7, le=0.01, description="Distance between detectors, m.")
+    rows: Quantity.Whole = Field(ge=1, le=16384, description="Rows of the detector; the first is the upper one.")
+    columns: Quantity.Whole = Field(ge=1, le=16384, description="Columns of the detector.")
+    focal_length: Quantity.InstrumentLength = Field(ge=1e-4, le=1000, description="Focal length, m.")
+    detector_pitch: Quantity.InstrumentLength = Field(ge=1e-7, le=0.01, description="Distance between detectors, m.")
     principal_point: Pair | None = Field(
         None, description="[row, column] of the optical axis; default: the middle of the detector."
     )
@@ -55,20 +55,20 @@ class CameraSection(Section):
     mounting: Quaternion = Field(
         (0.0, 0.0, 0.0, 1.0), description="Quaternion x, y, z, w that turns vectors of the camera into the body's."
     )
-    integration_time: Of.Duration | None = Field(
+    integration_time: Quantity.Duration | None = Field(
         None,
         ge=0,
         le=100,
         description="Time over which pixels see the moving scene, around that of the frame, s; default: that of "
         "[sensor], if motion smears what it measures.",
     )
-    line_time: Of.Duration = Field(
+    line_time: Quantity.Duration = Field(
         0.0,
         ge=-1,
         le=1,
         description="Rolling shutter: time from one row to the next, s; negative: from the last row on.",
     )
-    points: Of.Whole | None = Field(
+    points: Quantity.Whole | None = Field(
         None,
         ge=1,
         le=16,
@@ -126,14 +126,14 @@ class OrbitSection(_ByProvider):
         description='"circular", "sun-synchronous", "geostationary", "tle", "omm", "oem", "table", or one of another '
         "package.",
     )
-    altitude: Of.Length | None = Field(
+    altitude: Quantity.Length | None = Field(
         None, ge=1e5, le=1e8, description="circular, sun-synchronous: above the equatorial radius, m."
     )
-    inclination: Of.Angle | None = Field(None, ge=0, le=180, description="circular: inclination, degrees.")
-    node_longitude: Of.Angle | None = Field(
+    inclination: Quantity.Angle | None = Field(None, ge=0, le=180, description="circular: inclination, degrees.")
+    node_longitude: Quantity.Angle | None = Field(
         None, ge=-360, le=360, description="circular: longitude of the ascending node at the epoch, degrees."
     )
-    argument: Of.Angle | None = Field(
+    argument: Quantity.Angle | None = Field(
         None,
         ge=-360,
         le=360,
@@ -144,7 +144,7 @@ class OrbitSection(_ByProvider):
         description="circular, sun-synchronous: [latitude, longitude] that the orbit passes, in place of node and "
         "argument.",
     )
-    above_time: Of.Duration | None = Field(
+    above_time: Quantity.Duration | None = Field(
         None, ge=-1e6, le=1e6, description="circular: when it does so, s after the epoch; default 0."
     )
     direction: Literal["ascending", "descending"] | None = Field(
@@ -165,7 +165,7 @@ class OrbitSection(_ByProvider):
         description="circular, sun-synchronous: instant with zone from which node, argument and above_time count; "
         "default: the start.",
     )
-    longitude: Of.Angle | None = Field(
+    longitude: Quantity.Angle | None = Field(
         None, ge=-180, le=360, description="geostationary: of the satellite, degrees east."
     )
     lines: tuple[str, ...] | None = Field(
@@ -176,7 +176,7 @@ class OrbitSection(_ByProvider):
         description="tle, omm: file with two lines, or a mean-elements message (text, XML, JSON, CSV); oem: ephemeris "
         "message (text, XML); table: CSV with time_s, x_m, y_m, z_m (ITRF).",
     )
-    dut1: Of.Duration | None = Field(
+    dut1: Quantity.Duration | None = Field(
         None, ge=-1, le=1, description="tle, omm, oem in frames that do not turn: UT1 - UTC, s; default 0."
     )
     pole: Pair | None = Field(
@@ -225,17 +225,17 @@ class AttitudeSection(_ByProvider):
     provider: str = Field(
         "nadir", description='"nadir", "track", "push-broom", "aem", "table", or one of another package.'
     )
-    latitude: Of.Angle | None = Field(
+    latitude: Quantity.Angle | None = Field(
         None, ge=-90, le=90, description="track: of the place, degrees north; default: that of [place]."
     )
-    longitude: Of.Angle | None = Field(
+    longitude: Quantity.Angle | None = Field(
         None, ge=-180, le=360, description="track: of the place, degrees east; default: that of [place]."
     )
-    altitude: Of.Length | None = Field(None, ge=-500, le=1e5, description="track: of the place, m; default 0.")
-    roll: Of.Angle | None = Field(
+    altitude: Quantity.Length | None = Field(None, ge=-500, le=1e5, description="track: of the place, m; default 0.")
+    roll: Quantity.Angle | None = Field(
         None, ge=-180, le=180, description="push-broom: positive looks to the right, degrees."
     )
-    pitch: Of.Angle | None = Field(None, ge=-180, le=180, description="push-broom: toward the motion, degrees.")
+    pitch: Quantity.Angle | None = Field(None, ge=-180, le=180, description="push-broom: toward the motion, degrees.")
     file: str | None = Field(
         None, description="aem: CCSDS message; table: CSV with time_s, x, y, z, w from the body to ITRF."
     )
@@ -258,21 +258,23 @@ class AttitudeSection(_ByProvider):
 class JitterLineSection(Section):
     """One vibration."""
 
-    frequency: Of.Frequency = Field(ge=0, le=1e5, description="Frequency, Hz.")
-    amplitude: tuple[Of.Angle, Of.Angle, Of.Angle] = Field(description="Around x, y and z of the body, degrees.")
-    phase: Of.Angle = Field(0.0, ge=-360, le=360, description="At the start, degrees.")
+    frequency: Quantity.Frequency = Field(ge=0, le=1e5, description="Frequency, Hz.")
+    amplitude: tuple[Quantity.Angle, Quantity.Angle, Quantity.Angle] = Field(
+        description="Around x, y and z of the body, degrees."
+    )
+    phase: Quantity.Angle = Field(0.0, ge=-360, le=360, description="At the start, degrees.")
 
 
 class JitterSection(Section):
     """Small turns of the body: a power-law spectrum and lines."""
 
-    rms: tuple[Of.Angle, Of.Angle, Of.Angle] = Field(
+    rms: tuple[Quantity.Angle, Quantity.Angle, Quantity.Angle] = Field(
         (0.0, 0.0, 0.0), description='Root mean square around x, y and z, degrees or text ("20 urad"), without lines.'
     )
-    lowest: Of.Frequency = Field(0.1, gt=0, le=1e5, description="Lower limit of the spectrum, Hz.")
-    highest: Of.Frequency = Field(100.0, gt=0, le=1e5, description="Upper limit of the spectrum, Hz.")
-    exponent: Of.Number = Field(2.0, ge=-2, le=6, description="Power spectral density falls as f^-exponent.")
+    lowest: Quantity.Frequency = Field(0.1, gt=0, le=1e5, description="Lower limit of the spectrum, Hz.")
+    highest: Quantity.Frequency = Field(100.0, gt=0, le=1e5, description="Upper limit of the spectrum, Hz.")
+    exponent: Quantity.Number = Field(2.0, ge=-2, le=6, description="Power spectral density falls as f^-exponent.")
     lines: tuple[JitterLineSection, ...] = Field((), max_length=100, description="Vibrations of single frequencies.")
-    seed: Of.Whole | None = Field(
+    seed: Quantity.Whole | None = Field(
         None, ge=0, lt=2**63, description="Seed of the phases; default: that of the scenario."
     )

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_payload.stages.random_numbers import uniform
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.models.sensor.noise import Noise
 from hcss_twin.providers import Array, Measured, Problem, ScenarioError, SensorDeclaration, SensorInputs
 
@@ -17,12 +17,16 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    dead: Of.Fraction = Field(1e-3, ge=0, le=0.3, description="Share of pixels that always give the same radiance.")
+    dead: Quantity.Fraction = Field(
+        1e-3, ge=0, le=0.3, description="Share of pixels that always give the same radiance."
+    )
     dead_radiance: float = Field(0.0, ge=0, description="This radiance, W m-2 sr-1.")
-    hot: Of.Fraction = Field(0.0, ge=0, le=0.3, description="Share of pixels with an offset.")
-    blinking: Of.Fraction = Field(0.0, ge=0, le=0.3, description="Share of pixels with an offset half of the time.")
+    hot: Quantity.Fraction = Field(0.0, ge=0, le=0.3, description="Share of pixels with an offset.")
+    blinking: Quantity.Fraction = Field(
+        0.0, ge=0, le=0.3, description="Share of pixels with an offset half of the time."
+    )
     offset_radiance: float = Field(0.0, ge=0, description="This offset, W m-2 sr-1.")
-    dwell_time: Of.Duration = Field(
+    dwell_time: Quantity.Duration = Field(
         1.0, gt=0, le=1e6, description="Mean time between two changes of a blinking pixel, s."
     )
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from hcss_payload.stages.random_numbers import pixel_key, row_key
 from hcss_twin.core.kernels import kernel
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.models.sensor.noise import Noise
 from hcss_twin.models.sensor.parameters import OfBands
 from hcss_twin.providers import Array, Measured, Problem, ScenarioError, SensorDeclaration, SensorInputs
@@ -27,8 +27,8 @@ class Parameters(BaseModel):
     rms_radiance: Annotated[float | dict[str, float], OfBands.within(0.0, 1e9)] = Field(
         description="Rms of the 1/f noise, W m-2 sr-1; one number or a table by band."
     )
-    lowest: Of.Frequency = Field(1e-3, gt=0, le=1e4, description="Lowest frequency of the noise, Hz.")
-    highest: Of.Frequency = Field(10.0, gt=0, le=1e5, description="Highest frequency, Hz.")
+    lowest: Quantity.Frequency = Field(1e-3, gt=0, le=1e4, description="Lowest frequency of the noise, Hz.")
+    highest: Quantity.Frequency = Field(10.0, gt=0, le=1e5, description="Highest frequency, Hz.")
     exponent: float = Field(1.0, ge=0, le=3, description="Of the power spectral density, f^-exponent.")
     detectors: Literal["pixel", "row", "column", "frame"] = Field(
         "pixel", description="What has noise of its own; columns are the amplifiers of most readout circuits."

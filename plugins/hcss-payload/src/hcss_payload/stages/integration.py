@@ -7,7 +7,7 @@ import math
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.providers import Array, Measured, Points, Problem, ScenarioError, SensorDeclaration, SensorInputs
 
 _STEPS_PER_PIXEL = 8
@@ -19,14 +19,14 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    integration_time: Of.Duration = Field(
+    integration_time: Quantity.Duration = Field(
         1e-3, gt=0, le=100, description="Integration time around that of the frame, s."
     )
     exposures: int | None = Field(
         None, ge=1, le=256, description="Instants of it; default: two for each pixel of smear by the platform, or one."
     )
     stages: int = Field(1, ge=1, le=128, description="Lines whose charges are added while they follow the scene (TDI).")
-    line_time: Of.Duration = Field(
+    line_time: Quantity.Duration = Field(
         0.0,
         ge=0,
         le=100,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 from hcss_twin.providers import Array, Measured, SensorDeclaration, SensorInputs
 
 
@@ -14,10 +14,12 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    veil: Of.Fraction = Field(
+    veil: Quantity.Fraction = Field(
         0.01, ge=0, le=0.5, description="Share of the light that is spread evenly over the image."
     )
-    ghost: Of.Fraction = Field(0.0, ge=0, le=0.5, description="Share that two reflections bring to the opposite pixel.")
+    ghost: Quantity.Fraction = Field(
+        0.0, ge=0, le=0.5, description="Share that two reflections bring to the opposite pixel."
+    )
 
 
 class StrayLight:

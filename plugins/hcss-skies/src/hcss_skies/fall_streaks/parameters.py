@@ -2,7 +2,7 @@
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from hcss_twin.core.units import QuantityParser as Of
+from hcss_twin.core.units import QuantityParser as Quantity
 
 
 class FallStreakParameters(BaseModel):
@@ -16,7 +16,7 @@ class FallStreakParameters(BaseModel):
         le=0.1,
         description="Change of the wind with height inside the layer, 1/s: streaks are carried by it.",
     )
-    shear_from: Of.Angle | None = Field(
+    shear_from: Quantity.Angle | None = Field(
         None,
         ge=0.0,
         lt=360.0,
@@ -24,14 +24,14 @@ class FallStreakParameters(BaseModel):
         "streaks trail that way. Default: where the clouds come from (270 without wind), turned by -90 to 90 degrees "
         "as the seed decides.",
     )
-    turning: Of.Angle = Field(
+    turning: Quantity.Angle = Field(
         50.0,
         ge=-180.0,
         le=180.0,
         description="By which the shear turns clockwise from the layer's top to its base, degrees: hooks.",
     )
-    fall_speed: Of.Speed = Field(0.6, ge=0.05, le=5.0, description="Fall speed of the ice that is seen, m/s.")
-    outer_scale: Of.Kilometres = Field(
+    fall_speed: Quantity.Speed = Field(0.6, ge=0.05, le=5.0, description="Fall speed of the ice that is seen, m/s.")
+    outer_scale: Quantity.Kilometres = Field(
         50.0,
         ge=1.0,
         le=1000.0,
