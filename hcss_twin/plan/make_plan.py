@@ -110,7 +110,7 @@ def make_plan(
         again = partial(make_plan, keeps_results=keeps_results, shelf=catalog.shelf, family=family, rays=rays)
         with stage("planning"):
             plan = _make_plan(scenario, catalog, family, rays(scenario, catalog))
-        return replace(plan, anew=again)
+        return replace(plan, replan=again)
     except ScenarioError as error:
         typed = [Problem(_key_of_instrument(scenario, each.field), each.message) for each in error.problems]
         raise ScenarioError(typed, scenario.origin) from error

@@ -156,7 +156,7 @@ class Plan:
         Effects of other packages that differ from place to place.
     air_by_place : tuple of AirByPlace
         Places whose air has tables, for rays that form no grid on the ground.
-    anew : callable or None
+    replan : callable or None
         Plans another scenario with the same options.
     """
 
@@ -195,7 +195,7 @@ class Plan:
     light: PlannedLight = COLUMNS
     point_effects: tuple[PlannedPointEffect, ...] = ()
     air_by_place: tuple[AirByPlace, ...] = ()
-    anew: Callable[[Scenario], Plan] | None = field(default=None, compare=False)
+    replan: Callable[[Scenario], Plan] | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         """Return the plan in a few lines, instead of all its parts."""
@@ -275,8 +275,8 @@ class Plan:
             raise
         assembly = before.redrawn(drawing, drawn, builder)
         if not self._serves(assembly, drawn.slant):
-            assert self.anew is not None
-            return self.anew(scenario)
+            assert self.replan is not None
+            return self.replan(scenario)
         probe_last_frame(assembly, float(self.frame_times_s[-1]))
         sensor = self.sensor
         if scenario.sensor is not None:
