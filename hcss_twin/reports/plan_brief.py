@@ -123,11 +123,11 @@ def _details(plan: Plan) -> Rows:
     place, when = plan.scenario.place, plan.scenario.time.isoformat(" ", "minutes")
     where = f"{abs(place.latitude):g} {'NS'[place.latitude < 0]} {abs(place.longitude):g} {'EW'[place.longitude < 0]}"
     yield "scene", f"{where}, {when}, {_sun(plan)}; view zenith {plan.view.zenith_deg:.3g} deg"
+    yield from _clouds(plan)
     if plan.needs_radiance:
         checked = PixelSample(plan).size
         certificate = f"checked in {checked} random pixels" if checked else "NOT CHECKED: output.certificate is 0"
         yield "accuracy", f"{plan.accuracy} (numerical error, not that of the models), {certificate}"
-    yield from _clouds(plan)
     if plan.needs_radiance:
         waves = "resolved waves" if plan.waves.varies else "statistical waves"
         speed = f"wind {plan.assembly.sea_wind_speed_m_s:.3g} m/s"
