@@ -1,6 +1,8 @@
 """Passes against Skyfield, and what commands and refusals tell of them."""
 
 import json
+import re
+import sys
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -9,6 +11,7 @@ from camera_scenes import PASS, STARING, scenario
 from click.testing import CliRunner
 from hcss_payload import EarthOrientation, Geostationary, PositionTable, TwoLineElements
 from hcss_payload.camera_rays import make_rays
+from hcss_payload.checks import PayloadError
 from hcss_payload.passes import direction_deg, find_passes
 from hcss_payload.passes_command import passes
 from hcss_payload.sun_synchronous import sun_synchronous
@@ -126,3 +129,10 @@ def test_the_command_lists_passes_as_text_and_as_json(tmp_path):
     assert all(one["elevation_deg"] > 15.0 for one in listed)
     none = CliRunner().invoke(passes, [str(path), "--days", "0.001"])
     assert none.stdout.startswith("0 passes above 15 deg")
+
+
+def test_a_missing_package_is_no_sky_without_passes(monkeypatch):
+    monkeypatch.setitem(sys.modules, "sgp4.api", None)
+    orbit = TwoLineElements(*LINES, START, EarthOrientation(0.0))
+    with pytest.raises(PayloadError, match=re.escape("pip install 'hcss-payload[tle]'")):
+        find_passes(orbit, PLACE, START, 0.0, 86400.0)

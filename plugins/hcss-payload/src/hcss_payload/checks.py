@@ -15,6 +15,10 @@ class PayloadError(OptionError):
     """A parameter or file of camera, trajectory, attitude or jitter is not allowed."""
 
 
+class NoStateAtTimeError(PayloadError):
+    """A trajectory or attitude has no state at a time: its table ends, or the satellite has decayed."""
+
+
 def require_within(field: str, value: float, low: float, high: float, unit: str = "") -> None:
     """Raise a :class:`PayloadError` with the closest valid choice unless ``low <= value <= high``."""
     if low <= value <= high:
@@ -63,6 +67,6 @@ def unit_quaternion(field: str, value: Any, *lengths: int | None) -> Array:
 
 
 def require_inside(field: str, time_s: float, times_s: Array) -> None:
-    """Raise a :class:`PayloadError` if a table does not contain a time."""
+    """Raise a :class:`NoStateAtTimeError` if a table does not contain a time."""
     if not times_s[0] <= time_s <= times_s[-1]:
-        raise PayloadError(f"{field}: time {time_s:g} s; the table holds {times_s[0]:g} to {times_s[-1]:g} s")
+        raise NoStateAtTimeError(f"{field}: time {time_s:g} s; the table holds {times_s[0]:g} to {times_s[-1]:g} s")

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from hcss_payload.checks import PayloadError
+from hcss_payload.checks import NoStateAtTimeError, PayloadError
 from hcss_payload.earth import EARTH_M3_S2, MEAN_EARTH_RADIUS_M, OBLATENESS, SEMI_MAJOR_AXIS_M, SEMI_MINOR_AXIS_M
 from hcss_payload.earth_rotation import EARTH_RATE_RAD_S
 from hcss_payload.rays import geographic
@@ -225,7 +225,7 @@ def _motion(trajectory: Trajectory, time_s: float, step_s: float) -> tuple[Array
     """Return velocity (m/s) and acceleration (m/s2), (3,), along axes that do not turn; None at the ends of a table."""
     try:
         before, now, after = (_inertial(trajectory, time_s + side * step_s, time_s) for side in (-1.0, 0.0, 1.0))
-    except PayloadError:
+    except NoStateAtTimeError:
         return None
     return (after - before) / (2.0 * step_s), (before - 2.0 * now + after) / step_s**2
 

@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from hcss_payload.checks import PayloadError
+from hcss_payload.checks import NoStateAtTimeError
 from hcss_payload.ray_geometry import LARGEST_ZENITH_DEG
 from hcss_payload.trajectory import Trajectory
 from hcss_twin.physics.geodesy import Ellipsoid
@@ -56,7 +56,7 @@ def direction_deg(trajectory: Trajectory, place_deg: tuple[float, float], time_s
     ground_m: Array = Ellipsoid.to_earth_centred(*place)  # type: ignore[arg-type]
     try:
         away: Array = trajectory.at(time_s) - ground_m
-    except PayloadError:
+    except NoStateAtTimeError:
         return np.nan, np.nan
     east, north, up = (float(axis @ away) for axis in Ellipsoid.east_north_up(*place))  # type: ignore[arg-type]
     return float(np.degrees(np.arctan2(up, np.hypot(east, north)))), float(np.degrees(np.arctan2(east, north)) % 360.0)

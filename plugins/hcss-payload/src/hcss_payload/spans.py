@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-from hcss_payload.checks import PayloadError
+from hcss_payload.checks import NoStateAtTimeError
 from hcss_twin.providers import Array
 
 
@@ -53,4 +53,4 @@ class Spans(Generic[_AnyTable]):
         ]
         spans = ", ".join(f"{first:g} to {last:g} s" for first, last in self.usable_s)
         usable = "" if all(whole) else " between USEABLE_START_TIME and USEABLE_STOP_TIME"
-        raise PayloadError(f"{self.field}: time {time_s:g} s; the table holds {spans}{usable}")
+        raise NoStateAtTimeError(f"{self.field}: time {time_s:g} s; the table holds {spans}{usable}")

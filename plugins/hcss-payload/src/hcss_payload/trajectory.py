@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hcss_payload.checks import PayloadError, ascending, finite, require_inside, require_within
+from hcss_payload.checks import NoStateAtTimeError, PayloadError, ascending, finite, require_inside, require_within
 from hcss_payload.earth import EARTH_M3_S2, OBLATENESS, SEMI_MAJOR_AXIS_M
 from hcss_payload.earth_rotation import EARTH_RATE_RAD_S
 from hcss_twin.physics.geodesy import Ellipsoid
@@ -31,7 +31,7 @@ def velocity_m_s(trajectory: Trajectory, time_s: float, step_s: float = 0.5) -> 
     for side in (-1.0, 1.0):
         try:
             ends.append((time_s + side * step_s, trajectory.at(time_s + side * step_s)))
-        except PayloadError:
+        except NoStateAtTimeError:
             ends.append((time_s, trajectory.at(time_s)))
     (first, before), (last, after) = ends
     if first == last:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_payload.checks import PayloadError, require_utc
+from hcss_payload.checks import NoStateAtTimeError, PayloadError, require_utc
 from hcss_payload.earth import EARTH_M3_S2, SEMI_MAJOR_AXIS_M
 from hcss_payload.earth_rotation import EarthOrientation, days_since_2000
 from hcss_twin.providers import Array
@@ -58,7 +58,7 @@ class Sgp4Orbit:
         error, kilometres, _ = self._satellite.sgp4(2451545.0, days)
         if error:
             why = _SGP4_ERRORS.get(error, "unknown")
-            raise PayloadError(f"trajectory: SGP4 fails {time_s:g} s after the start with error {error}: {why}")
+            raise NoStateAtTimeError(f"trajectory: SGP4 fails {time_s:g} s after the start with error {error}: {why}")
         return self.orientation.earth_fixed(1e3 * np.array(kilometres), days)
 
 
