@@ -165,7 +165,8 @@ def _bands() -> Iterator[str]:
         "wavelength are averaged. It is a fraction of 1, or in percent if the label, percent signs or a peak above"
         " 1.5 say so. Negative values down to 1 % of the peak count as 0, -99 (-999, ...) as no value, and a row "
         "that repeats the one before is not used: all of them are reported with their lines, as are decimal "
-        "commas. "
+        "commas. Rows that neither ascend nor descend throughout, values below that, and rows without a number among "
+        "the others are refused with their line. "
         "`hcss plan` and the notes of the cube state how a file was read, unless its labels are `wavelength_um` and"
         " `response`.\n"
     )

@@ -144,6 +144,9 @@ def test_the_card_states_licence_scale_error_and_splits(whole):
     assert f"at most {largest:.2g} of the total radiance" in card
     for split in ("train", "val", "test"):
         assert (f"| {split} |" in card) == bool(len(Frames(whole, split)))
+    best = [max(target["snr"]) for frame in Frames(whole) for target in frame.labels["targets"]]
+    faint = sum(snr < 3.0 for snr in best)
+    assert f"{len(best)} labels of targets, {faint} of them with an SNR below 3" in card.replace("\n", " ")
 
 
 def test_lines_of_targets_are_those_of_the_frames(whole):

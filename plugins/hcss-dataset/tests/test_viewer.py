@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hcss_dataset import Frames
 from hcss_dataset.make import make_dataset
-from hcss_dataset.viewer import _grey
+from hcss_dataset.viewer import grey
 from PIL import Image
 from sets import keys
 
@@ -35,7 +35,7 @@ def test_each_box_is_drawn_around_its_target_with_north_up(whole):
         assert boxes == [(x - 3, 32 - y - height - 3, width + 6, height + 6) for x, y, width, height in expected]
         picture = re.search(r"base64,([^\"]+)", figure)[1]
         with Image.open(io.BytesIO(base64.b64decode(picture))) as opened:
-            assert np.array_equal(np.array(opened), _grey(frame.image[0])[::-1])
+            assert np.array_equal(np.array(opened), grey(frame.image[0])[::-1])
         assert f'data-split="{frame.labels["split"]}"' in figure
 
 

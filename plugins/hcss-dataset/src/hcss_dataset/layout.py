@@ -13,7 +13,7 @@ from hcss_dataset.distribution import SPLITS
 from hcss_dataset.errors import DatasetError
 from hcss_dataset.images import SUFFIXES
 from hcss_dataset.shards import SHARDS, Layout
-from hcss_dataset.viewer import INDEX, write_viewer
+from hcss_dataset.viewer import FAINT_SNR, INDEX, write_viewer
 from hcss_twin.core.files import Writing
 
 TARGETS, ANNOTATIONS, MOT, CROISSANT, CARD = "targets.jsonl", "annotations", "mot", "croissant.json", "README.md"
@@ -164,7 +164,7 @@ def _mot(layout: Layout) -> None:
 
 def _summary(layout: Layout) -> dict[str, Any]:
     """Return counts and extremes over all frames."""
-    frames, targets, empty = Counter[str](), 0, 0
+    frames, targets, empty, faint = Counter[str](), 0, 0, 0
     skies: dict[str, set[int]] = {split: set() for split in SPLITS}
     error, first = 0.0, None
     for record in layout.records():
@@ -172,6 +172,7 @@ def _summary(layout: Layout) -> dict[str, Any]:
         frames[record["split"]] += 1
         skies[record["split"]].add(record["sky"])
         targets += len(record["targets"])
+        faint += sum(_is_faint(target) for target in record["targets"])
         empty += not record["targets"]
         error = max(error, record["table_error"])
     assert first is not None
@@ -180,9 +181,15 @@ def _summary(layout: Layout) -> dict[str, Any]:
         "skies": {split: len(found) for split, found in skies.items()},
         "targets": targets,
         "empty": empty,
+        "faint": faint,
         "table_error": error,
         "first": first,
     }
+
+
+def _is_faint(target: Mapping[str, Any]) -> bool:
+    """Whether noise drowns a target in every band; without noise it never does."""
+    return all(snr is not None and snr < FAINT_SNR for snr in target["snr"])
 
 
 def _croissant(layout: Layout) -> dict[str, Any]:
@@ -310,7 +317,8 @@ license: {distribution.licence}
 # {distribution.title}
 
 {frames} simulated infrared frames of {first["columns"]} x {first["rows"]} pixels in {layout.draws} sequences of
-{layout.per_draw}, with {summary["targets"]} labels of targets; {summary["empty"]} frames have no target.
+{layout.per_draw}, with {summary["targets"]} labels of targets, {summary["faint"]} of them with an SNR
+below {FAINT_SNR:g} in every band; {summary["empty"]} frames have no target.
 {size / 1e6:.1f} MB.
 
 Licence: {distribution.licence}

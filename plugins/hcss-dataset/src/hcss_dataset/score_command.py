@@ -141,7 +141,7 @@ def _text(result: Scored) -> str:
     whole = summary["all"]
     lines = [
         f"{summary['frames']} frames, {summary['targets']} targets that count, {summary['targets_that_do_not_count']} "
-        f"hidden; matches within {summary['radius']:g} pixels",
+        f"hidden or below --least-snr; matches within {summary['radius']:g} pixels",
         f"all detections: {whole['found']} targets found, {whole['false_alarms']} false alarms "
         f"({whole['false_pixels']} pixels, {whole['false_pixel_share']:.3g} of all)",
         *_capped(result),

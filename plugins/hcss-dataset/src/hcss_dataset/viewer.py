@@ -47,6 +47,10 @@ filters.forEach(filter => filter.addEventListener('input', show));
 show();
 """
 
+FAINT_SNR = 3.0
+"""Ratio of peak to noise below which a threshold with one false alarm in a thousand pixels of normal noise, 3.1 times
+the noise, misses more than half of the targets."""
+
 _GRID = "display:grid;grid-template-columns:repeat(auto-fill,minmax(16rem,1fr));gap:1rem"
 _CONTROLS = "display:flex;flex-wrap:wrap;gap:1rem;align-items:end;margin:1rem 0"
 
@@ -67,6 +71,7 @@ def write_viewer(layout: Layout, summary: Mapping[str, Any]) -> None:
     facts = [
         ("frames", f"{frames} of {first['columns']} x {first['rows']} pixels, {layout.per_draw} in a sequence"),
         ("targets", f"{summary['targets']} labels; {summary['empty']} frames without targets"),
+        ("faint targets", f"{summary['faint']}, whose peak is below {FAINT_SNR:g} times the noise in every band"),
         ("bands", ", ".join(first["bands"])),
         ("licence", layout.distribution.licence),
     ]
@@ -125,7 +130,7 @@ def _frame(layout: Layout, record: Mapping[str, Any]) -> Markup:
     image = LabelledFrame(layout.folder, dict(record)).image[0]
     rows, columns = image.shape
     step = math.ceil(max(rows, columns) / LONGEST_SIDE)
-    address = "data:image/png;base64," + base64.b64encode(encoded(_grey(image[::-step, ::step]))).decode()
+    address = "data:image/png;base64," + base64.b64encode(encoded(grey(image[::-step, ::step]))).decode()
     picture = Markup.element(
         "image", href=address, width=str(columns), height=str(rows), style="image-rendering:pixelated"
     )
@@ -189,8 +194,10 @@ def _number(value: float | None) -> str:
     return "not known" if value is None else f"{value:.3g}"
 
 
-def _grey(image: NDArray[np.uint16]) -> NDArray[np.uint8]:
+def grey(image: NDArray[np.uint16]) -> NDArray[np.uint8]:
     """Return an image as 8 bits between its darkest and brightest thousandth."""
     low, high = np.quantile(image, [0.001, 0.999])
-    grey: NDArray[np.uint8] = np.clip(np.rint((image - low) * (255.0 / max(high - low, 1.0))), 0, 255).astype(np.uint8)
-    return grey
+    bytes_of_pixels: NDArray[np.uint8] = np.clip(
+        np.rint((image - low) * (255.0 / max(high - low, 1.0))), 0, 255
+    ).astype(np.uint8)
+    return bytes_of_pixels
