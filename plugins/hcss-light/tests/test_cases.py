@@ -210,7 +210,8 @@ def test_the_recipe_makes_the_clouds_optics_and_columns_of_the_file(recipe, name
         np.testing.assert_allclose(getattr(made, field), getattr(case, field), rtol=1e-9, atol=1e-12)
     for band, column in ((0, 1), (1, len(case.columns) - 1)):
         again = recipe.plane_parallel(case, band, case.columns[column])
-        np.testing.assert_allclose(again, case.column_radiance[band, :, column], rtol=1e-6)
+        # Without absorption, processors differ by 4e-8 of the irradiance that is scattered.
+        np.testing.assert_allclose(again, case.column_radiance[band, :, column], rtol=1e-6, atol=1e-7)
 
 
 @pytest.mark.parametrize(
