@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hcss_examples.smoke import SmokyAir
+from hcss_examples.smoky_air import SmokyAir
 
 from hcss_twin import Scenario, make_plan, simulate
 from hcss_twin.providers import AtmosphereDeclaration, Profile, planck, to_space
