@@ -20,48 +20,10 @@ from hcss_author.own_cache import fresh_results, own_cache  # noqa: E402, F401
 from hypothesis import settings  # noqa: E402
 from threadpoolctl import threadpool_limits  # noqa: E402
 
-from hcss_twin.core import result_cache  # noqa: E402
-from hcss_twin.core.plugins import OWN_DISTRIBUTION, installed  # noqa: E402
-from hcss_twin.core.result_cache import ResultCache  # noqa: E402
-
 # For what is loaded already: zarr's plugin for pytest imports numpy. Two threads in each of two workers wait for each
 # other: a reference of discrete ordinates took 28 s in place of 0.6.
 if "PYTEST_XDIST_WORKER" in os.environ:
     threadpool_limits(1, user_api="blas")
-
-
-@pytest.fixture(scope="session", autouse=True)
-def one_installation():
-    """Find plugins and the package's files once, not in each scene: a tenth of the time of a scene with kept tables.
-
-    Not while a test has another path for imports, or replaces the function that looks at the files.
-    """
-    path, plugins, files = list(sys.path), {}, ResultCache()
-    of_package, of_files = ResultCache.fingerprint, result_cache.code_fingerprint
-
-    def installed_once(group):
-        if sys.path != path:
-            return installed(group)
-        if group not in plugins:
-            plugins[group] = tuple(installed(group))
-        return plugins[group]
-
-    def fingerprint(own, distribution=OWN_DISTRIBUTION, targets=()):
-        is_shared = distribution == OWN_DISTRIBUTION and result_cache.code_fingerprint is of_files
-        return of_package(files if is_shared else own, distribution, targets)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hcss_twin.providers.registry.registry.installed", installed_once)
-        patch.setattr(ResultCache, "fingerprint", fingerprint)
-        yield
-
-
-@pytest.fixture(scope="session", autouse=True)
-def disks_are_not_waited_for():
-    """Files of tests need not survive a loss of power, and each wait for the disk leaves a processor idle for 5 ms."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(os, "fsync", lambda handle: None)
-        yield
 
 
 settings.register_profile("fixed", derandomize=True, database=None, deadline=None)
