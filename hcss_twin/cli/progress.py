@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-from hcss_twin.core.stages import Stage, watched
+from hcss_twin.core.stages import Stage, time_text, watched
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
@@ -61,13 +61,13 @@ class LoggedProgress(Progress):
         """Tell once how long the run takes, if it is long."""
         super().expect(seconds)
         if (total := sum(seconds.values())) >= LONG_S:
-            parts = ", ".join(f"{name} {_time(taken)}" for name, taken in seconds.items() if taken >= 0.05 * total)
-            click.echo(f"about {_time(total)}: {parts}", err=True)
+            parts = ", ".join(f"{name} {time_text(taken)}" for name, taken in seconds.items() if taken >= 0.05 * total)
+            click.echo(f"about {time_text(total)}: {parts}", err=True)
 
     def begin(self, stage: Stage) -> None:
         """Tell of a long stage."""
         if (expected := self._expected.get(stage, 0.0)) >= LONG_S:
-            click.echo(f"{stage}: about {_time(expected)}", err=True)
+            click.echo(f"{stage}: about {time_text(expected)}", err=True)
 
     def each(self, items: Iterable[_T], count: int) -> Iterator[_T]:
         """Tell how many frames are computed, and the time left."""
@@ -77,7 +77,7 @@ class LoggedProgress(Progress):
             now = time.monotonic()
             if now - told >= LONG_S and number + 1 < count:
                 left = (now - began) / (number + 1) * (count - number - 1)
-                click.echo(f"{number + 1} of {count}, about {_time(left)} left", err=True)
+                click.echo(f"{number + 1} of {count}, about {time_text(left)} left", err=True)
                 told = now
 
 
@@ -98,10 +98,10 @@ class BarProgress(Progress):
                 expected = task.fields["expected"]
                 left = task.time_remaining if task.total else expected and pace() * expected - (task.elapsed or 0.0)
                 if task.finished:
-                    return Text(_time(task.finished_time or 0.0))
+                    return Text(time_text(task.finished_time or 0.0))
                 if left is None:
                     return Text(f"{task.elapsed or 0.0:.0f} s")
-                return Text(f"about {_time(left)} left" if left > 0.0 else "longer than predicted")
+                return Text(f"about {time_text(left)} left" if left > 0.0 else "longer than predicted")
 
         began, began_processor = time.monotonic(), time.process_time()
 
@@ -147,9 +147,3 @@ def shown_progress(check: Callable[[], None], quiet: bool = False) -> Iterator[P
     bars = BarProgress(check)
     with bars.bars, watched(bars):
         yield bars
-
-
-def _time(seconds: float) -> str:
-    if seconds < 1.0:
-        return f"{seconds:.1f} s"
-    return f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"

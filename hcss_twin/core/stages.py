@@ -76,3 +76,10 @@ def stage(name: Stage) -> Iterator[None]:
             watcher.end(name)
         if token is not None:
             _current.reset(token)
+
+
+def time_text(seconds: float) -> str:
+    """Return a time in words: two or more digits in seconds, from two minutes on minutes."""
+    if seconds < 10.0:
+        return f"{seconds:.1f} s"
+    return f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"

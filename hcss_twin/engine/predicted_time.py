@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 from hcss_twin.core.cache import CacheError, cache_root, cached_file, in_use
 from hcss_twin.core.files import Writing
-from hcss_twin.core.stages import STAGES, Stage
+from hcss_twin.core.stages import STAGES, Stage, time_text
 from hcss_twin.core.trust import make_private, withhold
 from hcss_twin.engine.compile import tables_are_kept
 from hcss_twin.engine.parts import parts_of
@@ -108,13 +108,13 @@ class Prediction:
     def time_text(self) -> str:
         """Both times in words, for a plan."""
         parts = [
-            f"{NAMES.get(name, name)} {_time(taken)}"
+            f"{NAMES.get(name, name)} {time_text(taken)}"
             for name, taken in self.seconds.items()
             if taken >= 0.05 * self.total_s
         ]
-        text = f"about {_time(self.total_s)} of processor time ({', '.join(parts)})"
+        text = f"about {time_text(self.total_s)} of processor time ({', '.join(parts)})"
         if self.again_s < 0.8 * self.total_s:
-            text += f"; again, from the cache, about {_time(self.again_s)}"
+            text += f"; again, from the cache, about {time_text(self.again_s)}"
         return text
 
     @property
@@ -271,9 +271,3 @@ def _read_factors() -> dict[Stage, list[float]]:
             if name in read
         }
     return {}
-
-
-def _time(seconds: float) -> str:
-    if seconds < 10.0:
-        return f"{seconds:.1f} s"
-    return f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"
