@@ -18,6 +18,7 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 import pytest  # noqa: E402
 from hcss_author.own_cache import fresh_results, own_cache  # noqa: E402, F401
 from hypothesis import settings  # noqa: E402
+from long_tests import mark_long  # noqa: E402
 from threadpoolctl import threadpool_limits  # noqa: E402
 
 # For what is loaded already: zarr's plugin for pytest imports numpy. Two threads in each of two workers wait for each
@@ -65,20 +66,13 @@ def pytest_ignore_collect(collection_path, config):
     return None
 
 
-LONG = Path(__file__).with_name("long.json")
-"""Tests that only the whole check runs, by file and name, chosen by ``python tests/choose_long.py``."""
-
-
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Mark the tests that measure long; begin with files that have long tests, then those with many tests.
 
     So the last files are short: workers of pytest-xdist take files in this order with ``--no-loadscope-reorder``.
     """
-    chosen = set(json.loads(LONG.read_text(encoding="utf-8")))
-    for item in items:
-        if item.nodeid in chosen:
-            item.add_marker(pytest.mark.long)
+    mark_long(items)
     result = yield  # tests are selected by their marks
     many = Counter(item.path for item in items)
     has_long = {item.path for item in items if item.get_closest_marker("long")}
