@@ -74,6 +74,7 @@ class LightStage(Stage):
             self._transports = [plan.light.transport(light_inputs(each, tables.spectrum.nodes)) for each in self._plans]
         pixels = min(max(plan.image.rows, plan.image.columns), max(self.largest_square // samples, 1))
         self._pixels, self._layer, self._number = pixels, plan.layers[inputs.number], inputs.number
+        self._reference_m = inputs.reference_m
         self._reach = [tuple(-(-points // samples) for points in both) for both in self._transport.reach]
         self._instant: tuple[Hashable, Sun | None, InstantLight] | None = None
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()

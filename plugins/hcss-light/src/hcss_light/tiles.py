@@ -1,13 +1,15 @@
 """Views that vary over an image: squares of pixels in each of which the directions of the view are constant.
 
-The line of sight of a pixel meets the flat side of the clouds at its own place; a direction that is not its own
-displaces it above by at most the height of the layer times the difference of the tangents of the zenith angles.
+The line of sight of a pixel meets the flat side of the clouds at its own place, or another altitude if their tops vary;
+a direction that is not its own displaces it elsewhere in the clouds by at most the distance in height times the
+difference of the tangents of the zenith angles.
 """
 
 from __future__ import annotations
 
 import math
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +17,9 @@ from hcss_light.voxels import LightError
 from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, View
+
+if TYPE_CHECKING:
+    from hcss_light.scattered import ScatteredLight
 
 LEAST_SIDE = 32
 """Pixels along the sides of the smallest squares; in smaller ones most of the time would go into the clouds around."""
@@ -29,6 +34,11 @@ MOST_DISPLACED = 0.5
 class Tiles:
     """Squares of an image with one direction of the view each.
 
+    Parameters
+    ----------
+    light : ScatteredLight
+        Toward any of the views.
+
     Attributes
     ----------
     side : int
@@ -42,12 +52,11 @@ class Tiles:
         If the view varies so much that squares would have to be smaller than :data:`LEAST_SIDE`.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, light: ScatteredLight) -> None:
         self._views, self._size = plan.views_over_image(), (plan.image.rows, plan.image.columns)
         self._rays = None if plan.is_grid else plan.rays
         self._times_s = plan.frame_times_s[:1] if plan.is_grid else plan.frame_times_s[[0, -1]]
-        layer = plan.layers[plan.cloudy_layers[0]]
-        points = layer.thickness_max_m / plan.scene.point_m
+        points = light.farthest_m / plan.scene.point_m
         side, least = max(LightStage.largest_square // plan.samples_per_pixel, 1), LEAST_SIDE
         if self._rays is not None:
             side, least = min(side, LEAST_SIDE), LEAST_SIDE_OF_RAYS
