@@ -235,7 +235,6 @@ MEANINGLESS: dict[frozenset[str], str] = {
         ("a table is computed for one air", ("table of air",), _OTHER_AIR),
         ("tops of their own have the temperature of the air there", ("own tops",), ("cloud temperature",)),
         ("a sensor measures radiance", ("mask alone",), _SENSORS),
-        ("two clouds in one place", ("two layers",), ("three layers",)),
     )
     for one in ones
     for other in others
@@ -333,8 +332,10 @@ def _write_les(path: Path) -> None:
 
 
 def are_alternatives(chosen: Iterable[Feature]) -> bool:
-    """Whether features set the same key, or one a part of what another replaces, to different values."""
+    """Whether features set a key, or one a part of what another replaces, to different values, or add the same item."""
     for one, other in itertools.combinations(chosen, 2):
+        if any(item in other.keys.get(key, ()) for key in one.keys if key.startswith("+") for item in one.keys[key]):
+            return True
         for key, below in itertools.chain(
             itertools.product(one.touched, other.touched), itertools.product(other.touched, one.touched)
         ):

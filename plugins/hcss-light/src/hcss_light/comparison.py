@@ -90,6 +90,8 @@ def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
         for band in found["bands"]
     )
     text = f"clouds with sides against Monte Carlo of {pixels} random pixels: {errors}"
+    if (model := plan.scenario.radiance.model) != "physical":
+        text += f" (with what columns of radiance.model = '{model}' differ by from light that is scattered many times)"
     return summary(found) | {"light": plan.light.name, "text": text}
 
 
@@ -118,6 +120,8 @@ def _not_comparable(plan: Plan) -> str:
         return f"elements: {only} a scene without [[elements]]"
     if plan.surfaces:
         return f"surfaces: {only} a scene without [surfaces]"
+    if plan.point_effects:
+        return f"{plan.point_effects[0].effect.name}: {only} to leave it out"
     if plan.waves.varies:
         return f"sea.waves: {only} 'off'"
     if plan.samples_per_pixel != 1:

@@ -98,7 +98,7 @@ class StackedStage(LightStage):
         found = [
             light.beside_columns(total, amount, columns) for light, total in zip(lit.lights, of_classes, strict=True)
         ]
-        share, change = (self._of_ground(values, time_s, extent) for values in zip(*found, strict=True))
+        share, change = (self._at_points(values, time_s, extent) for values in zip(*found, strict=True))
         return amount, share, change
 
     def _among(self, extent: Sequence[slice], lit: _Lit, time_s: float, clouds: Any) -> tuple[Array, list[Array]]:

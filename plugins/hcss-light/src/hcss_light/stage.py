@@ -38,7 +38,7 @@ _Square = tuple[Any, Array, Array, Array, Array, Array]
 
 @dataclass(frozen=True)
 class _Lit:
-    """Light of a square over each class of surface.
+    """Light of a square in each of the plans: over each class of surface, at each value of effects of points.
 
     ``seen``, ``over_sea``: pixels around it with clouds on lines of sight, and over the sea.
     """
@@ -98,7 +98,7 @@ class DriftingStage(LightStage):
         transport: Any = self._transport
         self._tiles: Tiles | None = None
         self._own_tops = self._number in plan.assembly.hanging_layers
-        keeps = keeps and not plan.surfaces and not self._own_tops
+        keeps = keeps and len(self._plans) == 1 and not self._own_tops
         self._sizes = plan.grid.rows, plan.grid.columns
         if plan.views.varies:
             self._tiles, keeps = Tiles(plan, transport), False
@@ -249,7 +249,7 @@ class DriftingStage(LightStage):
         thickness = clouds.thickness_m(self.around(extent, lit.over_sea))[self._number]
         before = self._previous.pop(key, None)
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
-        one = self._ground is None and not self._own_tops
+        one = len(self._plans) == 1 and not self._own_tops
         if before is not None and still and one and np.array_equal(before[1], thickness):
             return before
         kept: tuple[Any, ...] = ()
@@ -268,7 +268,7 @@ class DriftingStage(LightStage):
             return self._under_tops((rows, columns), self._seen_among(extent, lit, clouds), lit, own_s, clouds)
         shares = self._shares(self._time_s, self.around(extent, lit.over_sea), thickness, lit.edges_m)
         amounts, *of_classes = self._over_classes("correct", extent, lit, thickness, shares, kept)
-        share, change = (self._of_ground(found, own_s, (rows, columns)) for found in of_classes)
+        share, change = (self._at_points(found, own_s, (rows, columns)) for found in of_classes)
         return amounts[0], share, change
 
     def _seen_among(self, extent: Sequence[slice], lit: _Lit, clouds: Any) -> Sequence[Array]:
@@ -283,7 +283,7 @@ class DriftingStage(LightStage):
         """Return amount (y, x), share and change (B, y, x) of pixels that see tops of their own, from what they see."""
         thickness, shares = clouds.as_columns(self._number, extent, lit.edges_m)
         found = [light.beside_columns(total, thickness, shares) for light, total in zip(lit.lights, seen, strict=True)]
-        share, change = (self._of_ground(values, time_s, extent) for values in zip(*found, strict=True))
+        share, change = (self._at_points(values, time_s, extent) for values in zip(*found, strict=True))
         return thickness.astype(np.float64), share, change
 
     def _over_classes(
@@ -381,6 +381,6 @@ class RayStage(DriftingStage):
         shares = self._shares(time_s, wide, thickness, lit.edges_m)
         amounts, *of_classes = self._over_classes("correct", below, lit, thickness, shares)
         share, change = (
-            self._of_ground([values[:, row, column] for values in found], time_s, extent) for found in of_classes
+            self._at_points([values[:, row, column] for values in found], time_s, extent) for found in of_classes
         )
         return amounts[0][row, column], share, change
