@@ -89,6 +89,11 @@ class ScatteredLight:
         )
         return np.max(errors, axis=0).tolist(), text + f"up to {tiles.displaced:.2g} points at the top of the clouds"
 
+    @property
+    def through_sea(self) -> bool:
+        """Whether lines of sight are those through the points of the sea, all of the clouds above."""
+        return self._inputs.reference_m < self._inputs.layer.base_m
+
     @staticmethod
     def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
         """Return how some pixels of a frame compare with Monte Carlo, for the certificate."""

@@ -24,11 +24,13 @@ if TYPE_CHECKING:
 LEAST_SIDE = 32
 """Pixels along the sides of the smallest squares; in smaller ones most of the time would go into the clouds around."""
 
-LEAST_SIDE_OF_RAYS = 8
-"""The same for rays that form no grid on the ground, whose pixels are often larger than the points of the scene."""
+LEAST_SIDE_SMALL = 8
+"""The same for rays that form no grid on the ground, whose pixels are often larger than the points of the scene, and
+for clouds with tops of their own."""
 
-MOST_DISPLACED = 0.5
-"""Largest displacement of a line of sight at the top of the clouds, in points."""
+MOST_DISPLACED, MOST_OF_WHOLE = 0.5, 0.1
+"""Largest displacement of a line of sight at the farthest end of the clouds, in points; of clouds that are displaced as
+a whole, as lines of sight are those through points of the sea."""
 
 
 class Tiles:
@@ -56,18 +58,20 @@ class Tiles:
         self._views, self._size = plan.views_over_image(), (plan.image.rows, plan.image.columns)
         self._rays = None if plan.is_grid else plan.rays
         self._times_s = plan.frame_times_s[:1] if plan.is_grid else plan.frame_times_s[[0, -1]]
-        points = light.farthest_m / plan.scene.point_m
+        points, most = light.farthest_m / plan.scene.point_m, MOST_OF_WHOLE if light.through_sea else MOST_DISPLACED
         side, least = max(LightStage.largest_square // plan.samples_per_pixel, 1), LEAST_SIDE
         if self._rays is not None:
-            side, least = min(side, LEAST_SIDE), LEAST_SIDE_OF_RAYS
+            side, least = min(side, LEAST_SIDE), LEAST_SIDE_SMALL
+        elif light.through_sea:
+            least = LEAST_SIDE_SMALL
         self.side = min(max(self._size), side)
-        while (displaced := points * self._turn()) > MOST_DISPLACED and self.side > least:
+        while (displaced := points * self._turn()) > most and self.side > least:
             self.side = max(self.side // 2, least)
         self.displaced = displaced
-        if displaced > MOST_DISPLACED:
+        if displaced > most:
             raise LightError(
                 f"views that vary over the image displace lines of sight by {displaced:.2g} points in squares of "
-                f"{self.side} pixels; allowed: {MOST_DISPLACED:g}: a higher sensor or larger pixels need less"
+                f"{self.side} pixels; allowed: {most:g}: a higher sensor or larger pixels need less"
             )
 
     def view_of(self, row: int, column: int, time_s: float) -> View:
