@@ -82,7 +82,7 @@ def with_light(plan: Plan) -> Plan:
         raise ScenarioError([Problem(_FIELD, message)])
     over_surfaces = bool(plan.surfaces) and _knows("surfaces", *offered[name])
     along_rays = not plan.is_grid and _knows("rays", *offered[name])
-    under_tops = plan.is_grid and not plan.views.varies and _knows("tops", *offered[name])
+    under_tops = _knows("tops", *offered[name])
     beside = excluded_beside_light(plan, over_surfaces, along_rays, under_tops)
     Excluded.require_none(f"{_FIELD} = '{name}'", beside, f"{_FIELD} = '{COLUMNS}'")
     if not cloudy:
@@ -209,8 +209,16 @@ def _notes_of_columns(plan: Plan, allowed: float | None) -> Iterator[str]:
         yield f"radiance.light_accuracy: the error of independent columns is larger: {_percent(beyond)}; {needs}"
 
 
-def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) -> LightInputs:
-    """Return the inputs of a light transport for a layer with cloud, by default the lowest, and for those above it."""
+def light_inputs(
+    plan: Plan, nodes: SpectralNodes, number: int | None = None, meets_m: float | None = None
+) -> LightInputs:
+    """Return the inputs of a light transport for a layer with cloud, by default the lowest, and for those above it.
+
+    Parameters
+    ----------
+    meets_m : float, optional
+        Altitude at which lines of sight meet the columns of the layer; by default as the layer itself is seen.
+    """
     assembly, numbers = plan.assembly, plan.cloudy_layers
     number = numbers[0] if number is None else number
     higher, generator = [above for above in numbers if above > number], assembly.generators[number]
@@ -218,7 +226,12 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
     tops_vary = layer is not plan.layers[number]
     reference_m = layer.reference_height_m
     if tops_vary:  # lines of sight are those through the points of the sea, or without parallax through the clouds
-        reference_m = 0.0 if assembly.slant.parallax else 0.5 * (layer.base_m + layer.top_m)
+        through_sea = plan.is_grid and assembly.slant.parallax
+        reference_m = 0.0 if through_sea else 0.5 * (layer.base_m + layer.top_m)
+    if meets_m is not None:
+        reference_m = meets_m
+    # Columns of all layers stand at the points of a scene that rays of a camera see.
+    above_m = None if plan.is_grid else reference_m
     up = (plan.sun_zenith_deg < 90.0) & plan.sun_matters
 
     @lru_cache(_SUNS)
@@ -274,7 +287,7 @@ def light_inputs(plan: Plan, nodes: SpectralNodes, number: int | None = None) ->
         clouds=clouds,
         number=number,
         tops_vary=tops_vary,
-        above=light_inputs(plan, nodes, higher[0]) if higher else None,
+        above=light_inputs(plan, nodes, higher[0], above_m) if higher else None,
     )
 
 

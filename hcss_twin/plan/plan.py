@@ -35,7 +35,7 @@ from hcss_twin.plan.output import wants_radiance
 from hcss_twin.plan.rays import GridRays, Rays
 from hcss_twin.plan.scene_analysis import probe_last_frame
 from hcss_twin.plan.scene_plane import ScenePlane
-from hcss_twin.plan.sensor import BuiltSensor, make_sensor, require_instants
+from hcss_twin.plan.sensor import BuiltSensor
 from hcss_twin.plan.slant_paths import SlantPaths
 from hcss_twin.plan.sunlight import COMPUTED, Sunlight
 from hcss_twin.plan.views import ONE_VIEW, ViewAxis, views_over_image
@@ -278,12 +278,7 @@ class Plan:
             assert self.replan is not None
             return self.replan(scenario)
         probe_last_frame(assembly, float(self.frame_times_s[-1]))
-        sensor = self.sensor
-        if scenario.sensor is not None:
-            inputs = replace(sensor.inputs, seed=scenario.seed, catalog=catalog)
-            stages = make_sensor(scenario.sensor, inputs, scene=sensor.scene).stages
-            sensor = replace(sensor, section=scenario.sensor, inputs=inputs, stages=stages)
-            require_instants(sensor, assembly, float(self.frame_times_s[0]), float(self.frame_times_s[-1]))
+        sensor = self.sensor.in_sky(scenario, catalog, assembly, self.frame_times_s)
         return replace(
             self,
             scenario=scenario,

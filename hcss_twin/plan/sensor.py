@@ -79,6 +79,21 @@ class BuiltSensor(Effect):
         section = self.section.model_copy(update={"seed": seed, "stages": stages})
         return replace(self, stages=make_sensor(section, self.inputs, scene=self.scene).stages)
 
+    def in_sky(self, scenario: Scenario, catalog: Catalog, assembly: Assembly, times_s: Array) -> BuiltSensor:
+        """Return the sensor of the same scene under another sky, that of a scenario, in frames at some times.
+
+        Raises
+        ------
+        ScenarioError
+            If a generator has no clouds at an instant that the sensor asks for.
+        """
+        section = scenario.sensor or self.section
+        inputs = replace(self.inputs, seed=scenario.seed, catalog=catalog)
+        stages = make_sensor(section, inputs, scene=self.scene).stages
+        sensor = replace(self, section=section, inputs=inputs, stages=stages)
+        require_instants(sensor, assembly, float(times_s[0]), float(times_s[-1]))
+        return sensor
+
     @staticmethod
     def radiance_per_kelvin(band: SensorBand, temperature_K: float) -> float:
         """Return the change of the radiance of a black body in a band with its temperature, W m-2 sr-1 K-1."""
@@ -182,6 +197,10 @@ class NoSensor(BuiltSensor):
     """No sensor, which measures nothing."""
 
     varies = False
+
+    def in_sky(self, scenario: Scenario, catalog: Catalog, assembly: Assembly, times_s: Array) -> BuiltSensor:
+        """Return itself."""
+        return self
 
 
 def make_sensor(

@@ -121,8 +121,8 @@ class LightTransport(Protocol):
     :class:`~hcss_twin.engine.stages.light.LightStage`;
     ``over_views``: a method of plan that returns the expected errors and a note for an image whose view varies, which
     is refused without it; ``knows_surfaces``, ``knows_rays`` and ``knows_tops``: whether ``stage`` computes maps of the
-    ground, images that are no grid on it, such as those of cameras, and clouds with tops of their own, seen from one
-    direction, which are refused without;
+    ground, images that are no grid on it, such as those of cameras, and clouds with tops of their own, which are
+    refused without;
     ``check``: one of plan, tables and number of a frame, whose mapping with a ``text`` is part
     of the certificate.
     """

@@ -21,6 +21,7 @@ from hcss_twin.core.errors import ProviderError
 from hcss_twin.engine.ground import Ground
 from hcss_twin.engine.stages.stage import FramePart, PartWindow, Stage
 from hcss_twin.engine.tables.frame_look_up import FrameLookUp
+from hcss_twin.engine.tables.over_point_effect import PointEffectStates
 from hcss_twin.engine.tables.over_surfaces import SurfaceStates
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.models.radiance.spectral_grid import SpectralNodes
@@ -64,18 +65,24 @@ class LightStage(Stage):
         self._plan, self._name = plan, plan.light.name
         inputs, samples = light_inputs(plan, tables.spectrum.nodes), plan.scene.samples
         self._transport: LightTransport = plan.light.transport(inputs)
-        # Over each class of surface, at the middle of its temperatures; one without a map of the ground.
+        # Over each class of surface, at the middle of its temperatures, at each value of effects of points that has
+        # tables; one without a map of the ground and such effects.
         self._ground: Ground | None = None
         self._plans, self._transports = [plan], [self._transport]
         for surfaces in plan.surfaces:
             states = SurfaceStates(plan, surfaces)
             self._ground = states.ground
             self._plans = [states.plan_in(plan, of_class[len(of_class) // 2]) for of_class in surfaces.states]
+        self._effects = [PointEffectStates(plan, planned) for planned in plan.point_effects]
+        for effect in self._effects:
+            self._plans = [effect.plan_in(each, value) for each in self._plans for value in effect.nodes]
+        if len(self._plans) > 1:
             self._transports = [plan.light.transport(light_inputs(each, tables.spectrum.nodes)) for each in self._plans]
         pixels = min(max(plan.image.rows, plan.image.columns), max(self.largest_square // samples, 1))
         self._pixels, self._layer, self._number = pixels, plan.layers[inputs.number], inputs.number
+        self._reference_m = inputs.reference_m
         self._reach = [tuple(-(-points // samples) for points in both) for both in self._transport.reach]
-        self._instant: tuple[Hashable, Sun | None, InstantLight] | None = None
+        self._instant: tuple[Hashable, Sun | None, list[InstantLight]] | None = None
         self._squares: OrderedDict[tuple[int, int], tuple[Array, Array, Array]] = OrderedDict()
 
     def squares(self, window: Window) -> Iterator[Window]:
@@ -103,7 +110,9 @@ class LightStage(Stage):
         key = self._plan.rays.frame_key(time_s)
         if self._instant is None or self._instant[0] != key:
             sun, last = self._plan.sun_at(time_s), self._instant
-            self._instant = key, sun, last[2] if last is not None and last[1] == sun else self._transport.at(sun)
+            same = last is not None and last[1] == sun
+            self._instant = key, sun, last[2] if last and same else [each.at(sun) for each in self._transports]
+            self._now_s = time_s
             self._squares = OrderedDict()
         for square in self.squares(window):
             self._put(square, radiance, window, in_part, clouds, look_up)
@@ -148,26 +157,40 @@ class LightStage(Stage):
         assert self._instant is not None
         samples, wide = self._plan.samples_per_pixel, self.around(extent, self._reach)
         thickness = clouds.thickness_m(wide)[self._number]
-        amount, share, change = self._instant[2].correct(np.ascontiguousarray(thickness))
+        found = [light.correct(np.ascontiguousarray(thickness)) for light in self._instant[2]]
         shape = tuple(length(pixels) * samples for pixels in wide)
         bands = (len(self._plan.bands),)
-        for given, expected in ((amount, shape), (share, bands + shape), (change, bands + shape)):
-            if given.shape != expected or not np.all(np.isfinite(given)):
-                label = f"light '{self._name}': correct() broke its contract"
-                raise ProviderError(f"{label}: expected finite values of shape {expected}, got shape {given.shape}")
+        for amount, share, change in found:
+            for given, expected in ((amount, shape), (share, bands + shape), (change, bands + shape)):
+                if given.shape != expected or not np.all(np.isfinite(given)):
+                    label = f"light '{self._name}': correct() broke its contract"
+                    raise ProviderError(f"{label}: expected finite values of shape {expected}, got shape {given.shape}")
         inner = [
             slice(before * samples, (before + length(pixels)) * samples)
             for pixels, (before, _) in zip(extent, self._reach, strict=True)
         ]
-        return amount[*inner].copy(), share[:, *inner].copy(), change[:, *inner].copy()
+        amounts, shares, changes = ([part[..., *inner].copy() for part in parts] for parts in zip(*found, strict=True))
+        share, change = (self._at_points(values, self._now_s, extent) for values in (shares, changes))
+        return amounts[0], share, change
 
-    def _of_ground(self, of_classes: Sequence[Array], time_s: float, extent: Window) -> Array:
-        """Return values (B, y, x) of the points of a part of the image, from those over each class of surface."""
+    def _at_points(self, of_states: Sequence[Array], time_s: float, extent: Window) -> Array:
+        """Return values (B, y, x) of the points of a part of the image, from those of the plans of :attr:`_plans`."""
+        if len(of_states) == 1:
+            return of_states[0]
+        values, shape = np.stack(of_states), of_states[0].shape
+        values = values.reshape(-1, *(len(effect.nodes) for effect in self._effects), shape[0], shape[1] * shape[2])
+        for effect in reversed(self._effects):
+            between = np.empty((*values.shape[:-3], *values.shape[-2:]))
+            for group in effect.groups(time_s, extent):
+                at_nodes = values[..., list(group.nodes), :, :][..., group.points]
+                between[..., group.points] = np.sum(at_nodes * group.weights, axis=-3)
+            values = between
+        values = values.reshape(-1, *shape)
         if self._ground is None:
-            return of_classes[0]
+            return values[0]
         number = self._ground.at(time_s, extent).number.astype(np.intp)
-        values: Array = np.take_along_axis(np.stack(of_classes), number[None, None], axis=0)[0]
-        return values
+        of_ground: Array = np.take_along_axis(values, number[None, None], axis=0)[0]
+        return of_ground
 
     def _looked_up(self, look_up: FrameLookUp, amount_m: Array, channels: int) -> Array:
         """Return the radiance (C, y, x) of columns; below the thinnest cloud of the tables it is linear."""

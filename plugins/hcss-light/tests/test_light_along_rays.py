@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from hcss_light.comparison import check
 from light_scene import DAY, scene
 
 from hcss_twin.core.errors import ScenarioError
@@ -13,6 +14,7 @@ from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.rays import Rays
 from hcss_twin.providers import Grid, View
 
+EVEN = {"temperature_texture": 0.0}
 ROWS, COLUMNS, TURN = 12, 9, math.radians(25.0)
 
 
@@ -53,7 +55,7 @@ class Arc(Rays):
 
 def planned(light, rays=None, **changes):
     clouds = {"type": "stratocumulus", "generator": "fractal", "coverage": 0.5, "coverage_mode": "field"}
-    common = {"clouds": clouds, "sea": {"temperature_texture": 0.0}, "slant": {"shadows": "off", "parallax": "off"}}
+    common = {"clouds": clouds, "sea": EVEN, "slant": {"shadows": "off", "parallax": "off"}}
     common |= {"time": DAY, "bands": [[3.6, 3.8]], "image": {"rows": 40, "columns": 30, "pixel_size": 100.0}}
     if rays is not None:
         common["slant"] = {"shadows": "off"}
@@ -93,10 +95,12 @@ def test_views_that_turn_too_much_within_few_pixels_are_refused_by_name():
         planned("source", Arc(40.0))
 
 
-def test_light_of_several_layers_along_rays_is_refused_by_name():
-    layers = [
-        {"type": name, "generator": "fractal", "coverage": 0.5, "coverage_mode": "field"}
-        for name in ("stratocumulus", "paper-cirrus")
-    ]
-    with pytest.raises(ScenarioError, match=r"radiance\.light: an image that is no grid on the ground"):
-        make_plan(scene("source", 0, clouds={"layers": layers}), rays=lambda *_: Arc(2.0))
+def test_light_of_several_layers_along_rays_agrees_with_monte_carlo():
+    flat = {"generator": "fractal", "coverage": 0.5, "coverage_mode": "field"}
+    layers = [flat | {"type": name} for name in ("stratocumulus", "paper-cirrus")]
+    error = {}
+    for light in ("source", "columns"):
+        plan = make_plan(scene(light, 8, clouds={"layers": layers}, sea=EVEN), rays=lambda *_: Arc(0.1))
+        (error[light],) = check(plan, tables_of(plan), 0)["bands"].values()
+    assert abs(error["source"]["bias"]) < 2e-3 + 2.0 * error["source"]["noise"]
+    assert error["source"]["rms"] < 0.5 * error["columns"]["rms"]

@@ -17,6 +17,7 @@ from hcss_twin.plan.make_plan import make_plan
 OFF, EVEN = {"shadows": "off", "parallax": "off"}, {"temperature_texture": 0.0}
 CLASSES = {"variables": ["radiance", "surface_class"]}
 MASKED = {"variables": ["radiance", "cloud_mask"]}
+TWO = [{"type": name, "generator": "fractal", "coverage": 0.5} for name in ("stratocumulus", "cirrus")]
 TERMS = {"variables": ["radiance", "terms"]}
 
 
@@ -140,12 +141,13 @@ def sand(tmp_path):
         pytest.param("slant", NIGHT, {}, marks=pytest.mark.campaign),
         ("source", DAY, {}),
         ("source", NIGHT, {"platform": {"altitude": 1.5e5}, "radiance": {"light": "source", "model": "as-printed"}}),
+        ("source", NIGHT, {"clouds": {"layers": TWO}}),
     ],
-    ids=["slant", "source", "views of pixels"],
+    ids=["slant", "source", "views of pixels", "two layers"],
 )
 def test_each_point_has_the_light_over_its_own_ground(sand, tier, time, changes):
     common = {"time": time, "bands": [[3.6, 3.8]], "slant": OFF, "sea": EVEN, "accuracy": 5e-3, **changes}
-    if changes:
+    if "platform" in changes:
         assert make_plan(scene(tier, **common, surfaces=sand(150.0))).views.varies
     half, land = (
         simulate(scene(tier, **common, surfaces=sand(east), output=CLASSES | {"certificate": checked}))
@@ -184,10 +186,9 @@ def test_clouds_with_sides_over_land_agree_with_monte_carlo(sand):
 
 def test_light_over_land_is_refused_where_it_is_not_computed(sand):
     ground = sand(150.0)
-    layers = [{"type": name, "generator": "fractal", "coverage": 0.5} for name in ("stratocumulus", "cirrus")]
-    for changes in ({"radiance": {"light": "reference"}, "image": {"rows": 8, "columns": 8, "pixel_size": 100.0}},
-                    {"clouds": {"layers": layers}}):  # fmt: skip
+    image = {"rows": 8, "columns": 8, "pixel_size": 100.0}
+    for clouds in ({}, {"clouds": {"layers": TWO}}):
         with pytest.raises(
             ScenarioError, match=r"surfaces: a map of the ground cannot be computed with radiance\.light"
         ):
-            make_plan(scene(surfaces=ground, **changes))
+            make_plan(scene("reference", surfaces=ground, image=image, **clouds))

@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
-from hcss_light.comparison import compare
+from hcss_light.comparison import check, compare
 from hcss_light.relief import FractalClouds
 from light_scene import scene
+from test_light_along_rays import Arc
 
-from hcss_twin import make_plan, simulate
+from hcss_twin import simulate
+from hcss_twin.engine.compile import tables_of
+from hcss_twin.plan.make_plan import make_plan
 
 IMAGE = {"rows": 24, "columns": 24, "pixel_size": 100.0}
 
@@ -45,10 +48,40 @@ def test_clouds_whose_tops_are_all_that_of_the_layer_are_those_of_a_flat_layer(t
     assert error < 0.2 * sides
 
 
-def test_towers_and_low_clouds_beside_each_other_agree_with_monte_carlo(tops):
-    """Tops of neighbouring stripes differ by 500 m."""
+@pytest.fixture
+def towers(tops):
+    """Tops of neighbouring stripes of fractal clouds differ by 500 m."""
     tops((-500.0, 0.0), lambda top, points: (top - 500.0 * (points // 4 % 2)).astype(np.float32))
-    (band,) = compare(of("source"), pixels=24, photons=1500, frame=0, seed=3)["bands"]
+
+
+LOW = {"type": "stratocumulus", "base": 1400.0, "top": 1800.0}
+MIDDLE = {"type": "altocumulus", "base": 2500.0, "top": 2900.0}
+HIGH = {"type": "paper-cirrus"}
+FIELD = {"generator": "fractal", "coverage": 0.4, "coverage_mode": "field"}
+TWO, TWO_NEAR = ({"clouds": {"layers": [layer | FIELD for layer in (LOW, other)]}} for other in (HIGH, MIDDLE))
+WIDE = {"platform": {"altitude": 2e5}}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"bands": [[3.6, 3.8]]}, WIDE | {"accuracy": 1e-3}, TWO, WIDE | TWO_NEAR | {"accuracy": 1e-3}],
+    ids=["parallel rays", "3.7 um", "view of each pixel", "two layers", "two layers, view of each pixel"],
+)
+def test_towers_and_low_clouds_beside_each_other_agree_with_monte_carlo(towers, changes):
+    plan = make_plan(of("source", **changes))
+    assert plan.views.varies == ("platform" in changes)
+    assert plan.assembly.hanging_layers == tuple(range(len(plan.layers)))
+    (band,) = compare(of("source", **changes), pixels=24, photons=1500, frame=0, seed=3)["bands"]
     cube, columns = (band["errors"][name] for name in ("cube", "columns"))
     assert abs(cube["bias"]) < 1e-3 + 2.0 * band["noise"]
     assert cube["rms"] < 0.5 * columns["rms"]
+
+
+@pytest.mark.parametrize("clouds", [{}, TWO], ids=["one layer", "two layers"])
+def test_rays_that_form_no_grid_on_the_ground_see_what_monte_carlo_does(towers, clouds):
+    error = {}
+    for light in ("source", "columns"):
+        plan = make_plan(of(light, certificate=8, **clouds), rays=lambda *_: Arc(0.1))
+        (error[light],) = check(plan, tables_of(plan), 0)["bands"].values()
+    assert abs(error["source"]["bias"]) < 2e-3 + 2.0 * error["source"]["noise"]
+    assert error["source"]["rms"] < 0.5 * error["columns"]["rms"]

@@ -90,6 +90,8 @@ def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:
         for band in found["bands"]
     )
     text = f"clouds with sides against Monte Carlo of {pixels} random pixels: {errors}"
+    if (model := plan.scenario.radiance.model) != "physical":
+        text += f" (with what columns of radiance.model = '{model}' differ by from light that is scattered many times)"
     return summary(found) | {"light": plan.light.name, "text": text}
 
 
@@ -118,10 +120,10 @@ def _not_comparable(plan: Plan) -> str:
         return f"elements: {only} a scene without [[elements]]"
     if plan.surfaces:
         return f"surfaces: {only} a scene without [surfaces]"
+    if plan.point_effects:
+        return f"{plan.point_effects[0].effect.name}: {only} to leave it out"
     if plan.waves.varies:
         return f"sea.waves: {only} 'off'"
-    if not plan.is_grid:
-        return "scenario: Monte Carlo needs pixels that form a grid on the ground; allowed: no camera"
     if plan.samples_per_pixel != 1:
         return f"image.samples_per_pixel: {plan.samples_per_pixel}; allowed: 1"
     return ""
@@ -214,10 +216,12 @@ class SampledClouds:
         self, pixel: tuple[int, int], time_s: float, clouds: FrameClouds, sun: Sun | None, photons: int, seed: int
     ) -> tuple[Array, Array]:
         """Return the radiance (1, B) of a pixel by Monte Carlo, and its standard error."""
+        below = pixel if self._plan.is_grid else self._nearest(pixel, time_s)
         rows, columns = (
-            slice(at - before, at + 1 + after) for at, (before, after) in zip(pixel, self._reach, strict=True)
+            slice(at - before, at + 1 + after) for at, (before, after) in zip(below, self._reach, strict=True)
         )
-        thickness, layers = clouds.thickness_m((rows, columns)), []
+        thickness = (clouds.thickness_m if self._plan.is_grid else clouds.of_scene_m)((rows, columns))
+        layers = []
         for layer_inputs, slices in zip(self._inputs.stack, self._slices, strict=True):
             number, window = layer_inputs.number, (rows, columns)
             shares: Field | None
@@ -229,6 +233,14 @@ class SampledClouds:
             layers.append((slices, slices.density(cloud, layer_inputs.shape, shares)))
         inside = np.array([[margin[0] for margin in self._reach]])
         return radiance_of_layers(self._inputs, layers, inside, sun, photons, seed)
+
+    def _nearest(self, pixel: tuple[int, int], time_s: float) -> tuple[int, int]:
+        """Return the point of the scene nearest to where the ray of a pixel meets the columns of the lowest layer."""
+        row, column = pixel
+        window = slice(row, row + 1), slice(column, column + 1)
+        place = self._plan.scene.in_points(*self._plan.rays.points_m(window, time_s, self._inputs.reference_m))
+        y, x = (int(np.rint(points[0, 0])) for points in place)
+        return y, x
 
 
 def slices_and_reach(inputs: LightInputs) -> tuple[list[Slices], Any]:

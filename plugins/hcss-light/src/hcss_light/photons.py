@@ -149,7 +149,14 @@ class InstantPhotons:
     def correct(
         self, thickness_m: Field, shares: Field | None = None, over_sea: Sequence[Array] = ()
     ) -> tuple[Array, Array, Array]:
-        """Return no cloud (y, x), no share of the tables (B, y, x), and Monte Carlo radiance (B, y, x).
+        """Return no cloud (y, x), no share of the tables (B, y, x), and Monte Carlo radiance (B, y, x)."""
+        amount, total = self.seen(thickness_m, shares)
+        return amount, *self.beside_columns(total, amount, shares)
+
+    def seen(
+        self, thickness_m: Field, shares: Field | None = None, over_sea: Sequence[Array] = ()
+    ) -> tuple[Array, Array]:
+        """Return no cloud (y, x), and Monte Carlo radiance (B, y, x).
 
         Photons are drawn by the clouds, so that a square has the same bits wherever it is computed.
         """
@@ -157,10 +164,15 @@ class InstantPhotons:
         rows, columns = (slice(low, -high) for low, high in self._reach)
         inside[rows, columns] = True
         seed = int.from_bytes(hashlib.sha256(thickness_m.tobytes()).digest()[:3])
-        seen = np.zeros((self._inputs.weights_cm1.shape[0], *thickness_m.shape))
+        radiance = np.zeros((self._inputs.weights_cm1.shape[0], *thickness_m.shape))
         points = np.argwhere(inside).astype(np.float64)
         mean, _ = reference_radiance(
             self._inputs, self._slices, thickness_m, points, self._sun, self._photons, seed, shares
         )
-        seen[:, inside] = mean.T
-        return np.zeros(thickness_m.shape), np.zeros_like(seen), seen
+        radiance[:, inside] = mean.T
+        return np.zeros(thickness_m.shape), radiance
+
+    @staticmethod
+    def beside_columns(total: Array, amount_m: Array, shares: Field | None) -> tuple[Array, Array]:
+        """Return no share of the tables, and all radiance (B, y, x)."""
+        return np.zeros_like(total), total

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -62,6 +63,36 @@ class ScatteredLight:
     def _spread(self) -> int:
         """Points around others that send light to them, without the shift of rays along view and sun."""
         return min(math.ceil(SPREADING * max(self._heights)), MOST_SPREADING)
+
+    @property
+    def farthest_m(self) -> float:
+        """Largest height of cloud above or below where lines of sight meet the columns of their own points."""
+        lowest, highest = self._inputs, self._inputs.stack[-1]
+        ends = highest.layer.top_m - lowest.reference_m, lowest.reference_m - lowest.layer.base_m
+        return max(ends)
+
+    def over_views(self, plan: Plan) -> tuple[list[float], str]:
+        """Return the errors to expect over an image whose view varies, and a note about its directions.
+
+        Raises
+        ------
+        LightError
+            If directions that are constant in squares would be too wrong.
+        """
+        from hcss_light.tiles import Tiles  # not for parallel views
+
+        tiles, inputs = Tiles(plan, self), self._inputs
+        views = dict.fromkeys((inputs.view, *tiles.corners))
+        errors = [type(self)(replace(inputs, view=view)).expected_errors() for view in views]
+        text = (
+            f"directions of the view are constant in squares of {tiles.side} pixels: lines of sight are displaced by "
+        )
+        return np.max(errors, axis=0).tolist(), text + f"up to {tiles.displaced:.2g} points at the top of the clouds"
+
+    @property
+    def through_sea(self) -> bool:
+        """Whether lines of sight are those through the points of the sea, all of the clouds above."""
+        return self._inputs.reference_m < self._inputs.layer.base_m
 
     @staticmethod
     def check(plan: Plan, tables: RadianceTables, frame: int) -> dict[str, Any]:

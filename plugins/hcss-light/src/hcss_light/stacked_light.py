@@ -40,7 +40,17 @@ WHOLE = (slice(None), slice(None))
 
 
 class StackedSource(ScatteredLight):
-    """Light in several layers of broken cloud, tier ``source``."""
+    """Light in several layers of broken cloud, tier ``source``.
+
+    Attributes
+    ----------
+    knows_surfaces, knows_rays, knows_tops : bool
+        As of :class:`~hcss_light.transport.SourceLight`.
+    """
+
+    knows_surfaces: ClassVar[bool] = True
+    knows_rays: ClassVar[bool] = True
+    knows_tops: ClassVar[bool] = True
 
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)
@@ -113,21 +123,28 @@ class StackedLight:
         ]
         # Weights (L, C) of the sums of each layer; None in the tier ``source``.
         self._weights = [[None if tier == "source" else self._fitted(member) for member in group] for group in groups]
-        self._uniform = self._of_uniform(groups, self._sun)
-        self._dark = self._uniform
+        self._own_tops = [cloud.tops_vary for cloud in inputs.stack]
+        self._tops_vary = any(self._own_tops)
+        self._nights = self._groups
         if self._sun is not None:
-            night = [[_at_night(member) for member in group] for group in groups]
-            self._dark = self._of_uniform(night, None)
+            self._nights = [[_at_night(member) for member in group] for group in groups]
+        if not self._tops_vary:
+            thickness = np.stack(np.meshgrid(*self._nodes_m, indexing="ij"))
+            flat = thickness.reshape(*thickness.shape[:2], -1)
+            self._uniform, self._dark = (
+                values.reshape(-1, *thickness.shape[1:]) for values in self._apart(flat, [None] * len(flat))
+            )
 
-    def _of_uniform(self, groups: Sequence[Sequence[StackedGroup]], sun: Direction | None) -> Array:
-        """Return the radiance (B, N, M, ...) of uniform layers of all combinations of thicknesses."""
+    def _apart(self, thickness_m: Array | Field, shares: Sequence[Field | None]) -> tuple[Array, Array]:
+        """Return the radiance (B, y, x) of columns (L, y, x) of which none sees another, and what it is at night."""
         apart = self._stack.apart()
-        thickness = np.stack(np.meshgrid(*self._nodes_m, indexing="ij")).astype(np.float32)
-        flat = thickness.reshape(*thickness.shape[:2], -1)
-        densities, sea = self._densities(flat, [None] * len(flat)), StackedSea(apart, sun, 1)
-        given: Any = apart, sea, sun, densities, densities, flat, sea.paths(densities, True), WHOLE
-        result: Array = self._of_bands(groups, *given, 1)
-        return result.reshape(len(groups), *thickness.shape[1:])
+        densities, of_suns = self._densities(thickness_m, shares), []
+        suns = ((self._groups, self._sun), (self._nights, None)) if self._sun is not None else ((self._groups, None),)
+        for groups, sun in suns:
+            sea = StackedSea(apart, sun, 1)
+            given: Any = apart, sea, sun, densities, densities, thickness_m, sea.paths(densities, True), WHOLE
+            of_suns.append(self._of_bands(groups, *given, 1))
+        return of_suns[0], of_suns[-1]
 
     def _of_bands(self, groups: Sequence[Sequence[StackedGroup]], *given: Any) -> Array:
         """Return the radiance (B, y, x) of the groups of each band."""
@@ -163,8 +180,24 @@ class StackedLight:
         ]
 
     def uniform(self, amount_m: Array | Field, shares: Any = None) -> Array:
-        """Return the radiance (B, y, x) of uniform layers of amounts (L, y, x) by this tier, and of the air above."""
-        return self._between(self._uniform, amount_m) + self._air[:, None, None]
+        """Return the radiance (B, y, x) of uniform layers of amounts (L, y, x) by this tier, and of the air above.
+
+        If the tops of a layer vary, that of the columns themselves, with the shares of heights of that layer.
+        """
+        of_clouds, _ = self._without_others(amount_m, shares)
+        return of_clouds + self._air[:, None, None]
+
+    def _without_others(self, amount_m: Array | Field, shares: Any) -> tuple[Array, Array]:
+        """Return the radiance (B, y, x) of uniform layers, or of columns with own tops, and what it is at night."""
+        if not self._tops_vary:
+            return self._between(self._uniform, amount_m), self._between(self._dark, amount_m)
+        count, *shape = amount_m.shape
+        in_a_row = [
+            share.reshape(share.shape[0], 1, -1) if own and share is not None else None
+            for own, share in zip(self._own_tops, shares, strict=True)
+        ]
+        day, night = self._apart(np.asarray(amount_m, np.float32).reshape(count, 1, -1), in_a_row)
+        return day.reshape(-1, *shape), night.reshape(-1, *shape)
 
     def _between(self, values: Array, amount_m: Array | Field) -> Array:
         places = []
@@ -185,6 +218,8 @@ class StackedLight:
     ) -> tuple[Array, Array, Array]:
         """Return the amounts (L, y, x) at which the tables are read, m, their share and what is added (B, y, x).
 
+        Of layers with tops of their own, the tables are read at the columns above the points.
+
         Parameters
         ----------
         thickness_m : ndarray of float32 (L, Y, X)
@@ -194,7 +229,17 @@ class StackedLight:
         inner : (slice, slice)
             Rows and columns among which light is scattered; the clouds around them only cast shadows.
         """
-        stack, densities = self._stack, self._densities(thickness_m, shares or [None] * len(thickness_m))
+        shares = shares or [None] * len(thickness_m)
+        amount, total = self.seen(thickness_m, shares, inner)
+        if self._tops_vary:
+            own = np.reshape(self._own_tops, (-1, 1, 1))
+            amount = np.where(own, np.asarray(thickness_m)[:, *inner], amount)
+        near = [None if share is None else share[:, *inner] for share in shares]
+        return amount, *self.beside_columns(total, amount, near)
+
+    def seen(self, thickness_m: Field, shares: Sequence[Field | None], inner: Window = WHOLE) -> tuple[Array, Array]:
+        """Return the amounts (L, y, x) of cloud on lines of sight, m, and their radiance (B, y, x)."""
+        stack, densities = self._stack, self._densities(thickness_m, shares)
         near = [np.ascontiguousarray(density[:, *inner]) for density in densities]
         amount = np.empty((len(near), *near[0].shape[1:]))
         moved = stack.shifts(stack.view)
@@ -208,9 +253,21 @@ class StackedLight:
             member.around.glint > FAINT_GLINT * member.around.below for group in self._groups for member in group
         )
         given: Any = stack, self._sea, self._sun, densities, near, amount, self._sea.paths(densities, glints), inner
-        total = self._of_bands(self._groups, *given)
-        uniform, dark = self._between(self._uniform, amount), self._between(self._dark, amount)
-        return amount, *share_and_change(total, uniform, dark, self._air)
+        return amount, self._of_bands(self._groups, *given)
+
+    def beside_columns(
+        self, total: Array, amount_m: Array | Field, shares: Sequence[Field | None]
+    ) -> tuple[Array, Array]:
+        """Return the share of the tables, and what is added to it, each (B, y, x).
+
+        Parameters
+        ----------
+        total : ndarray (B, y, x)
+            Radiance of broken cloud.
+        amount_m, shares : ndarray (L, y, x), sequence of ndarray (Z, y, x) or None
+            Of the columns at which the tables are read; shares for layers with tops of their own.
+        """
+        return share_and_change(total, *self._without_others(amount_m, shares), self._air)
 
 
 def _seen(

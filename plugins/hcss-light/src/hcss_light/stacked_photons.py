@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ from hcss_twin.providers.light import LightInputs
 
 class StackedReference(PhotonLight, StackedSource):
     """Light in several layers of broken cloud, tier ``reference``."""
+
+    knows_surfaces: ClassVar[bool] = False
 
     def __init__(self, inputs: LightInputs) -> None:
         super().__init__(inputs)
@@ -58,7 +61,14 @@ class StackedPhotons:
     def correct(
         self, thickness_m: Field, shares: Sequence[Field | None] | None = None, inner: Window = WHOLE
     ) -> tuple[Array, Array, Array]:
-        """Return no cloud (L, y, x), no share of the tables (B, y, x), and Monte Carlo radiance (B, y, x).
+        """Return no cloud (L, y, x), no share of the tables (B, y, x), and Monte Carlo radiance (B, y, x)."""
+        amount, total = self.seen(thickness_m, shares, inner)
+        return amount, *self.beside_columns(total, amount, shares)
+
+    def seen(
+        self, thickness_m: Field, shares: Sequence[Field | None] | None = None, inner: Window = WHOLE
+    ) -> tuple[Array, Array]:
+        """Return no cloud (L, y, x), and Monte Carlo radiance (B, y, x).
 
         Photons are drawn by the clouds, so that a square has the same bits wherever it is computed.
         """
@@ -67,5 +77,9 @@ class StackedPhotons:
         seed = int.from_bytes(hashlib.sha256(thickness_m.tobytes()).digest()[:3])
         mean, _ = self.radiance(thickness_m, shares, np.argwhere(inside), seed)
         size = thickness_m[0][*inner].shape
-        seen = mean.T.reshape(-1, *size)
-        return np.zeros((len(thickness_m), *size)), np.zeros_like(seen), seen
+        return np.zeros((len(thickness_m), *size)), mean.T.reshape(-1, *size)
+
+    @staticmethod
+    def beside_columns(total: Array, amount_m: Array, shares: Sequence[Field | None] | None) -> tuple[Array, Array]:
+        """Return no share of the tables, and all radiance (B, y, x)."""
+        return np.zeros_like(total), total

@@ -38,7 +38,7 @@ _Square = tuple[Any, Array, Array, Array, Array, Array]
 
 @dataclass(frozen=True)
 class _Lit:
-    """Light of a square over each class of surface.
+    """Light of a square in each of the plans: over each class of surface, at each value of effects of points.
 
     ``seen``, ``over_sea``: pixels around it with clouds on lines of sight, and over the sea.
     """
@@ -98,10 +98,10 @@ class DriftingStage(LightStage):
         transport: Any = self._transport
         self._tiles: Tiles | None = None
         self._own_tops = self._number in plan.assembly.hanging_layers
-        keeps = keeps and not plan.surfaces and not self._own_tops
+        keeps = keeps and len(self._plans) == 1 and not self._own_tops
         self._sizes = plan.grid.rows, plan.grid.columns
         if plan.views.varies:
-            self._tiles, keeps = Tiles(plan), False
+            self._tiles, keeps = Tiles(plan, transport), False
             self._pixels, self._nodes = self._tiles.side, tables.spectrum.nodes
             self._of_tiles: OrderedDict[tuple[int, int], _Lit] = OrderedDict()
         samples, pixels = plan.scene.samples, self._pixels
@@ -249,7 +249,7 @@ class DriftingStage(LightStage):
         thickness = clouds.thickness_m(self.around(extent, lit.over_sea))[self._number]
         before = self._previous.pop(key, None)
         still = before is not None and before[0] is light and np.array_equal(before[2], moved)
-        one = self._ground is None and not self._own_tops
+        one = len(self._plans) == 1 and not self._own_tops
         if before is not None and still and one and np.array_equal(before[1], thickness):
             return before
         kept: tuple[Any, ...] = ()
@@ -263,22 +263,35 @@ class DriftingStage(LightStage):
         kept: tuple[Any, ...] = (),
     ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Return amount (y, x), share and change (B, y, x) of pixels, from the clouds in and around them."""
-        own: tuple[dict[str, Field], tuple[Field, Field]] | None = None
+        rows, columns = extent
         if self._own_tops:
-            thickness, shares = clouds.standing(self._number, self.around(extent, lit.over_sea), lit.edges_m)
-            seen = self.around(extent, lit.seen)
-            own = {"shares": shares}, clouds.as_columns(self._number, seen, lit.edges_m)
-        amount, of_classes = self._over_classes(extent, lit, thickness, kept, own)
-        share, change = (self._of_ground(found, own_s, (extent[0], extent[1])) for found in of_classes)
-        return amount, share, change
+            return self._under_tops((rows, columns), self._seen_among(extent, lit, clouds), lit, own_s, clouds)
+        shares = self._shares(self._time_s, self.around(extent, lit.over_sea), thickness, lit.edges_m)
+        amounts, *of_classes = self._over_classes("correct", extent, lit, thickness, shares, kept)
+        share, change = (self._at_points(found, own_s, (rows, columns)) for found in of_classes)
+        return amounts[0], share, change
+
+    def _seen_among(self, extent: Sequence[slice], lit: _Lit, clouds: Any) -> Sequence[Array]:
+        """Return the radiance (B, y, x) over each class of surface of an extent among clouds with tops of their own."""
+        wide = self.around(extent, lit.over_sea)
+        thickness, shares = clouds.standing(self._number, wide, lit.edges_m)
+        return self._over_classes("seen", extent, lit, thickness, {"shares": shares})[1]
+
+    def _under_tops(
+        self, extent: Window, seen: Sequence[Array], lit: _Lit, time_s: float, clouds: Any
+    ) -> tuple[Array, Array, Array]:
+        """Return amount (y, x), share and change (B, y, x) of pixels that see tops of their own, from what they see."""
+        thickness, shares = clouds.as_columns(self._number, extent, lit.edges_m)
+        found = [light.beside_columns(total, thickness, shares) for light, total in zip(lit.lights, seen, strict=True)]
+        share, change = (self._at_points(values, time_s, extent) for values in zip(*found, strict=True))
+        return thickness.astype(np.float64), share, change
 
     def _over_classes(
-        self, extent: Sequence[slice], lit: _Lit, thickness: Field, kept: tuple[Any, ...] = (),
-        own: tuple[dict[str, Field], tuple[Field, Field]] | None = None,
-    ) -> tuple[Array, list[list[Array]]]:  # fmt: skip
-        """Return amount (y, x), and share and change (B, y, x) over each class of surface."""
-        samples, wide = self._plan.scene.samples, self.around(extent, lit.over_sea)
-        shares = own[0] if own else self._shares(self._time_s, wide, thickness, lit.edges_m)
+        self, method: str, extent: Sequence[slice], lit: _Lit, thickness: Field, shares: dict[str, Field],
+        kept: tuple[Any, ...] = (),
+    ) -> list[list[Array]]:  # fmt: skip
+        """Return each result (..., y, x) of a method of the light over each class of surface, for the pixels alone."""
+        samples = self._plan.scene.samples
         inner = [
             slice((far - near) * samples, (far + span.stop - span.start + high) * samples)
             for span, (far, _), (near, high) in zip(extent, lit.over_sea, lit.seen, strict=True)
@@ -288,18 +301,15 @@ class DriftingStage(LightStage):
         ]
         shares = {name: np.ascontiguousarray(values[:, *inner]) for name, values in shares.items()}
         near = np.ascontiguousarray(thickness[*inner])
-        seen: dict[str, Any] = {"own": own[1]} if own else {}
         found = [
-            of_class.correct(near, *kept, **shares, **seen, over_sea=over_sea)
+            getattr(of_class, method)(near, *kept, **shares, over_sea=over_sea)
             for of_class, over_sea in zip(lit.lights, of_seas, strict=True)
         ]
         cut = [
             slice(before * samples, (before + span.stop - span.start) * samples)
             for span, (before, _) in zip(extent, lit.seen, strict=True)
         ]
-        _, shares_of_classes, changes = zip(*found, strict=True)
-        of_classes = [[values[:, *cut].copy() for values in each] for each in (shares_of_classes, changes)]
-        return found[0][0][*cut].copy(), of_classes
+        return [[values[..., *cut].copy() for values in of_classes] for of_classes in zip(*found, strict=True)]
 
     def _shares(self, time_s: float | None, window: Window, thickness_m: Field, edges_m: Array) -> dict[str, Field]:
         assert time_s is not None
@@ -353,19 +363,24 @@ class RayStage(DriftingStage):
 
     def _square(self, extent: Window, clouds: Any) -> tuple[Array, Array, Array]:
         assert self._time_s is not None
-        scene, rays, height_m = self._plan.scene, self._plan.rays, self._layer.reference_height_m
-        place = scene.in_points(*rays.points_m(extent, self._time_s, height_m))
+        scene, rays, time_s = self._plan.scene, self._plan.rays, self._time_s
+        place = scene.in_points(*rays.points_m(extent, time_s, self._reference_m))
         below, bands = scene.around(*place), len(self._plan.bands)
         if below is None:
             shape = place[0].shape
             return np.zeros(shape), np.ones((bands, *shape)), np.zeros((bands, *shape))
-        lit = self._lit((extent[0].start // self._pixels, extent[1].start // self._pixels), self._time_s)
-        thickness = clouds.of_scene_m(self.around(below, lit.over_sea))[self._number]
-        amount, of_classes = self._over_classes(below, lit, thickness)
+        lit = self._lit((extent[0].start // self._pixels, extent[1].start // self._pixels), time_s)
         row, column = (
             np.rint(points).astype(np.intp) - first for points, first in zip(place, scene.corner_of(below), strict=True)
         )
+        if self._own_tops:
+            seen = [values[:, row, column] for values in self._seen_among(below, lit, clouds)]
+            return self._under_tops(extent, seen, lit, time_s, clouds)
+        wide = self.around(below, lit.over_sea)
+        thickness = clouds.of_scene_m(wide)[self._number]
+        shares = self._shares(time_s, wide, thickness, lit.edges_m)
+        amounts, *of_classes = self._over_classes("correct", below, lit, thickness, shares)
         share, change = (
-            self._of_ground([values[:, row, column] for values in found], self._time_s, extent) for found in of_classes
+            self._at_points([values[:, row, column] for values in found], time_s, extent) for found in of_classes
         )
-        return amount[row, column], share, change
+        return amounts[0][row, column], share, change

@@ -1,13 +1,15 @@
 """Views that vary over an image: squares of pixels in each of which the directions of the view are constant.
 
-The line of sight of a pixel meets the flat side of the clouds at its own place; a direction that is not its own
-displaces it above by at most the height of the layer times the difference of the tangents of the zenith angles.
+The line of sight of a pixel meets the flat side of the clouds at its own place, or another altitude if their tops vary;
+a direction that is not its own displaces it elsewhere in the clouds by at most the distance in height times the
+difference of the tangents of the zenith angles.
 """
 
 from __future__ import annotations
 
 import math
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,18 +18,28 @@ from hcss_twin.engine.stages.light import LightStage
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, View
 
+if TYPE_CHECKING:
+    from hcss_light.scattered import ScatteredLight
+
 LEAST_SIDE = 32
 """Pixels along the sides of the smallest squares; in smaller ones most of the time would go into the clouds around."""
 
-LEAST_SIDE_OF_RAYS = 8
-"""The same for rays that form no grid on the ground, whose pixels are often larger than the points of the scene."""
+LEAST_SIDE_SMALL = 8
+"""The same for rays that form no grid on the ground, whose pixels are often larger than the points of the scene, and
+for clouds with tops of their own."""
 
-MOST_DISPLACED = 0.5
-"""Largest displacement of a line of sight at the top of the clouds, in points."""
+MOST_DISPLACED, MOST_OF_WHOLE = 0.5, 0.1
+"""Largest displacement of a line of sight at the farthest end of the clouds, in points; of clouds that are displaced as
+a whole, as lines of sight are those through points of the sea."""
 
 
 class Tiles:
     """Squares of an image with one direction of the view each.
+
+    Parameters
+    ----------
+    light : ScatteredLight
+        Toward any of the views.
 
     Attributes
     ----------
@@ -42,23 +54,24 @@ class Tiles:
         If the view varies so much that squares would have to be smaller than :data:`LEAST_SIDE`.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, light: ScatteredLight) -> None:
         self._views, self._size = plan.views_over_image(), (plan.image.rows, plan.image.columns)
         self._rays = None if plan.is_grid else plan.rays
         self._times_s = plan.frame_times_s[:1] if plan.is_grid else plan.frame_times_s[[0, -1]]
-        layer = plan.layers[plan.cloudy_layers[0]]
-        points = layer.thickness_max_m / plan.scene.point_m
+        points, most = light.farthest_m / plan.scene.point_m, MOST_OF_WHOLE if light.through_sea else MOST_DISPLACED
         side, least = max(LightStage.largest_square // plan.samples_per_pixel, 1), LEAST_SIDE
         if self._rays is not None:
-            side, least = min(side, LEAST_SIDE), LEAST_SIDE_OF_RAYS
+            side, least = min(side, LEAST_SIDE), LEAST_SIDE_SMALL
+        elif light.through_sea:
+            least = LEAST_SIDE_SMALL
         self.side = min(max(self._size), side)
-        while (displaced := points * self._turn()) > MOST_DISPLACED and self.side > least:
+        while (displaced := points * self._turn()) > most and self.side > least:
             self.side = max(self.side // 2, least)
         self.displaced = displaced
-        if displaced > MOST_DISPLACED:
+        if displaced > most:
             raise LightError(
                 f"views that vary over the image displace lines of sight by {displaced:.2g} points in squares of "
-                f"{self.side} pixels; allowed: {MOST_DISPLACED:g}: a higher sensor or larger pixels need less"
+                f"{self.side} pixels; allowed: {most:g}: a higher sensor or larger pixels need less"
             )
 
     def view_of(self, row: int, column: int, time_s: float) -> View:

@@ -85,24 +85,6 @@ class SourceLight(ScatteredLight):
         """Altitudes at which the shares of heights are asked."""
         return self.slices.edges_m
 
-    def over_views(self, plan: Plan) -> tuple[list[float], str]:
-        """Return the same errors over an image whose view varies, and a note about its directions.
-
-        Raises
-        ------
-        LightError
-            If directions that are constant in squares would be too wrong.
-        """
-        from hcss_light.tiles import Tiles  # not for parallel views
-
-        tiles, inputs = Tiles(plan), self._inputs
-        views = dict.fromkeys((inputs.view, *tiles.corners))
-        errors = [type(self)(replace(inputs, view=view)).expected_errors() for view in views]
-        text = (
-            f"directions of the view are constant in squares of {tiles.side} pixels: lines of sight are displaced by "
-        )
-        return np.max(errors, axis=0).tolist(), text + f"up to {tiles.displaced:.2g} points at the top of the clouds"
-
     @cached_property
     def _differences(self) -> list[Array]:
         source = self if self.tier == "source" else SourceLight(self._inputs)
@@ -224,9 +206,10 @@ class InstantLight:
         moved: Sequence[float] = (0.0, 0.0),
         shares: Field | None = None,
         over_sea: Sequence[Array] | None = None,
-        own: tuple[Field, Field] | None = None,
     ) -> tuple[Array, Array, Array]:
         """Return the amount (y, x) at which the tables are read, m, their share and what is added (B, y, x).
+
+        Of clouds with tops of their own, the tables are read at the columns above the points.
 
         Parameters
         ----------
@@ -236,10 +219,22 @@ class InstantLight:
             Of each column between the altitudes ``edges_m`` of the transport.
         over_sea : sequence of ndarray (y, x), optional
             From :meth:`over_sea`, with more clouds around; by default the clouds are continued periodically.
-        own : (ndarray (y, x), ndarray (Z, y, x)), optional
-            Of clouds with tops of their own: thickness of the column that the tables show at each point, and its shares
-            of heights; by default those above the points.
         """
+        amount, total = self.seen(thickness_m, kept, moved, shares, over_sea)
+        if self._tops_vary:
+            amount = thickness_m.astype(np.float64)
+        np.minimum(amount, self._most_m, out=amount)
+        return amount, *self.beside_columns(total, amount, shares)
+
+    def seen(
+        self,
+        thickness_m: Field,
+        kept: KeptSource | None = None,
+        moved: Sequence[float] = (0.0, 0.0),
+        shares: Field | None = None,
+        over_sea: Sequence[Array] | None = None,
+    ) -> tuple[Array, Array]:
+        """Return the amount (y, x) of cloud on lines of sight, m, and their radiance (B, y, x); as :meth:`correct`."""
         seas = iter(self.over_sea(thickness_m, shares) if over_sea is None else over_sea)
         density = self._slices.density(thickness_m, self._shape, shares)
         sources = iter(() if kept is None else kept.at(density, moved))
@@ -249,12 +244,20 @@ class InstantLight:
             for group_light in light:
                 amount, radiance = group_light.radiance(density, next(sources, None))
                 band += radiance + group_light.unveiled(amount) * next(seas)
-        if self._tops_vary:
-            seen, shares = (thickness_m, shares) if own is None else own
-            amount = seen.astype(np.float64)
-        np.minimum(amount, self._most_m, out=amount)
-        uniform, dark = self._without_others(amount, shares)
-        return amount, *share_and_change(total, uniform, dark, self._air)
+        return amount, total
+
+    def beside_columns(self, total: Array, amount_m: Array | Field, shares: Field | None) -> tuple[Array, Array]:
+        """Return the share of the tables, and what is added to it, each (B, y, x).
+
+        Parameters
+        ----------
+        total : ndarray (B, y, x)
+            Radiance of broken cloud.
+        amount_m, shares : ndarray (y, x), ndarray (Z, y, x) or None
+            Of the columns at which the tables are read; shares for clouds with tops of their own alone.
+        """
+        uniform, dark = self._without_others(amount_m, shares)
+        return share_and_change(total, uniform, dark, self._air)
 
 
 class GroupLight:
