@@ -206,16 +206,16 @@ def _require_no_input(plan: Plan, output: str | Path) -> None:
         from hcss_twin.engine.sense import measured_path
 
         outputs.append(measured_path(Path(output)))
-    keys = {
-        (scenario.base / text).resolve(): scenario.field_as_typed(key)
-        for key, text in leaves(json.loads(scenario.to_json()))
-        if isinstance(text, str) and len(text) < 255
-    }
     for path in (Path(scenario.origin), *used_paths(plan.catalog)):
         try:
             for written in outputs:
                 require_not_read(written, [path], CubeError)
         except CubeError as error:
+            keys = {
+                (scenario.base / text).resolve(): scenario.field_as_typed(key)
+                for key, text in leaves(json.loads(scenario.to_json()))
+                if isinstance(text, str) and len(text) < 255
+            }
             key = keys.get(path.resolve())
             raise CubeError(f"{error} (scenario key {key})" if key else str(error)) from None
 
