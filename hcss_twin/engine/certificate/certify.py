@@ -26,7 +26,8 @@ from hcss_twin.engine.scene_points import seen_fields
 from hcss_twin.engine.stages.scene_stages import SceneTables
 from hcss_twin.engine.stages.stage import NOT_SEEN, REASONS, WITH_ELEMENTS
 from hcss_twin.engine.tables.point_axis import PointAxis
-from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
+from hcss_twin.cube.variables import TOTAL
+from hcss_twin.engine.tables.radiance_tables import Quantities, RadianceTables
 from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget, left_out
