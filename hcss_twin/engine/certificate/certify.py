@@ -16,6 +16,7 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.one_thread import in_one_thread
+from hcss_twin.cube.variables import TOTAL
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
 from hcss_twin.engine.certificate.clear_points import ClearPoint, ClearPoints, changes, computed_at_once
@@ -26,7 +27,6 @@ from hcss_twin.engine.scene_points import seen_fields
 from hcss_twin.engine.stages.scene_stages import SceneTables
 from hcss_twin.engine.stages.stage import NOT_SEEN, REASONS, WITH_ELEMENTS
 from hcss_twin.engine.tables.point_axis import PointAxis
-from hcss_twin.cube.variables import TOTAL
 from hcss_twin.engine.tables.radiance_tables import Quantities, RadianceTables
 from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature

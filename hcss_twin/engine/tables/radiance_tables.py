@@ -21,6 +21,7 @@ from hcss_twin.plan.plan import Plan
 
 __all__ = ["RadianceTables"]
 
+
 @dataclass(frozen=True)
 class Quantities:
     """Quantities of the look-up: total radiance and requested terms.
