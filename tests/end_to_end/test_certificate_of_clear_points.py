@@ -10,11 +10,10 @@ from surface_files import write_half
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import CertificateWarning
 from hcss_twin.engine import simulate as simulation
-from hcss_twin.engine.certificate import clear_points
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.certificate.clear_points import ClearPoint, ClearPoints, changes
-from hcss_twin.engine.certificate.reference_columns import References
+from hcss_twin.engine.certificate.reference_columns import CURVE_SHARE, References
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.engine.stages.scene_stages import SceneTables
@@ -307,22 +306,25 @@ def random_points(plan, count=12):
     ]
 
 
-def test_tilted_columns_of_scenes_that_share_them_are_read_between_slopes_and_temperatures(monkeypatch):
-    plan = plan_of(sea__temperature_texture=0.3, image__pixel_size=10.0)
+def test_tilted_columns_of_scenes_that_share_them_are_read_between_slopes_and_temperatures():
+    plan = plan_of(sea__temperature_texture=0.3)
     points = random_points(plan)
     shared, alone = References(from_curves=True), References()
     read, solved = (changes(plan, points, references) for references in (shared, alone))
-    total = mean_column(plan).sum(axis=0)
+    total, allowed = mean_column(plan).sum(axis=0), CURVE_SHARE * plan.accuracy.relative
     assert shared.read == len(points)
-    assert shared.curve_error <= clear_points.CURVE_SHARE * plan.accuracy.relative
+    assert 0.0 < shared.curve_error <= allowed
     away = np.abs(read - solved).sum(axis=1) / total
-    assert 0.0 < np.max(away) < 3.0 * clear_points.CURVE_SHARE * plan.accuracy.relative
-    assert np.max(np.abs(solved.sum(axis=1)) / total) > 1e-2
-    # some scenes of a sweep solve theirs, and so do all where few slopes do not suffice
-    solves = References(from_curves=True, afresh=4)
-    np.testing.assert_array_equal(changes(plan, points, solves), solved)
-    monkeypatch.setattr(clear_points, "TILTS", 2)
-    monkeypatch.setattr(clear_points, "FEW_TILTS", 2)
-    few = References(from_curves=True)
-    np.testing.assert_array_equal(changes(plan, points, few), solved)
-    assert few.read == 0
+    assert 0.0 < np.max(away) < 2.0 * allowed
+    assert np.max(np.abs(solved.sum(axis=1)) / total) > 0.1
+    # some scenes of a sweep solve theirs
+    some = References(from_curves=True, afresh=4)
+    np.testing.assert_array_equal(changes(plan, points, some), solved)
+
+
+def test_tilted_columns_are_solved_where_few_slopes_do_not_suffice():
+    """Pixels of 10 m resolve so many waves that the rest is a narrow glint."""
+    plan = plan_of(sea__temperature_texture=0.3, image__pixel_size=10.0)
+    points, shared = random_points(plan), References(from_curves=True)
+    np.testing.assert_array_equal(changes(plan, points, shared), changes(plan, points, References()))
+    assert shared.read == 0

@@ -12,7 +12,7 @@ are those of the scene, as its frames have them: steeper waves are clipped.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
 from itertools import product
 from typing import NamedTuple
@@ -39,9 +39,8 @@ from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import Sun, View
 from hcss_twin.providers.column_states import ColumnSetting, spectra_of
 
-ORDER, REACH = 6, 2.4
-"""Order of the polynomial of the mean clear column in the sea's temperature, up to so many steps from the scene: four
-standard deviations."""
+REACH = 2.4
+"""Steps of the sea's temperature to which curves of clear columns go: four standard deviations."""
 
 TILTS, FEW_TILTS = 8, 4
 """Orders of the polynomials of clear columns in both slopes of a wave, within the reach of waves: over the sea of the
@@ -159,54 +158,49 @@ def changes(plan: Plan, points: Sequence[ClearPoint], references: References) ->
     plan : Plan
         In the state of the points: without waves on any surface but the scenario's sea.
     """
-    # Scenes of a sweep have clear columns over seas of the same temperatures and slopes in common.
-    of_sea_alone = plan.texture.temperature_K > 0.0 and plan.texture.water_vapour == 0.0
-    if references.from_curves and plan.waves.varies and of_sea_alone:
-        return _changes(plan, points, references, on_curve=True)  # no other scene has these points
+    on_curve = _on_curve(plan, points, references)
+    compute = partial(_changes, plan, points, on_curve)
+    if on_curve is not None:
+        return compute()  # no other scene has these points
     suns, views = [point.sun for point in points], [point.view for point in points]
     values = [np.concatenate((point.slope, point.path_m, point.level.ravel(), point.perturbation)) for point in points]
-    compute = partial(_changes, plan, points, references, on_curve=False)
     return references.recalled(plan, compute, np.array(values), suns, views, "clear points")
 
 
-def _changes(plan: Plan, points: Sequence[ClearPoint], references: References, on_curve: bool) -> Array:
+def _changes(plan: Plan, points: Sequence[ClearPoint], on_curve: tuple[Array, Array] | None) -> Array:
+    """Return the changes; columns over the tilted and over the mean sea are solved that are not on curves.
+
+    Of those, points behind thin clouds need spectra all the same.
+    """
     fine, grid = _finest(plan)
     in_sky = cache(partial(plan.texture.perturbed, fine))
-    tilted = _tilted_on_curve(plan, points, references) if on_curve and not references.afresh else None
     cast = [number for number, point in enumerate(points) if np.any(point.path_m)]
     extinction_m1 = _extinction_m1(plan, grid.wavenumber_cm1) if cast else np.empty(0)
     kept_back = {number: -np.expm1(-(points[number].path_m @ extinction_m1)) for number in cast}
-    known = () if tilted is None else {*range(len(points))} - {n for n in cast if np.min(kept_back[n]) < OPAQUE}
-    seen, mean = dict[int, ColumnSetting](), dict[int, ColumnSetting]()
-    for number, point in enumerate(points):
-        if on_curve and number in known:
-            continue
+    thin = [number for number, share in kept_back.items() if np.min(share) < OPAQUE]
+    mean, seen = dict[int, ColumnSetting](), dict[int, ColumnSetting]()
+    for number in range(len(points)) if on_curve is None else thin:
+        point = points[number]
         sky = in_sky(point.perturbation) if any(point.perturbation) else fine
         mean[number] = seen[number] = sky.setting(point.sun, point.view)
         if plan.waves.varies:
-            seen[number] = plan.waves.tilted(sky, _toward_sun(point)).setting(point.sun, point.view)
+            seen[number] = _tilted(plan, sky, point.slope, point).setting(point.sun, point.view)
+    shape = len(points), len(fine.model.terms), len(plan.bands)
+    of_seen, of_mean = on_curve or (np.empty(shape), np.empty(shape))
+    direct = [list(fine.model.terms).index(name) for name in sea_sun_terms(fine.model)]
+    whole, lost = dict[ColumnSetting, Array](), np.zeros(shape)
+    for number in kept_back.keys() - seen.keys():
+        lost[number, direct] = of_seen[number, direct]
     shaded: dict[ColumnSetting, list[int]] = {}
     for number in seen.keys() & kept_back.keys():
         shaded.setdefault(seen[number], []).append(number)
-    direct = [list(fine.model.terms).index(name) for name in sea_sun_terms(fine.model)]
-    shape = len(points), len(fine.model.terms), len(plan.bands)
-    whole, lost = dict[ColumnSetting, Array](), np.zeros(shape)
-    different = list(dict.fromkeys((*(() if on_curve else mean.values()), *seen.values())))
-    cloudless = np.zeros((1, len(plan.layers)))
-    for first in range(0, len(different), SETTINGS_AT_ONCE):
-        settings = different[first : first + SETTINGS_AT_ONCE]
-        spectra = spectra_of(fine.model, settings, grid.wavenumber_cm1, cloudless)[:, 0]
-        for setting, spectrum in zip(settings, spectra, strict=True):
-            whole[setting] = spectrum @ grid.weights_cm1.T
-            for number in shaded.get(setting, ()):
-                lost[number, direct] = (spectrum[direct] * kept_back[number]) @ grid.weights_cm1.T
-    of_seen = np.empty(shape) if tilted is None else tilted
+    for setting, spectrum in _spectra(plan, (*(mean.values() if on_curve is None else ()), *seen.values())):
+        whole[setting] = spectrum @ grid.weights_cm1.T
+        for number in shaded.get(setting, ()):
+            lost[number, direct] = (spectrum[direct] * kept_back[number]) @ grid.weights_cm1.T
     for number, setting in seen.items():
-        of_seen[number] = whole[setting]
-    for number in kept_back.keys() - seen.keys():
-        lost[number, direct] = of_seen[number, direct]
+        of_seen[number], of_mean[number] = whole[setting], whole.get(mean[number], of_mean[number])
     level = np.array([point.level for point in points]) if plan.waves.varies else np.ones(shape)
-    of_mean = _on_curve(plan, points, references) if on_curve else np.array([whole[each] for each in mean.values()])
     changed: Array = level * (of_seen - lost) - of_mean
     return changed
 
@@ -217,49 +211,58 @@ def _finest(plan: Plan) -> tuple[Assembly, SpectralGrid]:
     return fine, plan.assembly.refined_grid(plan.grid_refinement.refinement + 1)
 
 
-def _toward_sun(point: ClearPoint) -> tuple[float, float]:
-    return point.slope[0], point.slope[1] * crosswind_sense(point.view, point.sun)
+def _tilted(plan: Plan, sky: Assembly, slope: Sequence[float], seen: ClearPoint) -> Assembly:
+    upwind, crosswind = slope
+    return plan.waves.tilted(sky, (upwind, crosswind * crosswind_sense(seen.view, seen.sun)))
 
 
-def _tilted_on_curve(plan: Plan, points: Sequence[ClearPoint], references: References) -> Array | None:
-    """Return clear columns (N, K, B) over the tilted seas of points, from those of a few slopes and temperatures.
+def _spectra(plan: Plan, every: Sequence[ColumnSetting]) -> Iterator[tuple[ColumnSetting, Array]]:
+    """Yield the terms (K, V) of clear sky in different settings."""
+    (fine, grid), different, cloudless = _finest(plan), list(dict.fromkeys(every)), np.zeros((1, len(plan.layers)))
+    for first in range(0, len(different), SETTINGS_AT_ONCE):
+        settings = different[first : first + SETTINGS_AT_ONCE]
+        yield from zip(settings, spectra_of(fine.model, settings, grid.wavenumber_cm1, cloudless)[:, 0], strict=True)
 
-    None where columns between the nodes show that they are too few.
+
+def _on_curve(plan: Plan, points: Sequence[ClearPoint], references: References) -> tuple[Array, Array] | None:
+    """Return clear columns (N, K, B) over the tilted and the mean seas of points, from a few slopes and temperatures.
+
+    Scenes of a sweep have these in common. None where there are no curves, in scenes that solve columns afresh, and
+    where columns between the nodes show that these are too few.
     """
-    fine, grid = _finest(plan)
-    allowed, reach = CURVE_SHARE * plan.accuracy.relative, np.array(plan.waves.reach)
-    result = np.empty((len(points), len(fine.model.terms), len(plan.bands)))
+    of_sea_alone = plan.texture.temperature_K > 0.0 and plan.texture.water_vapour == 0.0
+    if not (references.from_curves and plan.waves.varies and of_sea_alone) or references.afresh:
+        return None
+    (fine, grid), reach = _finest(plan), np.array(plan.waves.reach)
     every, few = (list(product(quadrature.nodes(order).tolist(), repeat=2)) for order in (TILTS, FEW_TILTS))
-    states = [(0.0, *slope) for slope in every] + [(warmer, *slope) for warmer in (-REACH, REACH) for slope in few]
+    colder, warmer = ([(step, *slope) for slope in few] for step in (-REACH, REACH))
     proof = [(share * REACH, u, v) for share in (-0.5, 0.5) for u, v in ((-0.71, 0.57), (0.26, -0.83))]
+    states = [(0.0, *slope) for slope in every] + colder + warmer + proof
+    tilted, mean = (np.empty((len(points), len(fine.model.terms), len(plan.bands))) for _ in range(2))
     for sun, view in dict.fromkeys((point.sun, point.view) for point in points):
-
-        def compute(sun: Sun | None = sun, view: View = view) -> Array:
-            spectra = []
-            for first in range(0, len(states + proof), SETTINGS_AT_ONCE):
-                settings = []
-                for warmer, *slope in (states + proof)[first : first + SETTINGS_AT_ONCE]:
-                    along, across = (reach * slope).tolist()
-                    sense = crosswind_sense(view, sun)
-                    sky = plan.texture.perturbed(fine, (warmer, 0.0)) if warmer else fine
-                    settings.append(plan.waves.tilted(sky, (along, across * sense)).setting(sun, view))
-                found = spectra_of(fine.model, settings, grid.wavenumber_cm1, np.zeros((1, len(plan.layers))))[:, 0]
-                spectra.append(found @ grid.weights_cm1.T)
-            return np.concatenate(spectra)
-
-        key = np.array(states + proof)
-        known = references.shared(plan, compute, key, [sun] * len(key), [view] * len(key), "tilted clear columns")
-        between = _between_tilts(known[: len(states)], np.array(proof))
-        error = largest_error(np.sum(between, axis=-2), np.sum(known[len(states) :], axis=-2))
-        if error > allowed:
-            return None
         rows = [row for row, point in enumerate(points) if (point.sun, point.view) == (sun, view)]
-        at = [(points[row].perturbation[0], *np.divide(points[row].slope, reach)) for row in rows]
-        result[rows] = _between_tilts(known[: len(states)], np.array(at))
-        references.read += len(rows)
-        references.curve_columns += len(states)
+        seen = points[rows[0]]
+
+        def compute(seen: ClearPoint = seen) -> Array:
+            skies = {step: plan.texture.perturbed(fine, (step, 0.0)) for step in {state[0] for state in states}}
+            seas = [_tilted(plan, skies[step], (reach * slope).tolist(), seen) for step, *slope in states]
+            seas += [skies[step] for step in (-REACH, 0.0, REACH)]
+            settings = [sea.setting(seen.sun, seen.view) for sea in seas]
+            found = {setting: spectrum @ grid.weights_cm1.T for setting, spectrum in _spectra(plan, settings)}
+            return np.array([found[setting] for setting in settings])
+
+        key = np.array(states)
+        known = references.shared(plan, compute, key, [sun] * len(key), [view] * len(key), "tilted clear columns")
+        nodes, exact = known[: -len(proof) - 3], known[-len(proof) - 3 : -3]
+        error = largest_error(np.sum(_between_tilts(nodes, key[-len(proof) :]), axis=-2), np.sum(exact, axis=-2))
+        if error > CURVE_SHARE * plan.accuracy.relative:
+            return None
+        at = np.array([(points[row].perturbation[0], *np.divide(points[row].slope, reach)) for row in rows])
+        tilted[rows] = _between_tilts(nodes, at)
+        mean[rows] = np.tensordot(quadrature.weights(2, at[:, 0] / REACH), known[-3:], 1)
+        references.read, references.curve_columns = references.read + len(rows), references.curve_columns + len(nodes)
         references.curve_error = max(references.curve_error, error)
-    return result
+    return tilted, mean
 
 
 def _between_tilts(known: Array, at: Array) -> Array:
@@ -273,27 +276,6 @@ def _between_tilts(known: Array, at: Array) -> Array:
     fine, coarse = ([quadrature.weights(order, slope) for slope in slopes] for order in (TILTS, FEW_TILTS))
     found = np.einsum("ni,nj,ij...->n...", *fine, even, optimize=True)
     return np.asarray(found + np.einsum("nt,ni,nj,tij...->n...", warmer, *coarse, change, optimize=True))
-
-
-def _on_curve(plan: Plan, points: Sequence[ClearPoint], references: References) -> Array:
-    """Return the mean clear columns (N, K, B) of points, from columns over seas of a few temperatures."""
-    fine, grid = _finest(plan)
-    warmer = REACH * quadrature.nodes(ORDER)
-    result = np.empty((len(points), len(fine.model.terms), len(plan.bands)))
-    for sun, view in dict.fromkeys((point.sun, point.view) for point in points):
-
-        def compute(sun: Sun | None = sun, view: View = view) -> Array:
-            skies = [plan.texture.perturbed(fine, (step, 0.0)) for step in warmer.tolist()]
-            settings, cloudless = [sky.setting(sun, view) for sky in skies], np.zeros((1, len(plan.layers)))
-            spectra = spectra_of(fine.model, settings, grid.wavenumber_cm1, cloudless)[:, 0]
-            return np.asarray(spectra @ grid.weights_cm1.T)
-
-        suns, views = warmer.size * [sun], warmer.size * [view]
-        known = references.shared(plan, compute, warmer, suns, views, "mean clear columns")
-        rows = [row for row, point in enumerate(points) if (point.sun, point.view) == (sun, view)]
-        places = np.array([points[row].perturbation[0] for row in rows]) / REACH
-        result[rows] = np.tensordot(quadrature.weights(ORDER, places), known, 1)
-    return result
 
 
 def _extinction_m1(plan: Plan, wavenumber_cm1: Array) -> Array:
