@@ -13,7 +13,7 @@ import re
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, cast
 
 import platformdirs
 
@@ -40,6 +40,9 @@ FORMAT = 2
 """Incremented when the meaning of the stored values changes."""
 
 DEFAULT_LIMIT_MB = 1000.0
+
+RECENT = 8
+"""Results that stay in the memory of a process with several scenes: a scene asks for about as many."""
 
 _KEY = re.compile(r"[0-9a-f]{64}")
 """Name of a file without its suffix: a SHA-256."""
@@ -149,6 +152,22 @@ def recall_or_compute(
     """
     if isinstance(catalog, SecludedCatalog):
         return compute()
+    if catalog.shelf.air is None:
+        return _stored(kind, key, catalog, compute, classes)[0]
+    recent, name = catalog.shelf.recent, (*kind, key, catalog.base)
+    known = recent.pop(name, None)
+    if known is None or not catalog.unchanged(known[1]):
+        known = _stored(kind, key, catalog, compute, classes)
+    recent[name] = known
+    while len(recent) > RECENT:
+        recent.popitem(last=False)
+    return cast(_T, known[0])
+
+
+def _stored(
+    kind: tuple[str, str], key: str, catalog: Catalog, compute: Callable[[], _T], classes: tuple[type, ...]
+) -> tuple[_T, Mapping[str, str]]:
+    """Return a result from the user's cache, or computed and stored there, and the files that it was made from."""
     store, folder, before = Store(*kind), str(catalog.base.resolve()), catalog.used
     path = store.find(key)
     if path is not None:
@@ -157,14 +176,13 @@ def recall_or_compute(
             files = dict(zip(names, digests, strict=True))
             # A scenario in another folder refers to other files.
             if kept_key == key and isinstance(kept, classes[0]) and base in ("", folder) and catalog.unchanged(files):
-                result: _T = kept  # type: ignore[assignment]
-                return result
+                return cast(_T, kept), files
     result = compute()
     read = {name: digest for name, digest in catalog.used.items() if name not in before}
     base = folder if any(Path(name).is_absolute() for name in read) else ""
     record = (key, base, tuple(read), tuple(read.values()), result)
     store.keep(key, lambda draft: write_record(draft, record, classes))
-    return result
+    return result, read
 
 
 class CachedFile(NamedTuple):

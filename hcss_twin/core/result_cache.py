@@ -131,6 +131,10 @@ class ResultCache:
         Large arrays, such as solved clouds.
     air : ArrayMemory or None
         Transmittance and emission of air, if there are several scenes.
+    recent : OrderedDict
+        Results from the user's cache, and the hashes of files that they depend on, of several scenes.
+    latest : (hashable, object)
+        The last scene, too large for many to be kept, with its key.
     """
 
     def __init__(self, within: Iterable[Path] | None = None, several: bool = False) -> None:
@@ -141,6 +145,8 @@ class ResultCache:
         self.stored: StoredFiles | None = None
         self.arrays = ArrayMemory()
         self.air = ArrayMemory() if several else None
+        self.recent: OrderedDict[Hashable, Any] = OrderedDict()
+        self.latest: tuple[Hashable, Any] = (None, None)
 
     def may_read(self, path: Path) -> bool:
         """Return whether a file of the user may be read; if so, it is added to a restricted cache's ``own_files``."""

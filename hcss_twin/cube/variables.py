@@ -93,6 +93,7 @@ class VariableSpec:
         return self.kind in ("radiance", "derived")
 
 
+TOTAL = "radiance"
 TERM_PREFIX = "radiance_"
 SHADOW_MASK = "shadow_mask"
 SURFACE_CLASS, SURFACE_TEMPERATURE = "surface_class", "surface_temperature"

@@ -23,20 +23,19 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from hcss_twin.core.errors import HcssError, ProviderError
 from hcss_twin.core.memory import naming_memory, out_of_memory
 from hcss_twin.core.processes import start_worker, worker_pool
-from hcss_twin.engine.certificate.certificate_pixels import PixelSample
-from hcss_twin.engine.certificate.part_sample import DrawnPixels
 from hcss_twin.engine.clouds import summaries_of
-from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stages.stage import Frame
 from hcss_twin.engine.stream import PartMaker
-from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, cut, length, relative
 from hcss_twin.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
+    from hcss_twin.engine.certificate.certificate_pixels import PixelSample
+    from hcss_twin.engine.certificate.part_sample import DrawnPixels
     from hcss_twin.engine.cluster import Cluster
+    from hcss_twin.engine.tables.radiance_tables import RadianceTables
 
 __all__ = ["Workers"]
 
@@ -258,7 +257,7 @@ class Part:
     arrays: Frame
 
 
-MadePart = tuple[Frame, DrawnPixels | None]
+MadePart = tuple[Frame, "DrawnPixels | None"]
 """Variables of a part, and its certificate sample."""
 
 
@@ -275,7 +274,11 @@ def make_part(task: Task, summaries: Sequence[Any] | None = None) -> MadePart:
         Those of :func:`hcss_twin.engine.clouds.summaries_of` for the frame; computed if omitted.
     """
     plan, maker, turn = _maker(task.scenario, task.base)
-    sample = PixelSample(plan) if plan.needs_radiance and plan.scenario.output.certificate else None
+    sample: PixelSample | None = None
+    if plan.needs_radiance and plan.scenario.output.certificate:
+        from hcss_twin.engine.certificate.certificate_pixels import PixelSample  # a mask has none
+
+        sample = PixelSample(plan)
     with turn:
         return _made(plan, maker, sample, task, summaries)
 
@@ -284,7 +287,12 @@ def make_part(task: Task, summaries: Sequence[Any] | None = None) -> MadePart:
 def _maker(scenario: str, base: str) -> tuple[Plan, PartMaker, Lock]:
     """Return the part maker of a scenario, and a lock for workers with several threads."""
     plan = make_plan(Scenario.from_dict(json.loads(scenario), base=Path(base)))
-    return plan, PartMaker(plan, tables_of(plan) if plan.needs_radiance else None), Lock()
+    tables: RadianceTables | None = None
+    if plan.needs_radiance:
+        from hcss_twin.engine.compile import tables_of  # a mask alone needs no radiance
+
+        tables = tables_of(plan)
+    return plan, PartMaker(plan, tables), Lock()
 
 
 def _made(

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path, PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,12 +21,14 @@ from hcss_twin.core.errors import CubeError, ProviderError
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.core.stored_files import StoredFiles, packed
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, SCENARIO_ATTRIBUTE
-from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.description import describe_particles, describe_providers
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers.registry.checks import kept_check
 from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
+
+if TYPE_CHECKING:
+    from hcss_twin.engine.tables.radiance_tables import RadianceTables
 
 LAWS = "hcss_provider_laws"
 """Attribute of cubes made with providers of other packages: laws of the conformance kit by outcome."""

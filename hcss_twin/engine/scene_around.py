@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.cube.variables import TOTAL
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.parts import tile_shape
 from hcss_twin.engine.stages.placed_points import Piece
 from hcss_twin.engine.stream import PartMaker
-from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.sensor import BuiltSensor, asking
 from hcss_twin.plan.windows import Window, cut, length, relative, strips_around

@@ -27,11 +27,9 @@ from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.streamed_writer import BackgroundWriter, frame_bytes
 from hcss_twin.cube.zarr_writer import cube_writer
-from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.parts import Part, Workers, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import leaves, provenance
 from hcss_twin.engine.stages.stage import Frame
-from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window
@@ -42,6 +40,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from hcss_twin.engine.certificate.certificate import Certificate
+    from hcss_twin.engine.tables.radiance_tables import RadianceTables
 
 __all__ = ["run"]
 
@@ -150,6 +149,8 @@ def _write_clean(
     tables: RadianceTables | None = None
     sample: PixelSample | None = None
     if plan.needs_radiance:
+        from hcss_twin.engine.compile import tables_of  # a mask alone needs no radiance
+
         with stage("tables"):
             tables = tables_of(plan)
         if plan.scenario.output.certificate:
@@ -206,16 +207,16 @@ def _require_no_input(plan: Plan, output: str | Path) -> None:
         from hcss_twin.engine.sense import measured_path
 
         outputs.append(measured_path(Path(output)))
-    keys = {
-        (scenario.base / text).resolve(): scenario.field_as_typed(key)
-        for key, text in leaves(json.loads(scenario.to_json()))
-        if isinstance(text, str) and len(text) < 255
-    }
     for path in (Path(scenario.origin), *used_paths(plan.catalog)):
         try:
             for written in outputs:
                 require_not_read(written, [path], CubeError)
         except CubeError as error:
+            keys = {
+                (scenario.base / text).resolve(): scenario.field_as_typed(key)
+                for key, text in leaves(json.loads(scenario.to_json()))
+                if isinstance(text, str) and len(text) < 255
+            }
             key = keys.get(path.resolve())
             raise CubeError(f"{error} (scenario key {key})" if key else str(error)) from None
 

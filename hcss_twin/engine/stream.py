@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 
 from hcss_twin.cube.packing import round_to_steps
 from hcss_twin.cube.writer import round_bits
-from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.clouds import FrameClouds
 from hcss_twin.engine.stages.scene_stages import SceneTables, stages_of
 from hcss_twin.engine.stages.stage import NOT_SEEN, Frame, FramePart, PartWindow, PixelObserver
-from hcss_twin.engine.tables.frame_look_up import FrameLookUp, FrameLookUps
-from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, relative, windows
 
 if TYPE_CHECKING:
+    from hcss_twin.engine.certificate.certificate_pixels import PixelSample
     from hcss_twin.engine.stages.placed_points import Piece
+    from hcss_twin.engine.tables.frame_look_up import FrameLookUp, FrameLookUps
+    from hcss_twin.engine.tables.radiance_tables import RadianceTables
 
 __all__ = ["PartMaker"]
 
@@ -75,7 +75,11 @@ class PartMaker:
         self._plan = plan
         self._quantities = 0 if tables is None else len(tables.quantities.names)
         axes = point_axes(plan)
-        self._look_ups = None if tables is None else FrameLookUps(plan, tables, axes)
+        self._look_ups: FrameLookUps | None = None
+        if tables is not None:
+            from hcss_twin.engine.tables.frame_look_up import FrameLookUps  # a mask alone needs no radiance
+
+            self._look_ups = FrameLookUps(plan, tables, axes)
         self._stages = stages_of(SceneTables(plan, tables, axes))
         self._lit = any("light between columns" in stage.writes for stage in self._stages)
         self._bits = {spec.name: spec.significant_bits for spec in plan.variables if spec.significant_bits is not None}

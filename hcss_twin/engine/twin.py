@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import Problem, ScenarioError
+from hcss_twin.cube.variables import TOTAL
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify, with_verdict
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
+from hcss_twin.engine.tables.radiance_tables import RadianceTables
 from hcss_twin.plan.make_plan import make_plan
 from hcss_twin.scenario.scenario import Scenario
 

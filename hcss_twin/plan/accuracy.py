@@ -11,7 +11,6 @@ import numpy as np
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ProviderError, ScenarioError
 from hcss_twin.core.units import MAX_ACCURACY, MIN_ACCURACY, kelvin_of
-from hcss_twin.models.radiance.brightness_temperature import COLDEST_K, HOTTEST_K, BrightnessTemperature
 from hcss_twin.models.radiance.spectral_grid import SpectralGrid
 from hcss_twin.physics.planck import planck
 from hcss_twin.plan.assembly import Assembly
@@ -138,6 +137,8 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
         return RequestedAccuracy(float(scenario.accuracy))
     if not suns:
         return RequestedAccuracy(MAX_ACCURACY, kelvin)
+    from hcss_twin.models.radiance.brightness_temperature import COLDEST_K, HOTTEST_K  # not for relative accuracies
+
     grid = assembly.spectral_grid
     shares = []
     names = [band.name for band in assembly.bands]
@@ -171,6 +172,8 @@ def requested_accuracy(scenario: Scenario, assembly: Assembly, suns: Sequence[Su
 
 def _hottest_K(assembly: Assembly, suns: Sequence[Sun | None]) -> list[float]:
     """Brightness temperature of the brightest column of each band; infinite or 0 outside the tabulated range."""
+    from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
+
     _, brightest = extreme_radiances(assembly, suns)
     black = BrightnessTemperature(assembly.spectral_grid, [band.name for band in assembly.bands])
     kelvin = black.where_known(brightest[:, None])[:, 0]

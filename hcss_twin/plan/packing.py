@@ -14,7 +14,6 @@ import numpy as np
 
 from hcss_twin.cube.packing import Packing, packing_of
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
-from hcss_twin.models.radiance.brightness_temperature import COLDEST_K, HOTTEST_K, BrightnessTemperature
 from hcss_twin.plan.accuracy import LARGEST_SHARE, RequestedAccuracy, extreme_radiances, relative_slope
 from hcss_twin.plan.assembly import Assembly
 from hcss_twin.plan.combinations import Excluded
@@ -157,6 +156,8 @@ class _Packings:
 
     def _kelvin(self, radiance: tuple[float, ...]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         """Return brightness temperatures (B,); beyond the tabulated range, its end."""
+        from hcss_twin.models.radiance.brightness_temperature import COLDEST_K, HOTTEST_K, BrightnessTemperature
+
         black = BrightnessTemperature(self._assembly.spectral_grid, [band.name for band in self._assembly.bands])
         kelvin = black.where_known(np.array(radiance)[:, None])[:, 0].astype(np.float64)
         beyond = np.where(np.array(radiance) > black.highest_radiance, HOTTEST_K, COLDEST_K)

@@ -262,7 +262,10 @@ class Plan:
         ScenarioError
             If a value is not allowed; names the field.
         """
-        scenario = with_changes(self.scenario, seed, layers, elements, sensor_seed)
+        return self.drawn_as(with_changes(self.scenario, seed, layers, elements, sensor_seed))
+
+    def drawn_as(self, scenario: Scenario) -> Plan:
+        """Return the plan of a scenario that differs in nothing but what :meth:`redrawn` changes."""
         catalog, before = branch_of(self.catalog), self.assembly
         drawing = before.drawing.of_sections(self.scenario, scenario)
         builder = Builder(catalog.shelf.get_or_compute("registry", Registry.discover), scenario)

@@ -31,7 +31,6 @@ from hcss_twin.plan.numerics import (
 from hcss_twin.plan.omissions import list_omissions, negligible_shadows, without_certificate
 from hcss_twin.plan.output import computed_variables, cube_variables, quantized, wants_radiance
 from hcss_twin.plan.packing import RadianceRange, radiance_range, widest
-from hcss_twin.plan.path_radiance import unused_path_radiance
 from hcss_twin.plan.sunlight import COMPUTED, SunFrames, Sunlight, negligible_sunlight
 from hcss_twin.plan.views import EDGES, EXTREMES, ONE_VIEW, OneView, ViewAxis, choose_views
 from hcss_twin.plan.waves import WAVES, choose_waves, wants_waves
@@ -238,7 +237,11 @@ def _analyse(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun: SunF
     # Without radiance there are no waves to omit.
     of_waves = omitted_waves if radiance else ()
     darkest = extreme_suns[-1] if radiance and sunlight.is_computed else None
-    notes = unused_path_radiance(assembly, darkest, accuracy.relative) if radiance else ()
+    notes: tuple[str, ...] = ()
+    if radiance:
+        from hcss_twin.plan.path_radiance import unused_path_radiance
+
+        notes = unused_path_radiance(assembly, darkest, accuracy.relative)
     omissions = (*omissions, *of_waves)
     expected = radiance_range(scenario, assembly, extreme_suns, waves)
     return SceneAnalysis(

@@ -13,7 +13,7 @@ from hcss_twin.engine import simulate as simulation
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.certificate.clear_points import ClearPoint, ClearPoints, changes
-from hcss_twin.engine.certificate.reference_columns import References
+from hcss_twin.engine.certificate.reference_columns import CURVE_SHARE, References
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.simulate import simulate
 from hcss_twin.engine.stages.scene_stages import SceneTables
@@ -207,8 +207,8 @@ def test_the_mean_of_the_reference_over_the_waves_is_the_mean_sea():
     """By quadrature over Gaussian slopes, which does not know how the tables find the level."""
     plan = plan_of()
     tables, _ = checked(plan)
-    clear_points = ClearPoints(SceneTables(plan, tables, ()))
-    level = clear_points.of_pixel(0.0, 3, 4, plan.view, EVEN)[0].level
+    of_scene = ClearPoints(SceneTables(plan, tables, ()))
+    level = of_scene.of_pixel(0.0, 3, 4, plan.view, EVEN)[0].level
     places, weights = np.polynomial.hermite_e.hermegauss(9)
     slopes = [(u * plan.waves.rms[0], c * plan.waves.rms[1]) for u in places for c in places]
     found = changes(plan, [point_of(plan, slope, level=level) for slope in slopes], References())
@@ -221,13 +221,13 @@ def test_the_mean_of_the_reference_over_the_waves_is_the_mean_sea():
 def test_slopes_of_points_are_those_of_the_cube():
     plan = plan_of()
     tables, frames = checked(plan)
-    clear_points = ClearPoints(SceneTables(plan, tables, ()))
+    of_scene = ClearPoints(SceneTables(plan, tables, ()))
     with_slopes = plan_of(output__variables=["sea_slope_x", "sea_slope_y"], output__certificate=0)
     made = list(stream(with_slopes, None))[frames[0].frame]
     wind = np.radians(plan.scenario.sea.wind_from)
     for row, column in ((0, 0), (17, 33), (59, 79)):
         x, y = (float(made[name][row, column]) for name in ("sea_slope_x", "sea_slope_y"))
-        (point,) = clear_points.of_pixel(frames[0].time_s, row, column, plan.view, EVEN)
+        (point,) = of_scene.of_pixel(frames[0].time_s, row, column, plan.view, EVEN)
         expected = x * np.sin(wind) + y * np.cos(wind), x * np.cos(wind) - y * np.sin(wind)
         np.testing.assert_allclose(point.slope, expected, atol=1e-6)
 
@@ -293,3 +293,38 @@ def test_a_sweep_interpolates_mean_columns_over_warmer_and_colder_seas():
     # over one sea for all points the curve would be off by more
     even = changes(plan, [point._replace(perturbation=(0.0, 0.0)) for point in points], References(True))
     assert np.abs(even - solved).max() > 1e-7 * whole.min()
+
+
+def random_points(plan, count=12):
+    """Points with waves over warmer and colder sea: in no shadow, in a thin one and in a black one."""
+    rng = np.random.default_rng(47)
+    slopes = rng.uniform(-1.0, 1.0, (count, 2)) * plan.waves.reach
+    paths_m = np.resize([0.0, 2.0, 1e5], count)
+    points = [point_of(plan, tuple(slope), path_m) for slope, path_m in zip(slopes.tolist(), paths_m, strict=True)]
+    return [
+        point._replace(perturbation=(warmer, 0.0)) for point, warmer in zip(points, rng.normal(size=count), strict=True)
+    ]
+
+
+def test_tilted_columns_of_scenes_that_share_them_are_read_between_slopes_and_temperatures():
+    plan = plan_of(sea__temperature_texture=0.3)
+    points = random_points(plan)
+    shared, alone = References(from_curves=True), References()
+    read, solved = (changes(plan, points, references) for references in (shared, alone))
+    total, allowed = mean_column(plan).sum(axis=0), CURVE_SHARE * plan.accuracy.relative
+    assert shared.read == len(points)
+    assert 0.0 < shared.curve_error <= allowed
+    away = np.abs(read - solved).sum(axis=1) / total
+    assert 0.0 < np.max(away) < 2.0 * allowed
+    assert np.max(np.abs(solved.sum(axis=1)) / total) > 0.1
+    # some scenes of a sweep solve theirs
+    some = References(from_curves=True, afresh=4)
+    np.testing.assert_array_equal(changes(plan, points, some), solved)
+
+
+def test_tilted_columns_are_solved_where_few_slopes_do_not_suffice():
+    """Pixels of 10 m resolve so many waves that the rest is a narrow glint."""
+    plan = plan_of(sea__temperature_texture=0.3, image__pixel_size=10.0)
+    points, shared = random_points(plan), References(from_curves=True)
+    np.testing.assert_array_equal(changes(plan, points, shared), changes(plan, points, References()))
+    assert shared.read == 0

@@ -8,9 +8,11 @@ from cheap import CHEAP, NARROW
 
 from hcss_twin import Scenario, ScenarioError, make_plan
 from hcss_twin.core.errors import OptionError
+from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.table_key import table_key
+from hcss_twin.plan import make_plan as make_plan_module
 
 TRACK = {"x": 50.0, "y": -20.0, "altitude": 6000.0, "velocity": [100.0, 50.0, 0.0], "intensity": {"mwir": 5.0}}
 TRACK["intensity"]["lwir"] = 20.0
@@ -77,6 +79,21 @@ def test_it_shares_tables_and_plans_nothing_again(monkeypatch):
     assert table_key(plan.redrawn(3, [{"coverage": 0.9}])) == table_key(plan)
     with pytest.raises(TypeError):
         plan.redrawn(3, [{"coverage": 0.0}, {"coverage": 0.0}])
+
+
+def test_scenes_of_one_process_that_differ_in_seeds_alone_are_planned_once(monkeypatch):
+    shelf, planned, plans = ResultCache(several=True), [], make_plan_module._make_plan
+    monkeypatch.setattr(make_plan_module, "_make_plan", lambda *given: planned.append(given[0].seed) or plans(*given))
+    scenes = [scenario(**WAVES), scenario(**WAVES, seed=3), scenario(**WAVES, seed=4, **{"sensor.seed": 7})]
+    shared = [make_plan(scene, shelf=shelf) for scene in scenes]
+    assert len(planned) == 1
+    for plan, scene in zip(shared, scenes, strict=True):
+        assert plan.scenario is scene
+        fresh = make_plan(scene)
+        assert same(frames(plan), frames(fresh))
+        assert (plan.notes, plan.filled_in, plan.omissions) == (fresh.notes, fresh.filled_in, fresh.omissions)
+    make_plan(scenario(**WAVES, **{"sea.temperature": 289.0}), shelf=shelf)
+    assert len(planned) == 5
 
 
 @pytest.mark.parametrize("coverage", [0.0, 1.0])

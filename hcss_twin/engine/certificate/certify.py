@@ -16,9 +16,10 @@ import numpy as np
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.one_thread import in_one_thread
+from hcss_twin.cube.variables import TOTAL
 from hcss_twin.engine.certificate.certificate import DARK_W_M2_SR, DIGITS, Certificate, StratumCheck, share_of_all
 from hcss_twin.engine.certificate.certificate_pixels import SampledPixels
-from hcss_twin.engine.certificate.clear_points import ClearPoint, ClearPoints, changes
+from hcss_twin.engine.certificate.clear_points import ClearPoint, ClearPoints, changes, computed_at_once
 from hcss_twin.engine.certificate.many_points import solve_many
 from hcss_twin.engine.certificate.part_sample import strata_of
 from hcss_twin.engine.certificate.reference_columns import References, columns_afresh
@@ -26,7 +27,7 @@ from hcss_twin.engine.scene_points import seen_fields
 from hcss_twin.engine.stages.scene_stages import SceneTables
 from hcss_twin.engine.stages.stage import NOT_SEEN, REASONS, WITH_ELEMENTS
 from hcss_twin.engine.tables.point_axis import PointAxis
-from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, RadianceTables
+from hcss_twin.engine.tables.radiance_tables import Quantities, RadianceTables
 from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.error_budget import beyond_accuracy, error_budget, left_out
@@ -222,6 +223,10 @@ def _thickness(plan: Plan, pixels: SampledPixels) -> Array:
 def _perturbations(plan: Plan, time_s: float, rows: Sequence[int], columns: Sequence[int]) -> Array:
     """Perturbation (M, 2) of each pixel by the texture of clear sky, in steps."""
     fields = plan.texture.fields(plan.scenario, plan.assembly)
+    if computed_at_once(plan):
+        whole = np.stack(seen_fields(plan, fields, time_s, plan.extent), axis=-1)
+        first_row, first_column = (of.start for of in plan.extent)
+        return whole[np.subtract(rows, first_row), np.subtract(columns, first_column)].astype(np.float64)
     at_pixels = [
         np.ravel(seen_fields(plan, fields, time_s, (slice(row, row + 1), slice(column, column + 1))))
         for row, column in zip(rows, columns, strict=True)

@@ -112,7 +112,7 @@ class References:
     """
 
     def __init__(self, from_curves: bool = False, afresh: int = 0) -> None:
-        self.from_curves, self._afresh = from_curves, afresh
+        self.from_curves, self.afresh = from_curves, afresh
         self.calls, self.solved = 0, 0
         self.read, self.curve_columns, self.curve_error = 0, 0, 0.0
         self.checked, self.check_error = 0, 0.0
@@ -146,13 +146,13 @@ class References:
     def _drawn(self, plan: Plan, thickness_m: Array, suns: Suns) -> tuple[NDArray[np.intp], SpectralNodes | None]:
         """Return the rows of columns that are solved although others know them, and their wavenumbers on a curve."""
         cloudy = np.flatnonzero(np.any(thickness_m, axis=1))
-        if self._afresh == 0 or not cloudy.size:
+        if self.afresh == 0 or not cloudy.size:
             return cloudy[:0], None
         seed = int.from_bytes(hashlib.sha256(thickness_m.tobytes()).digest()[:8], "big")
         layers = np.flatnonzero(np.any(thickness_m, axis=0))
         on_curve = self.from_curves and layers.size == 1 and len(set(suns)) == 1
         nodes = self._kept(plan, int(layers[0]), suns[0]).nodes if on_curve else None
-        afresh = cloudy.size if nodes is not None else min(self._afresh * len(set(suns)), cloudy.size)
+        afresh = cloudy.size if nodes is not None else min(self.afresh * len(set(suns)), cloudy.size)
         return np.sort(np.random.default_rng(seed).choice(cloudy, afresh, replace=False)), nodes
 
     def _with_afresh(

@@ -7,17 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_twin.cube.variables import BETWEEN_COLUMNS, TERM_PREFIX
+from hcss_twin.cube.variables import BETWEEN_COLUMNS, TERM_PREFIX, TOTAL
 from hcss_twin.engine.stages.stage import Frame, FramePart, PartWindow, Stage
 from hcss_twin.engine.stages.truth import Truth
-from hcss_twin.engine.tables.radiance_tables import TOTAL, RadianceTables
-from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 from hcss_twin.plan.plan import Plan
+
+if TYPE_CHECKING:
+    from hcss_twin.engine.tables.radiance_tables import RadianceTables
+    from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,10 @@ class SceneTables:
     plan: Plan
     tables: RadianceTables | None
     axes: Sequence[Any]
+
+    def wants(self, effect: str) -> bool:
+        """Whether radiance, or a variable about the effect, is computed."""
+        return self.tables is not None or any(spec.needs == effect for spec in self.plan.computed)
 
     def named(self, name: str) -> list[Any]:
         """Return the axes of a name."""
@@ -108,6 +114,8 @@ class RadianceStage(Stage):
         self._between = any(spec.name == BETWEEN_COLUMNS for spec in plan.computed)
         self._temperature: BrightnessTemperature | None = None
         if any(spec.name == "brightness_temperature" for spec in plan.computed):
+            from hcss_twin.models.radiance.brightness_temperature import BrightnessTemperature
+
             self._temperature = BrightnessTemperature(plan.spectral_grid, [band.name for band in plan.bands])
 
     def finish(self, part: FramePart, frame: Frame) -> None:
@@ -134,9 +142,9 @@ def _light(light: Any, scene: SceneTables) -> Iterator[Stage]:
 
 
 def _texture(texture: Any, scene: SceneTables) -> Iterator[Stage]:
-    from hcss_twin.engine.stages.texture import TextureStage
+    if scene.wants("texture"):
+        from hcss_twin.engine.stages.texture import TextureStage
 
-    if scene.tables is not None or any(spec.needs == "texture" for spec in scene.plan.computed):
         yield TextureStage(scene.plan, texture, scene.tables, scene.axes, next(iter(scene.of_sea), None), scene.sea)
 
 
@@ -147,15 +155,17 @@ def _surfaces(_: Any, scene: SceneTables) -> Iterator[Stage]:
 
 
 def _shadows(_: Any, scene: SceneTables) -> Iterator[Stage]:
-    from hcss_twin.engine.stages.shadows import ShadowStage
+    if scene.wants("shadows"):
+        from hcss_twin.engine.stages.shadows import ShadowStage
 
-    yield ShadowStage(scene.plan, scene.of_surfaces, scene.point_effects)
+        yield ShadowStage(scene.plan, scene.of_surfaces, scene.point_effects)
 
 
 def _waves(waves: Any, scene: SceneTables) -> Iterator[Stage]:
-    from hcss_twin.engine.stages.waves import WaveStage
+    if scene.wants("waves"):
+        from hcss_twin.engine.stages.waves import WaveStage
 
-    yield WaveStage(scene.plan, waves, scene.of_sea, scene.sea, scene.point_effects)
+        yield WaveStage(scene.plan, waves, scene.of_sea, scene.sea, scene.point_effects)
 
 
 STAGES_OF_EFFECTS: Mapping[str, Callable[[Any, SceneTables], Iterator[Stage]]] = {

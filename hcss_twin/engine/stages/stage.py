@@ -12,15 +12,17 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.engine.clouds import FrameClouds
-from hcss_twin.engine.tables.frame_look_up import FrameLookUp
 from hcss_twin.plan.windows import Window, length
 from hcss_twin.providers import SurfaceMap
+
+if TYPE_CHECKING:
+    from hcss_twin.engine.tables.frame_look_up import FrameLookUp
 
 WITH_ELEMENTS, NOT_SEEN = "with elements", "beyond the ground that is computed"
 REASONS = (WITH_ELEMENTS, NOT_SEEN)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cached_method import cached_method
+from hcss_twin.cube.variables import TOTAL
 from hcss_twin.engine.tables.spectrum import Spectrum
 from hcss_twin.engine.tables.table_key import table_key
 from hcss_twin.engine.tables.tensor_train import TensorTrain, beside, fewest_states, stacked, total
@@ -19,8 +20,6 @@ from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.plan import Plan
 
 __all__ = ["RadianceTables"]
-
-TOTAL = "radiance"
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.engine.tables.radiance_tables import TOTAL, Quantities, ShadowTables
+from hcss_twin.cube.variables import TOTAL
+from hcss_twin.engine.tables.radiance_tables import Quantities, ShadowTables
 from hcss_twin.plan.hanging_levels import spanning
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.slant_paths import sea_sun_terms

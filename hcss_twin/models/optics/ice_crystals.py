@@ -30,7 +30,6 @@ from hcss_twin.core.errors import CatalogError
 from hcss_twin.core.files import open_format
 from hcss_twin.models.optics.size_distribution import quadrature
 from hcss_twin.physics.fresnel import unpolarised_reflectance
-from hcss_twin.physics.multiple_scattering.phase_function import extended_moments
 from hcss_twin.physics.quadrature import gauss_legendre
 from hcss_twin.providers import Microphysics
 
@@ -150,6 +149,8 @@ def crystal_moments(
     limits the light from inside, peaks are made sharper or wider so that the whole keeps its asymmetry. If even peaks
     ``SHARPER`` times as sharp do not suffice, there is less light beside them. K grows with the largest crystals.
     """
+    from hcss_twin.physics.multiple_scattering.phase_function import extended_moments  # not for masks alone
+
     reflected, reflectance = _reflected(index)
     inside = np.maximum(efficiency - 1.0 - reflectance, 0.0)
     beyond_peak = 1.0 - peaks.moments(wavelength_um, 2)[1]

@@ -30,7 +30,6 @@ from hcss_twin.models.model_errors import from_table
 from hcss_twin.models.parameters import COEFFICIENTS, DEFAULT_VISIBILITY_KM, NAVY_MARITIME, BandModelParameters
 from hcss_twin.physics.paths import SPACE, Leg, Path, to_space
 from hcss_twin.physics.planck import planck
-from hcss_twin.physics.thermal_scattering import scattered_share
 from hcss_twin.providers import AtmosphereDeclaration, AtmosphereInputs, ModelError
 from hcss_twin.providers.declarations import Note
 
@@ -263,6 +262,8 @@ class BandModelTransmittance:
 
     def _absorbed(self, amounts: Array, seen: Array, nodes: Nodes) -> Array:
         """Return the share (L, P, N) of absorption in what layers with amounts (P, L, K) take out of rays."""
+        from hcss_twin.physics.thermal_scattering import scattered_share  # not for masks alone
+
         flat = amounts.reshape(-1, amounts.shape[2])
         depth, _ = self._absorption.scattering(flat, self._absorption.humidity_percent(flat), nodes)
         through = np.concatenate((np.ones((1, *seen.shape[1:])), seen)).swapaxes(0, 1)

@@ -234,10 +234,10 @@ class SweepFolder:
             path = self.path / cube_name(point.number, len(self._points))
             if record.file is None and path.is_file() and _is_cube_of(path, point):
                 try:
-                    error = _certificate_error(path)
+                    error, share = _certified(path)
                 except CubeError:  # damaged: it is computed again
                     continue
-                size, share = path.stat().st_size, certified_share(path)
+                size = path.stat().st_size
                 self.note(PointOutcome(point.number, path.name, size, sha256_of(path), None, error, share))
 
 
@@ -251,14 +251,18 @@ def _is_cube_of(path: Path, point: SweepPoint) -> bool:
         return False
 
 
-def _certificate_error(path: Path) -> str | None:
+def _certified(path: Path) -> tuple[str | None, float | None]:
+    """Return the error of a cube whose certificate failed, and its largest error relative to its accuracy."""
     from hcss_twin import open_cube
 
     with open_cube(path) as cube:
-        text = str(cube.attrs.get("hcss_certificate", ""))
-    return (
-        f"certificate {text}" if text.startswith((Certificate.NOT_AS_SPECIFIED, "FAILED")) else None
-    )  # earlier versions
+        text, of = str(cube.attrs.get("hcss_certificate", "")), cube.attrs.get
+        units = (
+            (of(f"hcss_accuracy_requested{unit}"), of(f"hcss_accuracy_achieved{unit}")) for unit in ("_kelvin", "")
+        )
+        share = certified_share(*((asked, json.loads(errors)) for asked, errors in units if asked and errors))
+    failed = text.startswith((Certificate.NOT_AS_SPECIFIED, "FAILED"))  # the second in earlier versions
+    return f"certificate {text}" if failed else None, share
 
 
 @contextmanager

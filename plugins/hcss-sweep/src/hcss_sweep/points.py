@@ -16,7 +16,7 @@ from typing import Any, Generic, TypeVar
 
 from hcss_sweep.design import SWEEP, Design, key_parts
 from hcss_sweep.sensors import SENSORS, samples_for_one_sky, with_one_sky
-from hcss_twin import Scenario, make_plan, open_cube
+from hcss_twin import Scenario, make_plan
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.engine.simulate import run
@@ -256,13 +256,14 @@ class PointOutcome:
     certified: float | None = None
 
 
-def certified_share(path: Path) -> float | None:
-    """Return the largest error of the checked pixels of a cube, relative to its accuracy; None if none was checked."""
-    with open_cube(path) as cube:
-        for unit in ("_kelvin", ""):  # an accuracy in kelvin is judged in kelvin
-            asked, errors = (cube.attrs.get(f"hcss_accuracy_{which}{unit}") for which in ("requested", "achieved"))
-            if asked and errors:
-                return max(json.loads(errors).values(), default=0.0) / float(asked)
+def certified_share(*units: tuple[float | None, Mapping[str, float] | None]) -> float | None:
+    """Return the largest error of the checked pixels of a cube, relative to its accuracy; None if none was checked.
+
+    Given are accuracy and errors of bands in the first unit that has both.
+    """
+    for asked, errors in units:
+        if asked and errors is not None:
+            return max(errors.values(), default=0.0) / asked
     return None
 
 
@@ -307,7 +308,9 @@ def compute(task: PointTask, cache: ResultCache) -> PointOutcome:
         failed = [f"certificate {certificate.lines[0]}" for certificate in certificates if not certificate.passed]
         size, digest = path.stat().st_size, sha256_of(path)
         outcome = PointOutcome(task.point, path.name, size, digest, error=failed[-1] if failed else None)
-        outcome = replace(outcome, certified=certified_share(path))
+        for one in certificates[-1:]:  # an accuracy in kelvin is judged in kelvin
+            kelvin = one.requested.kelvin, one.achieved_K or None
+            outcome = replace(outcome, certified=certified_share(kelvin, (one.requested.relative, one.achieved)))
     except ScenarioError as cause:  # problems detected only by planning
         outcome = replace(outcome, error="; ".join(map(str, cause.problems)))
     except HcssError as cause:
