@@ -6,6 +6,7 @@
     python plugins/hcss-payload/benchmarks/live.py allocations
     python plugins/hcss-payload/benchmarks/live.py paced --rate 100
     python plugins/hcss-payload/benchmarks/live.py hand-over
+    python plugins/hcss-payload/benchmarks/live.py ring --rate 200
 
 Agreement is that of the mean, of the contrast and of that between neighbours, in several skies at random times of a
 pass from low orbit (zenith 36 to 50 degrees, by day) with jitter of 3 mrad and 20 mrad about the axis, with the models
@@ -20,7 +21,8 @@ beside. Allocations are what Python, numpy and compiled loops have at once for a
 (tracemalloc), and pages that the system had to provide (Linux), after the first frames. A paced run asks a server in
 another process for frames of 512 x 512 pixels with sensor and target at a rate, whether the last one is done or not.
 The hand-over is what server and client spend to pass a frame of 512 x 512 numbers through shared memory, and its ratio
-to the copy alone.
+to the copy alone. The ring gives frames of 512 x 512 numbers that were made before, at a rate, to the client in C of
+the examples, which prints the time from their publication until it has read them.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ import os
 import resource
 import subprocess
 import sys
+import tempfile
 import time
 import tracemalloc
 from pathlib import Path
@@ -38,6 +41,7 @@ import numpy as np
 from hcss_payload import Camera, Circular, Jitter, Track, pose_at
 from hcss_payload.frames import frames
 from hcss_payload.live import LiveClient, LiveTwin, PointTarget
+from hcss_payload.live import ring as ring_module
 from hcss_payload.live.ring import Ring, RingShape
 from hcss_payload.live.server import Server
 
@@ -290,9 +294,39 @@ def hand_over(count: int) -> None:
     print(f"publication and copy {least:.0f} us (5 %), {middle:.0f} us (median), {ratio:.1f} times the copy")
 
 
+def ring(rate_hz: float, seconds: float) -> None:
+    """Print what the client in C says of frames that were made before."""
+    here = Path(__file__).parents[1]
+    with tempfile.TemporaryDirectory() as folder:
+        program = str(Path(folder) / "client")
+        include = f"-I{Path(ring_module.__file__).parents[1] / 'include'}"
+        source = str(here / "examples" / "client.c")
+        subprocess.run(["cc", "-std=gnu11", "-O2", source, include, "-lrt", "-o", program], check=True)
+        shape, count = RingShape(4, 1, 512, 512, np.dtype(np.uint16)), int(rate_hz * seconds)
+        made = np.random.default_rng(1).integers(0, 2**14, (8, 1, 512, 512), np.uint16)
+        ring = Ring.create(f"hcss-ring-{os.getpid()}", shape, os.getpid())
+        ring.header["ready"] = 1
+        try:
+            with subprocess.Popen([program, f"/{ring.memory.name}", str(count)]) as client:
+                time.sleep(0.2)
+                began = time.monotonic()
+                for number in range(count):
+                    time.sleep(max(0.0, began + number / rate_hz - time.monotonic()))
+                    np.copyto(ring.begin(number), made[number % len(made)])
+                    ring.publish(number, number, np.eye(8)[-1], time.monotonic_ns())
+                time.sleep(0.1)
+                ring.header["ready"] = 0  # so that a client that lost frames ends, too
+                client.wait()
+        finally:
+            ring.close(delete=True)
+    print(f"{count} frames at {rate_hz:g} Hz; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("agreement", "speed", "cube", "allocations", "paced", "serve", "hand-over"))
+    parser.add_argument(
+        "what", choices=("agreement", "speed", "cube", "allocations", "paced", "serve", "hand-over", "ring")
+    )
     parser.add_argument("--skies", type=int, default=16)
     parser.add_argument("--poses", type=int, default=2, help="in each sky")
     parser.add_argument("--points", type=int, default=8)
@@ -311,6 +345,8 @@ if __name__ == "__main__":
         allocations(options.frames)
     elif options.what == "paced":
         paced(options.rate, options.seconds)
+    elif options.what == "ring":
+        ring(options.rate, options.seconds)
     elif options.what == "serve":
         serve(options.name)
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -13,6 +14,12 @@ from hcss_twin.cli.options import Number, Shared
 if TYPE_CHECKING:
     from hcss_payload.live.twin import Method
     from hcss_twin.plan.few_columns import Omission
+
+
+def _include(context: click.Context, _: click.Parameter, asked: bool) -> None:
+    if asked:
+        click.echo(Path(__file__).parents[1] / "include")
+        context.exit()
 
 
 @click.command()
@@ -35,6 +42,14 @@ if TYPE_CHECKING:
 @click.option("--rate", "rate_hz", type=Number(), help="Frames a second that you need; says what is too slow for them.")
 @click.option("--highest-target", "highest_m", type=Number(), help="Altitude up to which clients may show targets, m.")
 @click.option("--outlive-parent", is_flag=True, help="Go on when the process that started this one has ended.")
+@click.option(
+    "--include",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_include,
+    help="Print the folder of hcss_ring.h, the memory's layout for C and C++, and exit.",
+)
 def serve(
     scenario: str,
     assignments: tuple[str, ...],
