@@ -301,7 +301,7 @@ def test_a_reader_never_takes_a_frame_that_is_being_written():
     finally:
         ring.close(delete=True)
     with pytest.raises(PayloadError, match="no server 'hcss-none'"):
-        LiveClient("hcss-none")
+        LiveClient("hcss-none", 0.0)
 
 
 def test_the_wait_after_a_stall_is_as_long_as_the_frame():
@@ -361,15 +361,15 @@ def test_memory_of_another_kind_or_size_is_no_server():
     ring = Ring.create(name, RingShape(4, 1, 2, 3, np.dtype(np.float32)), os.getpid())
     ring.header["ready"] = 1
     try:
-        for field, value in (("version", 2), ("slots", 1000), ("slots", 2**63), ("type", 7), ("rows", 2**40)):
+        for field, value in (("version", 3), ("slots", 1000), ("slots", 2**63), ("type", 7), ("rows", 2**40)):
             before = int(ring.header[field])
             ring.header[field] = value
             with pytest.raises(PayloadError, match="is not the memory of a server of this version"):
-                LiveClient(name)
+                LiveClient(name, 0.0)
             ring.header[field] = before
         ring.header["ready"] = 0
         with pytest.raises(PayloadError, match="not ready yet"):
-            LiveClient(name)
+            LiveClient(name, 0.0)
     finally:
         ring.close(delete=True)
 

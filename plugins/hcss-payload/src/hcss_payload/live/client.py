@@ -85,7 +85,7 @@ class LiveClient:
         If there is no server by then.
     """
 
-    def __init__(self, name: str, timeout_s: float = 0.0) -> None:
+    def __init__(self, name: str, timeout_s: float = 60.0) -> None:
         self._recent_s: deque[float] = deque(maxlen=_RECENT)
         self._refused_before = 0
         until = time.monotonic() + timeout_s

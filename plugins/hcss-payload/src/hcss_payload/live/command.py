@@ -41,6 +41,9 @@ def _include(context: click.Context, _: click.Parameter, asked: bool) -> None:
 @click.option("--margin", "margin_px", type=Number(), help="Pixels by which poses may look beside the pass (cube).")
 @click.option("--rate", "rate_hz", type=Number(), help="Frames a second that you need; says what is too slow for them.")
 @click.option("--highest-target", "highest_m", type=Number(), help="Altitude up to which clients may show targets, m.")
+@click.option(
+    "--zmq", "endpoint", help="Sockets for commands and frames, ipc://PATH or tcp://127.0.0.1:PORT (and the next)."
+)
 @click.option("--outlive-parent", is_flag=True, help="Go on when the process that started this one has ended.")
 @click.option(
     "--include",
@@ -63,6 +66,7 @@ def serve(
     margin_px: float | None,
     rate_hz: float | None,
     highest_m: float | None,
+    endpoint: str | None,
     outlive_parent: bool,
 ) -> None:
     """Serve live frames of SCENARIO from poses that a client sends.
@@ -71,26 +75,35 @@ def serve(
     hcss_payload.live.LiveClient. SIGTERM and Ctrl-C end the server, which then deletes its memory.
     """
     parent = None if outlive_parent else _parent()  # first, since it may end during the preparation
+    from hcss_payload.live.gateway import Gateway, frames_endpoint_of
     from hcss_payload.live.ring import Ring
     from hcss_payload.live.scenario_pass import live_pass
     from hcss_payload.live.server import Server
 
     name = name or f"hcss-live-{os.getpid()}"
     Ring.require_name(name)  # before minutes of compilation
+    if endpoint is not None:
+        frames_endpoint_of(endpoint)
     if rate_hz is not None:
         require_within("rate", rate_hz, 1e-3, 1e6, "Hz")
     loaded = Shared.load(scenario, assignments)
     live = live_pass(loaded, start_s, end_s, threads, fineness, None, highest_m, method, margin_px)
     for note in live.notes:
         click.echo(f"note: {note}", err=True)
+    gateway = None
     try:
-        server = Server(live, name, slots, parent)
+        gateway = None if endpoint is None else Gateway(endpoint)
+        server = Server(live, name, slots, parent, gateway)
     except BaseException:
+        if gateway is not None:
+            gateway.close()
         live.close()
         raise
     bands, rows, columns = live.shape
     kind = "digital numbers" if live.has_numbers else "radiance"
     text = f"{name}: {bands} x {rows} x {columns} {kind}, times {live.start_s:g} to {live.end_s:g} s"
+    if gateway is not None:
+        text += f"\ncommands at {endpoint}, frames at {gateway.frames_endpoint}"
     omitted = [f"omitted: {omission.what}{_size(omission)}: {omission.why}" for omission in live.omissions]
 
     def ready() -> None:

@@ -3,8 +3,8 @@
 A writer makes a sequence number odd, writes, and makes it even; a reader copies and looks whether the number is even
 and unchanged. Nobody ever waits for a lock, so a process that dies leaves the others alone: the next writer begins with
 the next odd number. Numbers of poses are labels that clients choose; the sequence number of the letter box alone says
-that there is a new one. The order of writes is that of processors of the kinds x86-64, which keep it; on others a reader
-may see half a frame in rare cases. ``include/hcss_ring.h`` has the same layout for C and C++.
+that there is a new one. The order of writes is that of processors of the kinds x86-64, which keep it; on others a
+reader may see half a frame in rare cases. ``include/hcss_ring.h`` has the same layout for C and C++.
 """
 
 from __future__ import annotations
