@@ -247,7 +247,7 @@ def test_no_memory_is_left_when_the_parent_or_the_server_dies(files, end):
 class _Prepared:
     """A pass whose frames are empty; the first one ends the server."""
 
-    shape, has_numbers, start_s, stalls = (1, 2, 3), False, 0.0, 0
+    shape, has_numbers, start_s, stalls, state_number = (1, 2, 3), False, 0.0, 0, 0
 
     def __init__(self, name):
         self.name, self.frames = name, 0
@@ -258,6 +258,9 @@ class _Prepared:
 
     def warm_up(self, out=None):
         return FrameCost(1.0, {})
+
+    def look(self):
+        return []
 
     def stop(self):
         with memory_of(self.name) as ring:

@@ -33,10 +33,11 @@ def _include(context: click.Context, _: click.Parameter, asked: bool) -> None:
 @click.option("--fineness", default=1.4, show_default=True, help="Points of the sky per width of a pixel, 1 to 16.")
 @click.option(
     "--method",
-    type=click.Choice(["auto", "fast", "cube"]),
+    type=click.Choice(["auto", "fast", "cube", "keyframes"]),
     default="auto",
     show_default=True,
-    help="Fast frames of one layer of cloud, or the pixels of cubes, of any scene; auto: fast ones if they show it.",
+    help="Fast frames of one layer of cloud, or the pixels of cubes, of any scene; auto: fast ones if they show it; "
+    "keyframes: between those of cubes.",
 )
 @click.option("--margin", "margin_px", type=Number(), help="Pixels by which poses may look beside the pass (cube).")
 @click.option("--rate", "rate_hz", type=Number(), help="Frames a second that you need; says what is too slow for them.")
@@ -66,6 +67,8 @@ def serve(
     margin_px: float | None,
     rate_hz: float | None,
     highest_m: float | None,
+    folder: str | None,
+    keyframe_s: float | None,
     endpoint: str | None,
     outlive_parent: bool,
 ) -> None:
@@ -75,6 +78,7 @@ def serve(
     hcss_payload.live.LiveClient. SIGTERM and Ctrl-C end the server, which then deletes its memory.
     """
     parent = None if outlive_parent else _parent()  # first, since it may end during the preparation
+    from hcss_payload.live.folder_watch import FolderWatch
     from hcss_payload.live.gateway import Gateway, frames_endpoint_of
     from hcss_payload.live.ring import Ring
     from hcss_payload.live.scenario_pass import live_pass
@@ -84,16 +88,24 @@ def serve(
     Ring.require_name(name)  # before minutes of compilation
     if endpoint is not None:
         frames_endpoint_of(endpoint)
+    if folder is not None and method not in ("auto", "keyframes"):
+        raise PayloadError(
+            f"method: '{method}' with --follow; allowed: keyframes, which show scenes that follow images"
+        )
     if rate_hz is not None:
         require_within("rate", rate_hz, 1e-3, 1e6, "Hz")
     loaded = Shared.load(scenario, assignments)
-    live = live_pass(loaded, start_s, end_s, threads, fineness, None, highest_m, method, margin_px)
+    chosen: Method = method if folder is None else "keyframes"
+    live = live_pass(
+        loaded, start_s, end_s, threads, fineness, None, highest_m, chosen, margin_px, keyframe_s=keyframe_s
+    )
     for note in live.notes:
         click.echo(f"note: {note}", err=True)
     gateway = None
     try:
         gateway = None if endpoint is None else Gateway(endpoint)
-        server = Server(live, name, slots, parent, gateway)
+        images = None if folder is None else FolderWatch(Path(folder))
+        server = Server(live, name, slots, parent, gateway, images)
     except BaseException:
         if gateway is not None:
             gateway.close()

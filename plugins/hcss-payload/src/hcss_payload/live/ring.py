@@ -179,12 +179,7 @@ class Ring:
         PayloadError
             If it is not that of a server of this version.
         """
-        if sys.version_info >= (3, 13):
-            memory = shared_memory.SharedMemory(name, track=False)
-        else:
-            memory = shared_memory.SharedMemory(name)
-            # Otherwise the end of this process would delete the memory of the server.
-            resource_tracker.unregister(memory._name, "shared_memory")  # type: ignore[attr-defined]
+        memory = attached(name)
         shape = _shape_in(memory)
         if shape is None:
             memory.close()
@@ -254,6 +249,16 @@ class Ring:
         self.memory.close()
         if delete:
             self.memory.unlink()
+
+
+def attached(name: str) -> shared_memory.SharedMemory:
+    """Return shared memory that another process deletes."""
+    if sys.version_info >= (3, 13):
+        return shared_memory.SharedMemory(name, track=False)
+    memory = shared_memory.SharedMemory(name)
+    # Otherwise the end of this process would delete the memory of the other.
+    resource_tracker.unregister(memory._name, "shared_memory")  # type: ignore[attr-defined]
+    return memory
 
 
 def _create(name: str, size: int) -> shared_memory.SharedMemory:

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_payload.checks import PayloadError
+from hcss_payload.live.folder_watch import FolderWatch
 from hcss_payload.live.gateway import Gateway, Request, image_fields
 from hcss_payload.live.messages import (
     AssimilateCommand,
@@ -56,6 +58,8 @@ class Server:
         Process with whose end the server ends, if that has started this one.
     gateway : Gateway, optional
         Sockets for commands and frames; closed with the server.
+    images : FolderWatch, optional
+        Whose new files the scene assimilates.
 
     Attributes
     ----------
@@ -66,9 +70,15 @@ class Server:
     cost: FrameCost | None = None
 
     def __init__(
-        self, live: PreparedPass, name: str, slots: int = 4, parent: int | None = None, gateway: Gateway | None = None
+        self,
+        live: PreparedPass,
+        name: str,
+        slots: int = 4,
+        parent: int | None = None,
+        gateway: Gateway | None = None,
+        images: FolderWatch | None = None,
     ) -> None:
-        self._live, self._parent, self._gateway = live, parent, gateway
+        self._live, self._parent, self._gateway, self._images = live, parent, gateway, images
         bands, rows, columns = live.shape
         dtype = np.dtype(np.uint16 if live.has_numbers else np.float32)
         self._ring = Ring.create(name, RingShape(slots, bands, rows, columns, dtype), os.getpid())
@@ -116,6 +126,7 @@ class Server:
                 looked = now
                 if self._parent is not None and os.getppid() != self._parent:
                     return
+                self._follow(now)
             if request is not None or letter is not None:
                 busy = now
             elif now - busy > SPIN_S:
@@ -130,6 +141,14 @@ class Server:
                 header["refused_pose"] = letter.pose_number
                 header["refused"] += np.uint64(1)
                 self._refusals.add(letter.pose_number, error)
+
+    def _follow(self, now_s: float) -> None:
+        """Let the scene assimilate new images, and say which ones it could not."""
+        for path in () if self._images is None else self._images.new(now_s):
+            self._live.assimilate(None, file=str(path))
+        for refusal in self._live.look():
+            with suppress(OSError):  # nobody reads it
+                print(refusal, file=sys.stderr, flush=True)
 
     def _open(self, letter: Letter) -> None:
         if letter.target_count > MOST_TARGETS:
@@ -161,7 +180,9 @@ class Server:
                 self._elements = targets
                 return {"targets": None if targets is None else len(targets)}, None
             case AssimilateCommand():
-                raise PayloadError("command: 'assimilate'; allowed: with `hcss serve --follow`")
+                if not Path(command.file).is_file():
+                    raise PayloadError(f"file: '{command.file}' is no file; allowed: one with an image")
+                return {"state_number": self._live.assimilate(None, file=command.file)}, None
             case DescribeCommand():
                 return self._description(), None
             case StopCommand():
@@ -193,10 +214,11 @@ class Server:
             frame = self._live.frame(pose.time_s, pose, self._radiance, targets)
             np.copyto(image, frame.digital_number, casting="unsafe")  # type: ignore[arg-type]
         published_ns = time.monotonic_ns()
-        self._ring.publish(number, pose_number, values, published_ns)
+        state = self._live.state_number
+        self._ring.publish(number, pose_number, values, published_ns, state)
         self._ring.header["stalls"] = self._live.stalls
         self._number += 1
-        fields = {"frame": number, "pose_number": pose_number, "time_s": pose.time_s, "state_number": 0}
+        fields = {"frame": number, "pose_number": pose_number, "time_s": pose.time_s, "state_number": state}
         fields |= image_fields(image)
         if self._gateway is not None:
             self._gateway.publish(fields | {"published_ns": published_ns}, image)
