@@ -80,6 +80,7 @@ def serve(
     parent = None if outlive_parent else _parent()  # first, since it may end during the preparation
     from hcss_payload.live.folder_watch import FolderWatch
     from hcss_payload.live.gateway import Gateway, frames_endpoint_of
+    from hcss_payload.live.keyframe_worker import follower_named
     from hcss_payload.live.ring import Ring
     from hcss_payload.live.scenario_pass import live_pass
     from hcss_payload.live.server import Server
@@ -95,6 +96,10 @@ def serve(
     if rate_hz is not None:
         require_within("rate", rate_hz, 1e-3, 1e6, "Hz")
     loaded = Shared.load(scenario, assignments)
+    if folder is not None and follower_named(loaded) is None:
+        raise PayloadError(
+            "follow: no clouds of this scene follow images; allowed: a generator that does ('followed' of hcss-follow)"
+        )
     chosen: Method = method if folder is None else "keyframes"
     live = live_pass(
         loaded, start_s, end_s, threads, fineness, None, highest_m, chosen, margin_px, keyframe_s=keyframe_s

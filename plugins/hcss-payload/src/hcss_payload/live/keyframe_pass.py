@@ -144,6 +144,7 @@ class KeyframePass(PreparedPass):
         self._follower, self._pending, self._asked, self._count = follower, list[_Pending](), -1, 0
         self._stalls, self.state_number, self._refusals = 0, 0, list[str]()
         self._states, self._begins = [StateProcess(0, self._setup)], [0]
+        self._processes = [*self._states]
         try:
             ready = self._first_ready()
             self.omissions, self.notes = ready.omissions, ready.notes
@@ -229,8 +230,8 @@ class KeyframePass(PreparedPass):
 
     def close(self) -> None:
         """End the processes and threads."""
-        for state in (*self._states, *(each.process for each in self._pending if each.process is not None)):
-            state.close()
+        for process in self._processes:
+            process.close()
         if self._pool is not None:
             self._pool.shutdown()
 
@@ -336,6 +337,7 @@ class KeyframePass(PreparedPass):
                 assert latest is not None
                 setup = replace(self._setup, scenario=latest.scenario, image=pending.image)
                 pending.process = StateProcess(pending.number, setup)
+                self._processes.append(pending.process)
             pending.process.receive()
             if pending.process.failed:
                 self._refusals.append(f"state {pending.number}: {pending.process.failed}")
