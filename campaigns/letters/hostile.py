@@ -122,9 +122,9 @@ def _out_of_range(good: dict[str, Any], values: np.ndarray) -> Iterator[Case]:
         for value in outside:
             yield "out of range", [_json({**good, "targets": [{**TARGET, key: value}]})], key.split("_")[0]
     away = [*(-values[4:7]).tolist()[::-1], values[7]]
-    yield "looks elsewhere", [_json({**good, "quaternion": away})], "camera"
-    yield "looks elsewhere", [_json({**good, "position_m": (-values[1:4]).tolist()})], "camera"
-    yield "looks elsewhere", [_json({**good, "position_m": (1e4 * values[1:4]).tolist()})], "camera"
+    yield "looks elsewhere", [_json({**good, "quaternion": away})], "pose"
+    yield "looks elsewhere", [_json({**good, "position_m": (-values[1:4]).tolist()})], "pose"
+    yield "looks elsewhere", [_json({**good, "position_m": (1e4 * values[1:4]).tolist()})], "pose"
 
 
 def hostile_letters(values: np.ndarray, count: int) -> Iterator[tuple[np.ndarray, int]]:

@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,9 @@ import numpy as np
 import zmq
 from hcss_payload import pose_at
 from hcss_payload.build import payload_of
+from hcss_payload.checks import PayloadError
 from hcss_payload.live.client import LiveClient
+from hcss_payload.live.gateway import frames_endpoint_of
 from hcss_payload.live.ring import Ring
 from hostile import Case, hostile_letters, pose_message
 
@@ -60,16 +62,31 @@ class Served:
         payload = payload_of(scenario, Catalog(base=folder))
         pose = pose_at(2.0, payload.trajectory, payload.attitude)
         self.values = np.array([2.0, *pose.position_m, *pose.quaternion])
-        self.context = zmq.Context()
+        self.context, self._sockets = zmq.Context(), list[zmq.Socket[Any]]()
         self._good: bytes | None = None
 
-    def client(self, kind: int = zmq.DEALER) -> zmq.Socket[Any]:
+    def wait_until_ready(self) -> None:
+        """Wait for the first frame, which may compile for minutes; the error has what a server that ended has said."""
+        while self.process.poll() is None:
+            with suppress(PayloadError), LiveClient(self.name, 1.0):
+                return
+        assert self.process.stderr is not None
+        raise RuntimeError(self.process.stderr.read())
+
+    def client(self, kind: int = zmq.DEALER, endpoint: str = "") -> zmq.Socket[Any]:
         """Return a new socket for commands."""
         made = self.context.socket(kind)
+        self._sockets.append(made)
         made.setsockopt(zmq.LINGER, 0)
         made.setsockopt(zmq.RCVTIMEO, int(1e3 * PATIENCE_S))
-        made.connect(self.endpoint)
+        made.connect(endpoint or self.endpoint)
         return made
+
+    def close(self) -> None:
+        """Close all sockets."""
+        for made in self._sockets:
+            made.close()
+        self.context.term()
 
     def is_sound(self, client: zmq.Socket[Any]) -> bool:
         """Return whether the server runs and gives a good pose the frame that it gave the first one."""
@@ -94,11 +111,10 @@ def served(folder: Path, endpoint: str | None = None) -> Iterator[Served]:
     with subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as server:
         running = Served(folder, endpoint, server)
         try:
-            with LiveClient(running.name, 600.0):
-                pass
+            running.wait_until_ready()
             yield running
         finally:
-            running.context.destroy(linger=0)
+            running.close()
             server.terminate()
             server.communicate(timeout=PATIENCE_S)
 
@@ -142,10 +158,8 @@ def letter_failures(running: Served, count: int) -> Iterator[tuple[str, str]]:
 def crowd_failures(running: Served) -> Iterator[tuple[str, str]]:
     """Yield the same of clients that do not read, vanish, flood, or are many; the next good pose must be answered."""
     client, good = running.client(), json.dumps(pose_message(running.values, targets=False)).encode()
-    reader = running.context.socket(zmq.SUB)
+    reader = running.client(zmq.SUB, frames_endpoint_of(running.endpoint))  # never reads
     reader.setsockopt(zmq.SUBSCRIBE, b"")
-    reader.setsockopt(zmq.RCVHWM, 1)
-    reader.connect(f"{running.endpoint}-frames" if running.endpoint.startswith("ipc") else running.endpoint)
     silent = running.client()
     for _ in range(2000):  # never reads an answer, so that the queues fill
         silent.send(good)

@@ -115,7 +115,7 @@ def test_what_keyframes_cannot_show_is_named():
             if is_shown:
                 # Shifted by whole pixels, the image is the same.
                 np.testing.assert_allclose(
-                    live.frame(1.0, moved).radiance[:, :-4], live.frame(1.0, pose).radiance[:, 4:], rtol=2e-2
+                    live.frame(1.0, moved).radiance[:, 4:], live.frame(1.0, pose).radiance[:, :-4], rtol=2e-2
                 )
             else:
                 with pytest.raises(PayloadError, match="farther than 6 pixels beside the nominal pass"):

@@ -43,6 +43,13 @@ def _include(context: click.Context, _: click.Parameter, asked: bool) -> None:
 @click.option("--rate", "rate_hz", type=Number(), help="Frames a second that you need; says what is too slow for them.")
 @click.option("--highest-target", "highest_m", type=Number(), help="Altitude up to which clients may show targets, m.")
 @click.option(
+    "--follow",
+    "folder",
+    type=click.Path(exists=True, file_okay=False),
+    help="Folder whose new images become the scene (keyframes).",
+)
+@click.option("--keyframe", "keyframe_s", type=Number(), help="Time between keyframes, s; default: by their error.")
+@click.option(
     "--zmq", "endpoint", help="Sockets for commands and frames, ipc://PATH or tcp://127.0.0.1:PORT (and the next)."
 )
 @click.option("--outlive-parent", is_flag=True, help="Go on when the process that started this one has ended.")

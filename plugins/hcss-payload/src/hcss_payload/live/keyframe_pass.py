@@ -141,6 +141,7 @@ class KeyframePass(PreparedPass):
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="live") if threads > 1 else None
         lines = -(-camera.rows // (4 * threads))
         self._strips = [(first, first + lines) for first in range(0, camera.rows, lines)]
+        self._poses = dict[float, Pose]()
         self._follower, self._pending, self._asked, self._count = follower, list[_Pending](), -1, 0
         self._stalls, self.state_number, self._refusals = 0, 0, list[str]()
         self._states, self._begins = [StateProcess(0, self._setup)], [0]
@@ -368,7 +369,7 @@ class KeyframePass(PreparedPass):
         met = meet(pose.position_m, pose.to_earth(self._directions), self._height_m)
         places = np.empty((2, *met.shape[:2], 2))
         for place, time_s in zip(places, times_s, strict=True):
-            seen_from = pose_at(time_s, self.trajectory, self.attitude)
+            seen_from = self._nominal(time_s)
             place[..., 0], place[..., 1] = self._wide.pixels(seen_from.to_body(met - seen_from.position_m))
         low, high = float(places.min()), np.array([self._wide.rows, self._wide.columns]) - 1 - REACH
         if not (low >= REACH - 1 and np.all(places.max(axis=(0, 1, 2)) <= high)):
@@ -377,6 +378,14 @@ class KeyframePass(PreparedPass):
                 "nominal pass; allowed: poses near those of the pass, or a larger margin_px"
             )
         self._each(partial(between_keyframes, places, self._step, *keyframes, later, out), self._strips)
+
+    def _nominal(self, time_s: float) -> Pose:
+        """Return the pose of a keyframe, which many frames use."""
+        if time_s not in self._poses:
+            if len(self._poses) >= SLOTS:
+                self._poses.clear()
+            self._poses[time_s] = pose_at(time_s, self.trajectory, self.attitude)
+        return self._poses[time_s]
 
     def _each(self, work: Any, parts: list[Any]) -> None:
         if self._pool is None:

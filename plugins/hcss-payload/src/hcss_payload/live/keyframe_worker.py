@@ -10,6 +10,7 @@ import importlib
 import importlib.metadata
 import json
 import os
+import signal
 import sys
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -161,6 +162,7 @@ def main() -> None:
     """Work for the process at the other end of the pipe whose number is the argument."""
     with suppress(OSError):
         os.nice(NICE)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the server, which ends this
     with Connection(int(sys.argv[1])) as connection:
         try:
             work(connection)
