@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cache import TABLES, recall_or_compute, result_key
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.cube.variables import TOTAL
 from hcss_twin.engine.tables.spectrum import Spectrum
@@ -20,6 +22,8 @@ from hcss_twin.plan.accuracy import Budget
 from hcss_twin.plan.plan import Plan
 
 __all__ = ["RadianceTables"]
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -366,6 +370,20 @@ class RadianceTables:
     def key_of(plan: Plan) -> str:
         """Return a hash of everything that the tables of a plan depend on, before they are compiled."""
         return table_key(plan)
+
+    @staticmethod
+    def recall_beside(plan: Plan, parts: Any, compute: Callable[[], _T], classes: tuple[type, ...]) -> _T:
+        """Return what depends on a plan's tables and ``parts`` alone, from the cache or newly computed.
+
+        Parameters
+        ----------
+        parts : object
+            Anything that JSON can hold, with the name of what is computed.
+        classes : tuple of type
+            Dataclasses that may occur in the result; its own first.
+        """
+        key = result_key({"tables": table_key(plan), "parts": parts}, plan.catalog.shelf)
+        return recall_or_compute(TABLES, key, plan.catalog, compute, classes)
 
     @property
     def estimated_error(self) -> float:

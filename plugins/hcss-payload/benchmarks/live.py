@@ -6,6 +6,8 @@
     python plugins/hcss-payload/benchmarks/live.py allocations
     python plugins/hcss-payload/benchmarks/live.py paced --rate 100
     python plugins/hcss-payload/benchmarks/live.py hand-over
+    python plugins/hcss-payload/benchmarks/live.py ring --rate 200
+    python plugins/hcss-payload/benchmarks/live.py follow --rate 100 --seconds 60
 
 Agreement is that of the mean, of the contrast and of that between neighbours, in several skies at random times of a
 pass from low orbit (zenith 36 to 50 degrees, by day) with jitter of 3 mrad and 20 mrad about the axis, with the models
@@ -20,28 +22,37 @@ beside. Allocations are what Python, numpy and compiled loops have at once for a
 (tracemalloc), and pages that the system had to provide (Linux), after the first frames. A paced run asks a server in
 another process for frames of 512 x 512 pixels with sensor and target at a rate, whether the last one is done or not.
 The hand-over is what server and client spend to pass a frame of 512 x 512 numbers through shared memory, and its ratio
-to the copy alone.
+to the copy alone. The ring gives frames of 512 x 512 numbers that were made before, at a rate, to the client in C of
+the examples, which prints the time from their publication until it has read them. A run that follows asks a server of
+keyframes of 256 x 256 pixels for frames at a rate, while the scene assimilates an image of 512 x 512: frames that are
+skipped, or come later than the next pose, are late.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import resource
 import subprocess
 import sys
+import tempfile
 import time
 import tracemalloc
 from pathlib import Path
 
 import numpy as np
 from hcss_payload import Camera, Circular, Jitter, Track, pose_at
+from hcss_payload.build import payload_of
 from hcss_payload.frames import frames
-from hcss_payload.live import LiveClient, LiveTwin, PointTarget
+from hcss_payload.live import LiveClient, LiveTwin, PointTarget, live_pass
+from hcss_payload.live import ring as ring_module
+from hcss_payload.live.folder_watch import FolderWatch
 from hcss_payload.live.ring import Ring, RingShape
 from hcss_payload.live.server import Server
 
 from hcss_twin import Scenario
+from hcss_twin.providers import Catalog
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from payload_scenes import radiometer_of  # the sensor that tests check
@@ -265,6 +276,69 @@ def paced(rate_hz: float, seconds: float) -> None:
     )
 
 
+FOLLOWED = {
+    "image": {"rows": 64, "columns": 64, "pixel_size": 200.0},
+    "frames": {"count": 2, "interval": 300.0},
+    "sea": {"wind_speed": 10.0, "temperature": 291.4, "model": "cox-munk", "waves": "off"},
+    "slant": {"shadows": "off"},
+    "camera": {"rows": 256, "columns": 256, "focal_length": 1.0, "detector_pitch": 8e-6, "points": 1},
+    "orbit": {"provider": "geostationary", "longitude": 140.0},
+    "attitude": {"provider": "track"},
+}
+
+
+def followed_scene() -> Scenario:
+    """Return a scene of a camera in geostationary orbit."""
+    return Scenario.from_dict({**json.loads(scene("stratus", 200.0, 64, ["lwir"]).to_json()), **FOLLOWED})
+
+
+def serve_followed(name: str, folder: Path) -> None:
+    """Serve keyframes of a scene that follows the images of a folder by their mean (``tests/cover_follower.py``)."""
+    live = live_pass(
+        followed_scene(), threads=1, method="keyframes", margin_px=8.0, follower="cover_follower:cover", keyframe_s=8.0
+    )
+    print(f"keyframes every {live.keyframe_s:g} s, blended over {live.blend_s:g} s", flush=True)
+    Server(live, name, images=FolderWatch(folder)).serve(lambda: None)
+
+
+def follow(rate_hz: float, seconds: float) -> None:
+    """Print how many frames are late while an image is assimilated."""
+    name, tests = f"hcss-follow-{os.getpid()}", Path(__file__).parents[1] / "tests"
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, __file__, "serve-followed", "--name", name, "--folder", folder]
+        server = subprocess.Popen(command, env=os.environ | {"PYTHONPATH": str(tests)})
+        payload = payload_of(followed_scene(), Catalog())
+        poses = [payload.pose(number / rate_hz) for number in range(round(rate_hz * seconds))]
+        with LiveClient(name, 600.0) as client:
+            client.wait(client.send_pose(poses[0]), 60.0)
+            image, before, ms = np.empty(client.shape, np.float32), client.counts(), list[float]()
+            begun, seen, began = 0, before["frames"], time.monotonic()
+            for number, pose in enumerate(poses):
+                if number == len(poses) // 10:
+                    np.save(Path(folder) / "image.npy", np.full((512, 512), 0.8))
+                time.sleep(max(0.0, began + number / rate_hz - time.monotonic()))
+                posted, at = client.send_pose(pose), time.monotonic_ns()
+                due = began + (number + 1) / rate_hz - 5e-4
+                while client.counts()["frames"] == seen and time.monotonic() < due:
+                    time.sleep(2e-4)
+                frame = client.latest(image) if client.counts()["frames"] > seen else None
+                if frame is not None:
+                    seen = frame.number + 1
+                    begun += frame.state_number == 1
+                    if frame.pose_number == posted:
+                        ms.append(1e-6 * (frame.published_ns - at))
+            counts = client.counts()
+            client.stop_server()
+        server.wait()
+    middle, most = np.quantile(ms, (0.5, 0.99))
+    print(
+        f"{rate_hz:g} Hz for {seconds:g} s: {len(poses)} poses, {len(poses) - len(ms)} late, "
+        f"{counts['skipped'] - before['skipped']} skipped, {counts['stalls'] - before['stalls']} keyframes late, "
+        f"{begun} frames of the new state; from pose to frame {middle:.1f} ms p50, {most:.1f} p99, {max(ms):.1f} at "
+        f"most; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors"
+    )
+
+
 def hand_over(count: int) -> None:
     """Print what a client spends on a frame."""
     shape = RingShape(4, 1, 512, 512, np.dtype(np.uint16))
@@ -290,15 +364,45 @@ def hand_over(count: int) -> None:
     print(f"publication and copy {least:.0f} us (5 %), {middle:.0f} us (median), {ratio:.1f} times the copy")
 
 
+def ring(rate_hz: float, seconds: float) -> None:
+    """Print what the client in C says of frames that were made before."""
+    here = Path(__file__).parents[1]
+    with tempfile.TemporaryDirectory() as folder:
+        program = str(Path(folder) / "client")
+        include = f"-I{Path(ring_module.__file__).parents[1] / 'include'}"
+        source = str(here / "examples" / "client.c")
+        subprocess.run(["cc", "-std=gnu11", "-O2", source, include, "-lrt", "-o", program], check=True)
+        shape, count = RingShape(4, 1, 512, 512, np.dtype(np.uint16)), int(rate_hz * seconds)
+        made = np.random.default_rng(1).integers(0, 2**14, (8, 1, 512, 512), np.uint16)
+        ring = Ring.create(f"hcss-ring-{os.getpid()}", shape, os.getpid())
+        ring.header["ready"] = 1
+        try:
+            with subprocess.Popen([program, f"/{ring.memory.name}", str(count)]) as client:
+                time.sleep(0.2)
+                began = time.monotonic()
+                for number in range(count):
+                    time.sleep(max(0.0, began + number / rate_hz - time.monotonic()))
+                    np.copyto(ring.begin(number), made[number % len(made)])
+                    ring.publish(number, number, np.eye(8)[-1], time.monotonic_ns())
+                time.sleep(0.1)
+                ring.header["ready"] = 0  # so that a client that lost frames ends, too
+                client.wait()
+        finally:
+            ring.close(delete=True)
+    print(f"{count} frames at {rate_hz:g} Hz; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("agreement", "speed", "cube", "allocations", "paced", "serve", "hand-over"))
+    whats = ("agreement", "speed", "cube", "allocations", "paced", "serve", "hand-over", "ring", "follow")
+    parser.add_argument("what", choices=(*whats, "serve-followed"))
     parser.add_argument("--skies", type=int, default=16)
     parser.add_argument("--poses", type=int, default=2, help="in each sky")
     parser.add_argument("--points", type=int, default=8)
     parser.add_argument("--frames", type=int, default=300)
     parser.add_argument("--rate", type=float, default=100.0, help="poses a second")
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--folder", type=Path, help="of a followed run's images")
     parser.add_argument("--name", help="of the memory of a paced run's server")
     options = parser.parse_args()
     if options.what == "agreement":
@@ -311,6 +415,12 @@ if __name__ == "__main__":
         allocations(options.frames)
     elif options.what == "paced":
         paced(options.rate, options.seconds)
+    elif options.what == "follow":
+        follow(options.rate, options.seconds)
+    elif options.what == "serve-followed":
+        serve_followed(options.name, options.folder)
+    elif options.what == "ring":
+        ring(options.rate, options.seconds)
     elif options.what == "serve":
         serve(options.name)
     else:

@@ -247,7 +247,7 @@ def test_no_memory_is_left_when_the_parent_or_the_server_dies(files, end):
 class _Prepared:
     """A pass whose frames are empty; the first one ends the server."""
 
-    shape, has_numbers, start_s, stalls = (1, 2, 3), False, 0.0, 0
+    shape, has_numbers, start_s, stalls, state_number = (1, 2, 3), False, 0.0, 0, 0
 
     def __init__(self, name):
         self.name, self.frames = name, 0
@@ -258,6 +258,9 @@ class _Prepared:
 
     def warm_up(self, out=None):
         return FrameCost(1.0, {})
+
+    def look(self):
+        return []
 
     def stop(self):
         with memory_of(self.name) as ring:
@@ -301,7 +304,7 @@ def test_a_reader_never_takes_a_frame_that_is_being_written():
     finally:
         ring.close(delete=True)
     with pytest.raises(PayloadError, match="no server 'hcss-none'"):
-        LiveClient("hcss-none")
+        LiveClient("hcss-none", 0.0)
 
 
 def test_the_wait_after_a_stall_is_as_long_as_the_frame():
@@ -361,15 +364,15 @@ def test_memory_of_another_kind_or_size_is_no_server():
     ring = Ring.create(name, RingShape(4, 1, 2, 3, np.dtype(np.float32)), os.getpid())
     ring.header["ready"] = 1
     try:
-        for field, value in (("version", 2), ("slots", 1000), ("slots", 2**63), ("type", 7), ("rows", 2**40)):
+        for field, value in (("version", 3), ("slots", 1000), ("slots", 2**63), ("type", 7), ("rows", 2**40)):
             before = int(ring.header[field])
             ring.header[field] = value
             with pytest.raises(PayloadError, match="is not the memory of a server of this version"):
-                LiveClient(name)
+                LiveClient(name, 0.0)
             ring.header[field] = before
         ring.header["ready"] = 0
         with pytest.raises(PayloadError, match="not ready yet"):
-            LiveClient(name)
+            LiveClient(name, 0.0)
     finally:
         ring.close(delete=True)
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from hcss_payload.checks import NoStateAtTimeError
 from hcss_payload.ray_geometry import LARGEST_ZENITH_DEG
@@ -109,6 +108,8 @@ def find_passes(
 
 def _maxima(elevation: Callable[[float], float], times: Array, heights: Array) -> Iterator[tuple[float, float]]:
     """Yield time and height of each maximum; those at the ends of what is known, too."""
+    from scipy.optimize import minimize_scalar  # cameras need no passes, and a server must start quickly
+
     beside = np.concatenate(([np.nan], heights, [np.nan]))
     for index in np.flatnonzero(~(beside[:-2] >= heights) & ~(beside[2:] > heights) & ~np.isnan(heights)).tolist():
         known = [other for other in (index - 1, index, index + 1) if not np.isnan(beside[other + 1])]
@@ -125,6 +126,8 @@ def _crossing(
     elevation: Callable[[float], float], outward_s: Array, heights: Array, highest_s: float, lowest_deg: float
 ) -> float | None:
     """Return when the elevation passes its lowest value on the way from the highest; None if that is not known."""
+    from scipy.optimize import brentq
+
     outside = np.flatnonzero(~(heights >= lowest_deg))
     if not outside.size or np.isnan(heights[outside[0]]):
         return None

@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hcss_skies.blended import BlendedExample, key_of
+from hcss_skies.blended import BlendedExample
 from hcss_skies.blending import put_in_layer
-from hcss_skies.detail import average, deviation_of, lifetime_s, moments_of
 from hcss_skies.distribution import ranked
 from hcss_skies.example import MAX_SCORE, Detail, read_example
-from hcss_skies.fibres import textures
 from hcss_skies.library import find_example
 from hcss_skies.pace import Pace
 from hcss_skies.parameters import ExampleParameters
-from hcss_skies.refining import MARGIN, STAGE, refine
+from hcss_skies.refined import RefinedCells
+from hcss_skies.refining import MARGIN
 from hcss_skies.relief import depth_of, shares_of, sharpened
 from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_up_pairs
-from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs, ProviderError
+from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs
 
 DETAIL = Detail(0.31, 2.3)
 """Detail of examples that state none, from SEVIRI and Landsat images."""
@@ -88,19 +87,10 @@ class ExampleClouds:
             of_image.strength if parameters.detail is None else parameters.detail,
             of_image.exponent if parameters.detail_exponent is None else parameters.detail_exponent,
         )
-        self._pixel = inputs.grid.pixel_size_m / example.pixel_size_m
-        if not 1e-6 <= self._pixel <= 1e6:
-            raise ProviderError(
-                f"example: pixels of {inputs.grid.pixel_size_m:g} m; allowed: {1e-6 * example.pixel_size_m:g} to "
-                f"{1e6 * example.pixel_size_m:g} m with this example"
-            )
-        self._halvings = max(0, math.ceil(-math.log2(self._pixel) - 1e-9))
-        if self._halvings == 1:  # pixels of half a cell are means of smaller ones, so that all sensors see one sky
-            self._halvings = STAGE
+        self._cells = RefinedCells(inputs.grid, example.pixel_size_m, Pace.of(inputs.motion), inputs.seed, self._detail)
+        self._pixel = self._cells.pixel
         self._blended_example = BlendedExample(example, inputs.grid.pixel_size_m, inputs.seed)
         level = self._blended_example.level
-        self._visible_m = self._visible_thickness()
-        self._textures = textures() if self._halvings else None
         self._clear_m = example.clear_m
         self.clear_sky_varies = parameters.clear_sky == "example"
         if self.clear_sky_varies:
@@ -146,7 +136,7 @@ class ExampleClouds:
                     f"({least:.4g} K) and looks like it; a higher clouds.top shows more, and so does parameters.tops = "
                     "'example'."
                 )
-        if self._halvings:
+        if self._cells.halvings:
             origin = (
                 "from octaves of 2 to 8 pixels of the image, extrapolated"
                 if example.detail is not None and parameters.detail is None and parameters.detail_exponent is None
@@ -170,6 +160,7 @@ class ExampleClouds:
             depends_on=self._pace.depends_on, evolves=self._pace.evolves, notes=tuple(notes)
         )
 
+    @cached_property
     def _visible_thickness(self) -> float:
         """Return the thickness that hides 63 % of the sea."""
         inversion, most = self._inputs.inversion, self._inputs.layer.thickness_max_m
@@ -232,7 +223,7 @@ class ExampleClouds:
         """Return the shares (Z, y, x) of each column between altitudes (Z + 1,), of any window; see ``relief.py``."""
         layer = self._inputs.layer
         depth = thickness_m.astype(np.float64)
-        for i in range(0, depth.shape[0] if self._halvings else 0, _TILE):
+        for i in range(0, depth.shape[0] if self._cells.halvings else 0, _TILE):
             for j in range(0, depth.shape[1], _TILE):
                 tile = depth[i : i + _TILE, j : j + _TILE]
                 body = self._body(tile.shape, time_s, rows.start + i, columns.start + j)
@@ -243,7 +234,7 @@ class ExampleClouds:
 
     def _body(self, shape: tuple[int, ...], time_s: float, row: int, column: int) -> Array:
         """Return thickness that is interpolated between the pixels of the example, in a part of a frame."""
-        edges = self._edges(shape, time_s, row, column)
+        edges = self._cells.edges(shape, time_s, row, column)
         first = [math.floor(edge[0]) - MARGIN for edge in edges]
         y, x = (np.arange(low, math.ceil(edge[-1]) + MARGIN) + 0.5 for low, edge in zip(first, edges, strict=True))
         cells = sharpened(self._blended(time_s, y, x, 0)[..., 0].astype(np.float64))
@@ -311,7 +302,7 @@ class ExampleClouds:
     def _window(self, time_s: float, rows: slice, columns: slice, which: int) -> NDArray[np.float32]:
         if not math.isfinite(time_s):
             raise ValueError(f"time_s: {time_s} given, allowed: any finite time")
-        if self._hanging is not None and not self._halvings:
+        if self._hanging is not None and not self._cells.halvings:
             return np.ascontiguousarray(self._pairs(time_s, rows, columns)[..., which])
         out = np.empty((max(0, rows.stop - rows.start), max(0, columns.stop - columns.start)), np.float32)
         for i in range(0, out.shape[0], _TILE):
@@ -320,7 +311,7 @@ class ExampleClouds:
                 self._write(tile, time_s, rows.start + i, columns.start + j, which)
         if which:
             return out
-        if self._hanging is not None and self._halvings:  # detail knows no tops
+        if self._hanging is not None and self._cells.halvings:  # detail knows no tops
             np.minimum(out, self._window(time_s, rows, columns, 1), out=out)
         return self._in_layer(out)
 
@@ -334,7 +325,7 @@ class ExampleClouds:
         for i in range(0, out.shape[0], _TILE):
             for j in range(0, out.shape[1], _TILE):
                 tile = out[i : i + _TILE, j : j + _TILE]
-                edges = self._edges(tile.shape, time_s, rows.start + i, columns.start + j)
+                edges = self._cells.edges(tile.shape, time_s, rows.start + i, columns.start + j)
                 y, x = (edge[:-1] + 0.5 * self._pixel for edge in edges)
                 tile[...] = self._blended(time_s, y, x)
         self._in_layer(out[..., 0])
@@ -351,12 +342,12 @@ class ExampleClouds:
 
     def _write(self, out: NDArray[np.float32], time_s: float, row: int, column: int, which: int) -> None:
         """Write a part of a frame that begins at ``row`` and ``column``."""
-        edges = self._edges(out.shape, time_s, row, column)
-        if not self._halvings:
+        edges = self._cells.edges(out.shape, time_s, row, column)
+        if not self._cells.halvings:
             y, x = (edge[:-1] + 0.5 * self._pixel for edge in edges)
             out[...] = self._blended(time_s, y, x, which)[..., which]
             return
-        low, high = self._regions(edges)[0]
+        low, high = self._cells.regions(edges)[0]
         first = list(low)
         y, x = (np.arange(*ends, dtype=np.float64) + 0.5 for ends in zip(low, high, strict=True))
         cells = self._blended(time_s, y, x, which)[..., which]
@@ -371,57 +362,8 @@ class ExampleClouds:
             ]
             out[...] = cells[np.ix_(*at)]
             return
-        cells, first = self._detailed(cells, first, edges, time_s)
-        scale = 2.0**self._halvings
-        out[...] = average(cells, *(edge * scale - low for edge, low in zip(edges, first, strict=True)))
-
-    def _edges(self, shape: tuple[int, ...], time_s: float, row: int, column: int) -> list[Array]:
-        """Return the edges of pixels along y and x, in pixels of the example."""
-        grid = self._inputs.grid
-        return [
-            self._pixel
-            * (np.arange(first, first + size + 1, dtype=np.float64) - 0.5 * total + self._drift(speed, time_s))
-            for first, size, total, speed in zip(
-                (row, column), shape[:2], (grid.rows, grid.columns), self._pace.speed_m_s, strict=True
-            )
-        ]
-
-    def _detailed(
-        self, cells: NDArray[np.float32], first: list[int], edges: list[Array], time_s: float
-    ) -> tuple[NDArray[np.float32], list[int]]:
-        """Halve cells until they are no larger than pixels; returns them and the index of the first."""
         most = float(np.float32(self._inputs.layer.thickness_max_m))  # so that full cells stay full
-        for done, (low, high) in zip(range(0, self._halvings, STAGE), self._regions(edges), strict=True):
-            halvings = range(done, min(done + STAGE, self._halvings))
-            part = np.ascontiguousarray(
-                cells[low[0] - first[0] : high[0] - first[0], low[1] - first[1] : high[1] - first[1]]
-            )
-            parts = 2 ** len(halvings)
-            finer = np.empty(tuple(parts * (size - 2 * MARGIN) for size in part.shape), np.float32)
-            law = np.array([deviation_of(self._detail.exponent, halving) for halving in halvings])
-            cell_m = [self.example.pixel_size_m / 2.0 ** (halving + 1) for halving in halvings]
-            moments = moments_of(
-                [key_of(self._inputs.seed, halving) for halving in halvings],
-                [time_s * self._pace.rate / lifetime_s(size_m) for size_m in cell_m],
-            )
-            refine(
-                finer, part, np.array(low), self._detail.strength, law, most, self._visible_m, self._textures,
-                *moments,
-            )  # fmt: skip
-            cells, first = finer, [parts * (first_cell + MARGIN) for first_cell in low]
-        return cells, first
-
-    def _regions(self, edges: list[Array]) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
-        """Return the first and last cell (y, x) that each stage of the detail needs, MARGIN cells around."""
-        scale = 2.0 ** ((self._halvings - 1) // STAGE * STAGE)
-        low = tuple(math.floor(edge[0] * scale) - MARGIN for edge in edges)
-        high = tuple(math.ceil(edge[-1] * scale) + MARGIN for edge in edges)
-        regions = [(low, high)]
-        for _ in range((self._halvings - 1) // STAGE):
-            low = tuple((cell >> STAGE) - MARGIN for cell in low)
-            high = tuple(-(-cell >> STAGE) + MARGIN for cell in high)
-            regions.insert(0, (low, high))
-        return regions
+        out[...] = self._cells.means(cells, first, edges, time_s, most, self._visible_thickness)
 
     def _blended(self, time_s: float, y: Array, x: Array, which: int = 1) -> NDArray[np.float32]:
         """Return thickness, and x or tops, (rows, columns, 2) at positions in pixels of the example.
@@ -438,12 +380,6 @@ class ExampleClouds:
     def _blend(self, time_s: float, out: NDArray[np.float32], y: Array, x: Array, tables: NDArray[np.float32]) -> None:
         """Write the values of tables (N, 2) that belong to the blended scores, (rows, columns, 1 or 2)."""
         self._blended_example.blend(time_s * self._pace.rate, out, y, x, tables, self._pixel)
-
-    def _drift(self, speed_m_s: float, time_s: float) -> float:
-        """Return a displacement in pixels, without rounding errors where it is a multiple of 1/1024."""
-        pixels = speed_m_s * time_s / self._inputs.grid.pixel_size_m
-        rounded = round(pixels * 1024.0) / 1024.0
-        return rounded if abs(pixels - rounded) <= 2e-15 * abs(pixels) else pixels
 
 
 def fitted(values: Array, high: float, room: float) -> Array:

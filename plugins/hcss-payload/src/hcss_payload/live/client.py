@@ -47,6 +47,8 @@ class ServedFrame:
         Radiance, or digital numbers of a sensor with a converter.
     published_ns : int
         When the server had it, on the clock ``time.monotonic_ns``.
+    state_number : int
+        How many images the scene has assimilated; 0: the scenario alone.
     """
 
     number: int
@@ -54,6 +56,7 @@ class ServedFrame:
     pose_values: NDArray[np.float64]
     image: NDArray[np.float32] | NDArray[np.uint16]
     published_ns: int
+    state_number: int = 0
 
     @property
     def time_s(self) -> float:
@@ -82,7 +85,7 @@ class LiveClient:
         If there is no server by then.
     """
 
-    def __init__(self, name: str, timeout_s: float = 0.0) -> None:
+    def __init__(self, name: str, timeout_s: float = 60.0) -> None:
         self._recent_s: deque[float] = deque(maxlen=_RECENT)
         self._refused_before = 0
         until = time.monotonic() + timeout_s
@@ -148,9 +151,10 @@ class LiveClient:
                 image = np.empty_like(frame) if out is None else out
                 np.copyto(image, frame, casting="no")
                 values = slot["pose"].copy()
-                number, pose_number, published = (int(slot[n]) for n in ("number", "pose_number", "published_ns"))
+                names = ("number", "pose_number", "published_ns", "state_number")
+                number, pose_number, published, state = (int(slot[name]) for name in names)
                 if int(slot["sequence"]) == before:
-                    return ServedFrame(number, pose_number, values, image, published)
+                    return ServedFrame(number, pose_number, values, image, published, state)
         raise PayloadError("latest: frames are written faster than read; allowed: `--slots` for more of them")
 
     def wait(

@@ -43,17 +43,10 @@ def cell_covariance() -> Array:
 
     An octave interpolates independent numbers with the weights of Keys' kernel, scaled to unit variance.
     """
-    fraction = (np.arange(_STEPS) + 0.5) / _STEPS
-    weights = FractalField.Lattice.weights(fraction)  # of nodes -1, 0, 1, 2
-    covariance = np.zeros(4 * _STEPS + 1)
-    for lag in range(covariance.size):
-        position = np.arange(_STEPS) + lag
-        other, shift = weights[position % _STEPS], position // _STEPS
-        for node in range(4):
-            same = node - shift
-            inside = (same >= 0) & (same < 4)
-            covariance[lag] += np.sum(weights[inside, node] * other[inside, same[inside]]) / _STEPS
-    return covariance
+    weights = FractalField.Lattice.weights((np.arange(_STEPS) + 0.5) / _STEPS)  # of nodes -1, 0, 1, 2
+    kernel = weights[:, ::-1].T.ravel()  # what one number adds along the axis
+    covariance = np.correlate(kernel, kernel, "full")[kernel.size - 1 :] / _STEPS
+    return np.append(covariance, 0.0)
 
 
 def separations(footprint: Array, lag: Array) -> tuple[Array, Array]:

@@ -6,9 +6,10 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from time import perf_counter
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ class PreparedPass(ABC):
 
     Attributes
     ----------
-    method : {"fast", "cube"}
+    method : {"fast", "cube", "keyframes"}
         How frames are computed.
     trajectory, attitude
         Of the nominal pass.
@@ -77,10 +78,14 @@ class PreparedPass(ABC):
         What frames do not show, with its size.
     notes : tuple of str
         What is doubtful, and how frames are computed.
+    state_number : int
+        Of the scene of the last frame: how many images it has assimilated.
     errors : mapping of str to float
         Largest errors that were measured in preparation, of fast frames; the certificate of a cube has those of others.
     seconds : mapping of str to float
         Wall time of the parts of the last frame.
+    state_number : int
+        How many images the scene of the last frame has assimilated.
     """
 
     method: str
@@ -88,6 +93,7 @@ class PreparedPass(ABC):
     notes: tuple[str, ...] = ()
     errors: Mapping[str, float] = {}
     seconds: Mapping[str, float] = {}
+    state_number = 0
 
     def __init__(
         self, plan: Plan, payload: Payload, start_s: float, end_s: float, targets: Sequence[PointTarget]
@@ -158,6 +164,24 @@ class PreparedPass(ABC):
         began = perf_counter()
         self.frame(min(self.start_s + _LATER_S, self.end_s), out=out)
         return FrameCost(perf_counter() - began, dict(self.seconds))
+
+    def assimilate(
+        self, image: Any, time: datetime | None = None, begins_s: float | None = None, file: str | None = None
+    ) -> int:
+        """Let the scene take an image as its state, and return the number of this state; keyframes alone can.
+
+        Raises
+        ------
+        PayloadError
+            If the scene follows no images.
+        """
+        raise PayloadError(
+            f"assimilate: frames of method '{self.method}' follow no images; allowed: method = 'keyframes'"
+        )
+
+    def look(self) -> list[str]:
+        """Take up states that have been prepared, and return why others could not be, since the last call."""
+        return []
 
     @abstractmethod
     def _frame(

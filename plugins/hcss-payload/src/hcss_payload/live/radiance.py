@@ -150,7 +150,7 @@ class FieldRadiance:
     def _moment(self, time_s: float) -> Moment:
         plan, bands = self._plan.toward(self._view_at(time_s)), len(self._plan.bands)
         tables = tables_of(plan)
-        look_up, clear = LookUp.at(tables, time_s), ClearSky(plan, tables, self._views_at(time_s), time_s)
+        look_up, clear = LookUp.at(tables, time_s), ClearSky.of(plan, tables, self._views_at(time_s), time_s)
         states = tables.texture.states
         warm = LookUp.at(replace(tables, tables=states[0]), time_s) if states else None
         step = plan.texture.steps[0] * clear.per_K[:, None]

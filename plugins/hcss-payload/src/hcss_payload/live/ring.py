@@ -3,8 +3,8 @@
 A writer makes a sequence number odd, writes, and makes it even; a reader copies and looks whether the number is even
 and unchanged. Nobody ever waits for a lock, so a process that dies leaves the others alone: the next writer begins with
 the next odd number. Numbers of poses are labels that clients choose; the sequence number of the letter box alone says
-that there is a new one. The order of writes is that
-of processors of the kinds x86-64, which keep it; on others a reader may see half a frame in rare cases.
+that there is a new one. The order of writes is that of processors of the kinds x86-64, which keep it; on others a
+reader may see half a frame in rare cases. ``include/hcss_ring.h`` has the same layout for C and C++.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.pose import Pose
 
 MAGIC = 0x68637373_6C697665
-VERSION = 3
+VERSION = 4
 
 MOST_SLOTS = 1024
 
@@ -34,21 +34,19 @@ TARGET_VALUES = 6
 
 TYPES = (np.dtype(np.float32), np.dtype(np.uint16))
 
-_HEADER = np.dtype(
+HEADER = np.dtype(
     [
         *((name, np.uint64) for name in ("magic", "version", "slots", "bands", "rows", "columns", "type", "pid")),
         *((name, np.uint64) for name in ("frames", "skipped", "refused", "stalls", "ready", "stop")),
-        ("refused_pose", np.uint64),
-        ("letter", np.uint64),
-        ("pose_number", np.uint64),
+        *((name, np.uint64) for name in ("refused_pose", "state_number", "letter", "pose_number")),
         ("pose", np.float64, 8),
         ("targets", np.int64),
         ("target", np.float64, (MOST_TARGETS, TARGET_VALUES + MOST_BANDS)),
     ]
 )
-_SLOT = np.dtype(
+SLOT = np.dtype(
     [
-        *((name, np.uint64) for name in ("sequence", "number", "pose_number")),
+        *((name, np.uint64) for name in ("sequence", "number", "pose_number", "state_number")),
         ("pose", np.float64, 8),
         ("published_ns", np.int64),
     ]
@@ -116,7 +114,7 @@ class RingShape:
     @property
     def size(self) -> int:
         """Bytes of the memory."""
-        return _up(_HEADER.itemsize) + self.slots * (_up(_SLOT.itemsize) + _up(self.frame_bytes))
+        return _up(HEADER.itemsize) + self.slots * (_up(SLOT.itemsize) + _up(self.frame_bytes))
 
 
 def _up(size: int) -> int:
@@ -134,14 +132,14 @@ class Ring:
 
     def __init__(self, memory: shared_memory.SharedMemory, shape: RingShape) -> None:
         self.memory, self.shape = memory, shape
-        self.header = np.ndarray((), _HEADER, memory.buf)
+        self.header = np.ndarray((), HEADER, memory.buf)
         self.slots: list[dict[str, NDArray[Any]]] = []
         self.frames: list[NDArray[Any]] = []
-        start = _up(_HEADER.itemsize)
+        start = _up(HEADER.itemsize)
         for _ in range(shape.slots):
-            slot = np.ndarray((), _SLOT, memory.buf, start)
-            self.slots.append({name: slot[name] for name in _SLOT.names or ()})  # a look-up by name takes long
-            start += _up(_SLOT.itemsize)
+            slot = np.ndarray((), SLOT, memory.buf, start)
+            self.slots.append({name: slot[name] for name in SLOT.names or ()})  # a look-up by name takes long
+            start += _up(SLOT.itemsize)
             self.frames.append(np.ndarray((shape.bands, shape.rows, shape.columns), shape.dtype, memory.buf, start))
             start += _up(shape.frame_bytes)
 
@@ -181,12 +179,7 @@ class Ring:
         PayloadError
             If it is not that of a server of this version.
         """
-        if sys.version_info >= (3, 13):
-            memory = shared_memory.SharedMemory(name, track=False)
-        else:
-            memory = shared_memory.SharedMemory(name)
-            # Otherwise the end of this process would delete the memory of the server.
-            resource_tracker.unregister(memory._name, "shared_memory")  # type: ignore[attr-defined]
+        memory = attached(name)
         shape = _shape_in(memory)
         if shape is None:
             memory.close()
@@ -229,10 +222,13 @@ class Ring:
                 return Letter(before, number, values, count, targets)
         return None
 
-    def publish(self, number: int, pose_number: int, pose: NDArray[np.float64], published_ns: int) -> None:
+    def publish(
+        self, number: int, pose_number: int, pose: NDArray[np.float64], published_ns: int, state_number: int = 0
+    ) -> None:
         """Make the frame of a slot visible, whose writing :meth:`begin` announced."""
         slot = self.slots[number % self.shape.slots]
         slot["number"][...], slot["pose_number"][...], slot["published_ns"][...] = number, pose_number, published_ns
+        slot["state_number"][...] = self.header["state_number"] = state_number
         slot["pose"][:] = pose
         slot["sequence"] += np.uint64(1)
         self.header["frames"] = number + 1
@@ -253,6 +249,16 @@ class Ring:
         self.memory.close()
         if delete:
             self.memory.unlink()
+
+
+def attached(name: str) -> shared_memory.SharedMemory:
+    """Return shared memory that another process deletes."""
+    if sys.version_info >= (3, 13):
+        return shared_memory.SharedMemory(name, track=False)
+    memory = shared_memory.SharedMemory(name)
+    # Otherwise the end of this process would delete the memory of the other.
+    resource_tracker.unregister(memory._name, "shared_memory")  # type: ignore[attr-defined]
+    return memory
 
 
 def _create(name: str, size: int) -> shared_memory.SharedMemory:
@@ -280,9 +286,9 @@ def _create(name: str, size: int) -> shared_memory.SharedMemory:
 
 def _shape_in(memory: shared_memory.SharedMemory) -> RingShape | None:
     """Return the shape of a server's ring; None if the memory is not one of this version."""
-    if memory.size < _HEADER.itemsize:
+    if memory.size < HEADER.itemsize:
         return None
-    header = np.ndarray((), _HEADER, memory.buf)
+    header = np.ndarray((), HEADER, memory.buf)
     if int(header["magic"]) != MAGIC or int(header["version"]) != VERSION or int(header["type"]) >= len(TYPES):
         return None
     slots, bands, rows, columns = (int(header[key]) for key in ("slots", "bands", "rows", "columns"))

@@ -22,6 +22,8 @@ def live_pass(
     highest_target_m: float | None = None,
     method: Method = "auto",
     margin_px: float | None = None,
+    follower: str | None = None,
+    keyframe_s: float | None = None,
 ) -> PreparedPass:
     """Prepare live frames along the pass of a scenario.
 
@@ -35,8 +37,9 @@ def live_pass(
     target : PointTarget or sequence of them, optional
     highest_target_m : float, optional
         Altitude up to which fast frames may have targets that are decided on at run time.
-    method : {"auto", "fast", "cube"}
-    margin_px : float, optional
+    method : {"auto", "fast", "cube", "keyframes"}
+    margin_px, keyframe_s : float, optional
+    follower : str, optional
         As in :class:`~hcss_payload.live.twin.LiveTwin`.
 
     Raises
@@ -47,7 +50,7 @@ def live_pass(
         If the pass cannot be seen; names the key.
     """
     payload = payload_of(scenario, Catalog(base=scenario.base))
-    twin = LiveTwin(scenario, payload.camera, threads, fineness, method, margin_px)
+    twin = LiveTwin(scenario, payload.camera, threads, fineness, method, margin_px, follower, keyframe_s)
     frames = scenario.frames
     first, last = (float(number * frames.interval) for number in (frames.first, frames.first + frames.count - 1))
     start_s, end_s = first if start_s is None else start_s, last if end_s is None else end_s

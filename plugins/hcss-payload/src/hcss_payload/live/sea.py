@@ -7,8 +7,8 @@ the nodes of its mesh. It shows through clouds as a warmer sea does.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,12 @@ OUTER_M = 320e3
 _FINE = 4
 """Pixels between the places at which frames know the texture."""
 
+_SMOOTH = 0.05
+"""Share of the accuracy within which clear sky is smooth over a field."""
+
+_LAYOUT = 1
+"""Incremented when what the cache keeps of clear sky changes its meaning."""
+
 _AROUND = 64
 """Samples around what a frame sees whose texture is computed with it: for frames after it."""
 
@@ -43,29 +49,42 @@ def node_weights(positions: Array) -> Array:
     return weights
 
 
+@dataclass(frozen=True, eq=False)
 class ClearSky:
     """Radiance of clear sky toward the field of a camera at one time.
-
-    Parameters
-    ----------
-    plan : Plan
-        Toward the optical axis.
-    tables : RadianceTables
-        Of this plan.
-    seen : sequence of (View, Sun)
-        Toward the nodes of the field, row by row, and the sun where they see the sea.
 
     Attributes
     ----------
     axis : ndarray (B,)
         Radiance toward the axis.
     views : ndarray (25, B)
-        How much more there is toward the nodes.
+        How much more there is toward the nodes (:func:`over_field`).
     per_K : ndarray (B,)
         How much more there is over a sea warmer by a kelvin.
     """
 
-    def __init__(self, plan: Plan, tables: RadianceTables, seen: Sequence[tuple[View, Sun]], time_s: float) -> None:
+    axis: Array
+    views: Array
+    per_K: Array
+
+    @classmethod
+    def of(cls, plan: Plan, tables: RadianceTables, seen: Sequence[tuple[View, Sun]], time_s: float) -> ClearSky:
+        """Return it from the cache, or newly computed.
+
+        Parameters
+        ----------
+        plan : Plan
+            Toward the optical axis.
+        tables : RadianceTables
+            Of this plan.
+        seen : sequence of (View, Sun)
+            Toward the nodes of the field, row by row, and the sun where they see the sea.
+        """
+        parts = ["clear sky of a field", _LAYOUT, time_s, [[asdict(view), asdict(sun)] for view, sun in seen]]
+        return RadianceTables.recall_beside(plan, parts, lambda: cls._computed(plan, tables, seen, time_s), (cls,))
+
+    @classmethod
+    def _computed(cls, plan: Plan, tables: RadianceTables, seen: Sequence[tuple[View, Sun]], time_s: float) -> ClearSky:
         nodes, sun = tables.spectrum.nodes, plan.sun_at(time_s)
 
         def clear(toward: Plan, of_place: Sun | None = sun) -> Array:
@@ -74,11 +93,36 @@ class ClearSky:
             return radiance
 
         warmer = replace(plan, assembly=plan.assembly.perturbed(1.0, 1.0))
-        self.axis = clear(plan)
-        suns = [of_place if sun is not None and of_place.is_up else sun for _, of_place in seen]
-        of_views = [clear(plan.toward(view), of_place) for (view, _), of_place in zip(seen, suns, strict=True)]
-        self.views = np.stack(of_views) - self.axis
-        self.per_K = clear(warmer) - self.axis
+        axis = clear(plan)
+
+        def more(node: int) -> Array:
+            view, of_place = seen[node]
+            return clear(plan.toward(view), of_place if sun is not None and of_place.is_up else sun) - axis
+
+        views = over_field(more, _SMOOTH * plan.accuracy.relative * axis)
+        return cls(axis, views, clear(warmer) - axis)
+
+
+def over_field(value: Callable[[int], Array], allowed: Array) -> Array:
+    """Return values (25, B) at the nodes of a field, row by row, most of them interpolated where they are smooth.
+
+    Every second node is one of the second order: where polynomials of this order give the values at four others within
+    what is allowed (B,), they give the rest.
+    """
+    nodes, size = node_positions(), ORDER + 1
+    few, all_nodes = (np.polynomial.chebyshev.chebvander(at, ORDER // 2) for at in (nodes[::2], nodes))
+    weights = np.kron(all_nodes @ np.linalg.inv(few), all_nodes @ np.linalg.inv(few))
+    given, tried = (
+        [size * row + column for row in range(start, size, 2) for column in range(start, size, 2)] for start in (0, 1)
+    )
+    values: Array = weights @ np.stack([value(node) for node in given])
+    errors = np.stack([value(node) for node in tried]) - values[tried]
+    if np.all(np.abs(errors) <= allowed):
+        return values
+    values[tried] += errors
+    for node in set(range(size**2)) - set(given) - set(tried):
+        values[node] = value(node)
+    return values
 
 
 class SeaTexture:

@@ -1,4 +1,4 @@
-"""Server of live frames: takes the newest pose, and publishes its frame in shared memory."""
+"""Server of live frames: takes the newest pose and commands, and publishes frames in shared memory and by sockets."""
 
 from __future__ import annotations
 
@@ -6,13 +6,26 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_payload.checks import PayloadError
+from hcss_payload.live.folder_watch import FolderWatch
+from hcss_payload.live.gateway import Gateway, Request, image_fields
+from hcss_payload.live.messages import (
+    AssimilateCommand,
+    DescribeCommand,
+    ElementsCommand,
+    PoseCommand,
+    StopCommand,
+    command_of,
+)
 from hcss_payload.live.prepared_pass import FrameCost, PreparedPass
 from hcss_payload.live.ring import MOST_TARGETS, NUMBERS, Letter, Ring, RingShape
 from hcss_payload.live.target import PointTarget
@@ -43,6 +56,10 @@ class Server:
         Frames in the ring.
     parent : int, optional
         Process with whose end the server ends, if that has started this one.
+    gateway : Gateway, optional
+        Sockets for commands and frames; closed with the server.
+    images : FolderWatch, optional
+        Whose new files the scene assimilates.
 
     Attributes
     ----------
@@ -52,13 +69,22 @@ class Server:
 
     cost: FrameCost | None = None
 
-    def __init__(self, live: PreparedPass, name: str, slots: int = 4, parent: int | None = None) -> None:
-        self._live, self._parent = live, parent
+    def __init__(
+        self,
+        live: PreparedPass,
+        name: str,
+        slots: int = 4,
+        parent: int | None = None,
+        gateway: Gateway | None = None,
+        images: FolderWatch | None = None,
+    ) -> None:
+        self._live, self._parent, self._gateway, self._images = live, parent, gateway, images
         bands, rows, columns = live.shape
         dtype = np.dtype(np.uint16 if live.has_numbers else np.float32)
         self._ring = Ring.create(name, RingShape(slots, bands, rows, columns, dtype), os.getpid())
         self._radiance = np.empty(live.shape, np.float32) if live.has_numbers else None
-        self._stopped = False
+        self._stopped, self._number = False, 0
+        self._elements: list[PointTarget] | None = None
         self._refusals = _Refusals()
 
     def serve(self, ready: Callable[[], None]) -> None:
@@ -78,6 +104,8 @@ class Server:
         """Delete the memory and end the threads."""
         self._ring.header["ready"] = 0  # for clients that wait
         self._refusals.close()
+        if self._gateway is not None:
+            self._gateway.close()
         self._ring.close(delete=True)
         self._live.close()
 
@@ -86,46 +114,115 @@ class Server:
 
     def _loop(self) -> None:
         # The first letter may come before this line: clients write as soon as they see that the server is ready.
-        ring, header, last, number = self._ring, self._ring.header, 0, 0
+        ring, header, last = self._ring, self._ring.header, 0
         busy, looked = time.monotonic(), 0.0
         while not self._stopped and not int(header["stop"]):
+            request = None if self._gateway is None else self._gateway.receive()
+            if request is not None:
+                self._answer(request)
             letter = ring.newest(last)
             now = time.monotonic()
             if now - looked > LOOK_S:
                 looked = now
                 if self._parent is not None and os.getppid() != self._parent:
                     return
+                self._follow(now)
+            if request is not None or letter is not None:
+                busy = now
+            elif now - busy > SPIN_S:
+                time.sleep(NAP_S if now - busy < IDLE_S else LONG_NAP_S)
             if letter is None:
-                if now - busy > SPIN_S:
-                    time.sleep(NAP_S if now - busy < IDLE_S else LONG_NAP_S)
                 continue
-            busy = now
             header["skipped"] += np.uint64(max(0, (letter.sequence - last) % NUMBERS // 2 - 1))
             last = letter.sequence
             try:
-                self._make(number, letter)
+                self._open(letter)
             except (HcssError, ArithmeticError, ValueError) as error:  # whatever numbers a client sends
                 header["refused_pose"] = letter.pose_number
                 header["refused"] += np.uint64(1)
                 self._refusals.add(letter.pose_number, error)
-                continue
-            number += 1
-            header["stalls"] = self._live.stalls
 
-    def _make(self, number: int, letter: Letter) -> None:
-        values = letter.values
+    def _follow(self, now_s: float) -> None:
+        """Let the scene assimilate new images, and say which ones it could not."""
+        for path in () if self._images is None else self._images.new(now_s):
+            self._live.assimilate(None, file=str(path))
+        for refusal in self._live.look():
+            with suppress(OSError):  # nobody reads it
+                print(refusal, file=sys.stderr, flush=True)
+
+    def _open(self, letter: Letter) -> None:
         if letter.target_count > MOST_TARGETS:
             raise PayloadError(f"targets: {letter.target_count}; allowed: up to {MOST_TARGETS}")
         posted = None if letter.target_count < 0 else letter.targets
+        targets = None if posted is None else [PointTarget.of_values(target.tolist()) for target in posted]
+        self._show(letter.values, letter.pose_number, targets)
+
+    def _answer(self, request: Request) -> None:
+        """Do what a message asks for, and reply; what is wrong with it is the reply, too."""
+        assert self._gateway is not None
+        image = None
+        try:
+            fields, image = self._obey(request)
+        except (HcssError, ArithmeticError, ValueError) as error:
+            fields = {"error": type(error).__name__, "message": str(error)}
+        self._gateway.reply(request, fields, image)
+
+    def _obey(self, request: Request) -> tuple[Mapping[str, Any], NDArray[Any] | None]:
+        """Return fields and image of the reply to a message."""
+        command = command_of(request.parts)
+        match command:
+            case PoseCommand():
+                return self._show(command.values(), command.pose_number, command.point_targets())
+            case ElementsCommand():
+                targets = command.point_targets()
+                for target in targets or ():
+                    target.require_bands(self._live.shape[0])
+                self._elements = targets
+                return {"targets": None if targets is None else len(targets)}, None
+            case AssimilateCommand():
+                if not Path(command.file).is_file():
+                    raise PayloadError(f"file: '{command.file}' is no file; allowed: one with an image")
+                return {"state_number": self._live.assimilate(None, file=command.file)}, None
+            case DescribeCommand():
+                return self._description(), None
+            case StopCommand():
+                self._stopped = True
+                return {"stopping": True}, None
+
+    def _description(self) -> dict[str, Any]:
+        names = ("frames", "skipped", "refused", "stalls", "state_number")
+        return {
+            "memory": self._ring.memory.name,
+            "shape": list(self._live.shape),
+            "type": self._ring.shape.dtype.name,
+            "start_s": self._live.start_s,
+            "end_s": self._live.end_s,
+            "method": self._live.method,
+            **{name: int(self._ring.header[name]) for name in names},
+        }
+
+    def _show(
+        self, values: NDArray[np.float64], pose_number: int, targets: Sequence[PointTarget] | None
+    ) -> tuple[dict[str, Any], NDArray[Any]]:
+        """Compute and publish the frame of a pose (8,); return what readers of sockets get."""
         pose = Pose(float(values[0]), values[1:4], values[4:])
-        targets = None if posted is None else [PointTarget.of_values(values.tolist()) for values in posted]
-        target = self._ring.begin(number)
+        number, targets = self._number, self._elements if targets is None else targets
+        image = self._ring.begin(number)
         if self._radiance is None:
-            self._live.frame(pose.time_s, pose, target, targets)  # type: ignore[arg-type]
+            self._live.frame(pose.time_s, pose, image, targets)  # type: ignore[arg-type]
         else:
             frame = self._live.frame(pose.time_s, pose, self._radiance, targets)
-            np.copyto(target, frame.digital_number, casting="unsafe")  # type: ignore[arg-type]
-        self._ring.publish(number, letter.pose_number, values, time.monotonic_ns())
+            np.copyto(image, frame.digital_number, casting="unsafe")  # type: ignore[arg-type]
+        published_ns = time.monotonic_ns()
+        state = self._live.state_number
+        self._ring.publish(number, pose_number, values, published_ns, state)
+        self._ring.header["stalls"] = self._live.stalls
+        self._number += 1
+        fields = {"frame": number, "pose_number": pose_number, "time_s": pose.time_s, "state_number": state}
+        fields |= image_fields(image)
+        if self._gateway is not None:
+            self._gateway.publish(fields | {"published_ns": published_ns}, image)
+        return fields, image
 
 
 class _Refusals:

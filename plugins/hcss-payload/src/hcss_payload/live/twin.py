@@ -13,8 +13,10 @@ from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.jitter import Jitter
 from hcss_payload.live.fast_pass import FINENESS, FastPass
 from hcss_payload.live.fast_scenes import EFFECT, excluded_by_payload, excluded_by_plan, excluded_by_scenario
+from hcss_payload.live.keyframe_pass import KeyframePass
+from hcss_payload.live.keyframe_worker import follower_named
 from hcss_payload.live.prepared_pass import PreparedPass
-from hcss_payload.live.scene_pass import ScenePass
+from hcss_payload.live.scene_pass import MARGIN, ScenePass
 from hcss_payload.live.target import PointTarget
 from hcss_payload.trajectory import Trajectory
 from hcss_twin import Scenario, make_plan
@@ -26,7 +28,7 @@ from hcss_twin.providers import Catalog, choose_from
 
 __all__ = ["FINENESS", "LiveTwin", "Method", "PointTarget", "PreparedPass"]
 
-Method = Literal["auto", "fast", "cube"]
+Method = Literal["auto", "fast", "cube", "keyframes"]
 
 _NOT_FAST = ("shadows of clouds on the sea", "waves as shapes", "texture of water vapour")
 
@@ -42,12 +44,18 @@ class LiveTwin:
         Threads that compute a fast frame; frames do not depend on it.
     fineness : float
         Points of the sky of fast frames per width of a pixel's footprint.
-    method : {"auto", "fast", "cube"}
+    method : {"auto", "fast", "cube", "keyframes"}
         ``"fast"``: one layer of fractal clouds in milliseconds, whose detail within a pixel is statistical and whose
         omissions are listed. ``"cube"``: the pixels of ``hcss run``, through the same stages, of any scene that it
         shows through a camera. ``"auto"``: fast frames of the scenes that have them, and those of cubes of all others.
+        ``"keyframes"``: in milliseconds between the frames of cubes of a process of its own, also of scenes that follow
+        images (:mod:`.keyframe_pass`).
     margin_px : float, optional
         Pixels by which frames of cubes may look beside those of the pass; by default a quarter of the detector.
+    follower : str, optional
+        ``"module:object"`` that makes a state of an image, for keyframes; by default that of the clouds' generator.
+    keyframe_s : float, optional
+        Time between keyframes; by default chosen by their error.
 
     Raises
     ------
@@ -63,6 +71,8 @@ class LiveTwin:
         fineness: float = FINENESS,
         method: Method = "auto",
         margin_px: float | None = None,
+        follower: str | None = None,
+        keyframe_s: float | None = None,
     ) -> None:
         require_within("threads", threads, 1, 64)
         require_within("fineness", fineness, 1.0, 16.0)
@@ -74,7 +84,8 @@ class LiveTwin:
         self._threads, self._fineness, self._margin_px = threads, fineness, margin_px
         self._fast: tuple[Plan, tuple[Omission, ...]] | None = None
         self._why: tuple[Excluded, ...] = ()
-        if method != "cube":
+        self._follower, self._keyframe_s = follower, keyframe_s
+        if method not in ("cube", "keyframes"):
             self._fast = self._planned()
 
     def prepare(
@@ -157,6 +168,16 @@ class LiveTwin:
                 if self.method == "fast":
                     raise
                 why.append(f"this pass ({error})")
+        if self.method == "keyframes":
+            if targets:
+                raise PayloadError("target: between keyframes there are none; allowed: method = 'fast' or 'cube'")
+            margin_px = (
+                MARGIN * max(self.camera.rows, self.camera.columns) if self._margin_px is None else self._margin_px
+            )
+            follower = follower_named(self.scenario) if self._follower is None else self._follower
+            return KeyframePass(
+                self.scenario, payload, start_s, end_s, margin_px, self._threads, follower, self._keyframe_s
+            )
         prepared = ScenePass(self.scenario, payload, start_s, end_s, targets, self._margin_px)
         if why:
             reason = f"frames are those of cubes, since fast frames do not show {'; '.join(why)}"

@@ -1,0 +1,117 @@
+"""Fit the coefficients of the forecast to sequences of images, cross-validated over blocks.
+
+``python benchmarks/fit.py FILE --variables ... --minutes 0 15 30 45 -o coefficients.json``. Least squares over all
+pixels gives the coefficients of the mean; the mean energy of the errors in bands, by regions of equal predicted energy,
+those of the variance.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+from hcss_follow.bands import COUNT, bands_of, local_energy
+from hcss_follow.coefficients import PREDICTORS, VARIANCES
+from hcss_follow.forecast import LEAST_K2
+from hcss_follow.motion import departures, interpolate
+from scipy.optimize import nnls
+from sequences import MARGIN, blocks, inside, parser, state_of
+
+USED = [n for n in range(4 * COUNT) if n not in (3 * COUNT - 1, 4 * COUNT - 1)]
+"""Predictors of the fit: without those of the largest scale where uncertain, which are the mean of the image."""
+
+
+def stacks(state, lead_s, pixel_size_m):
+    """Return the predictors (28, rows, columns) and local energies (14, rows, columns), moved along."""
+    image, tendency = bands_of(state.kelvin), bands_of(state.tendency_K)
+    changes, energy = local_energy(tendency), local_energy(image)
+    uncertain = changes / (changes + energy + np.float32(LEAST_K2))
+    fields = np.concatenate([image, tendency, image * uncertain, tendency * uncertain, changes, energy])
+    y, x = (np.arange(MARGIN, side - MARGIN, dtype=float) for side in state.shape)
+    y, x = departures(state.flow_m_s / np.float32(pixel_size_m), lead_s, y, x)
+    out = np.empty((len(fields), *y.shape), np.float32)
+    for at, field in zip(out, fields, strict=True):
+        interpolate(at, np.ascontiguousarray(field), y, x, 0, 0)
+    return out
+
+
+def solved(blocks_of):
+    """Return coefficients (28,) of the normal equations of some blocks."""
+    matrix, right = (sum(of[n] for of in blocks_of) for n in range(2))
+    result = np.zeros(4 * COUNT)
+    result[USED] = np.linalg.solve(matrix + 1e-5 * np.diag(np.diag(matrix)), right)
+    return result
+
+
+def fit_lead(collected):
+    """Return coefficients of the mean (4, 7) and of the variance (2, 7), RMSE cross-validated and of the flow alone."""
+    equations, sums = [], []
+    for stack, truth in collected:
+        known = np.isfinite(truth)
+        level = float(stack[COUNT - 1].mean())
+        a = stack[USED][:, known].astype(np.float64)
+        a[COUNT - 1] -= level
+        t = truth[known].astype(np.float64) - level
+        equations.append((a @ a.T, a @ t, t @ t, t.size))
+    best = solved(equations)
+    alone = np.zeros(4 * COUNT)
+    alone[:COUNT] = 1.0
+    for number, (matrix, right, square, count) in enumerate(equations):
+        others = solved([of for n, of in enumerate(equations) if n != number]) if len(equations) > 1 else best
+        left_out = [square - 2.0 * w[USED] @ right + w[USED] @ matrix @ w[USED] for w in (others, alone)]
+        sums.append((*left_out, count))
+    total = np.sum(sums, axis=0)
+    variance = np.zeros((2, COUNT))
+    for band in range(COUNT):
+        rows, wanted = [], []
+        for stack, truth in collected:
+            if not np.all(np.isfinite(truth)):
+                continue
+            error = bands_of((truth - np.tensordot(best, stack[: 4 * COUNT], 1)).astype(np.float32))[band]
+            pair = stack[[4 * COUNT + band, 5 * COUNT + band]].reshape(2, -1)
+            order = np.argsort(pair[0])
+            for part in np.array_split(order, 12):
+                rows.append(pair[:, part].mean(axis=1))
+                wanted.append(np.mean(error.ravel()[part] ** 2))
+        a, b = np.array(rows), np.array(wanted)
+        weight = 1.0 / np.maximum(b, 1e-3)
+        variance[:, band] = nnls(a * weight[:, None], b * weight)[0]
+    return best.reshape(4, COUNT), variance, np.sqrt(total[:2] / total[2]), sums
+
+
+def main():
+    """Fit, print and write."""
+    arguments = parser(__doc__)
+    arguments.add_argument("-o", "--output", type=Path, required=True)
+    arguments.add_argument("--data", required=True, help="what the images are, named in every output")
+    given = arguments.parse_args()
+    first, second, *later = sorted(given.minutes)
+    collected = {lead: [] for lead in later}
+    for number, images in blocks(given):
+        state = state_of(images, (first, second), given.pixel_size)
+        for minute in later:
+            truth = inside(images[minute])
+            if np.isfinite(truth).mean() > 0.1:
+                collected[minute].append((stacks(state, 60.0 * (minute - second), given.pixel_size), truth))
+        print("block", number, flush=True)
+    written = {
+        "data": given.data,
+        "command": " ".join(["python", *(Path(text).name if text == given.file else text for text in sys.argv)]),
+        "leads_s": [],
+        "mean": [],
+        "variance": [],
+    }
+    for minute, pairs in collected.items():
+        mean, variance, rmse, sums = fit_lead(pairs)
+        worst = max(np.sqrt(one / two) for one, two, _ in sums)
+        print(
+            f"{minute - second:g} min: {rmse[0]:.3f} K cross-validated, flow alone {rmse[1]:.3f} K; worst block {worst:.3f} of it"
+        )
+        written["leads_s"].append(60.0 * (minute - second))
+        written["mean"].append(dict(zip(PREDICTORS, np.round(mean, 4).tolist(), strict=True)))
+        written["variance"].append(dict(zip(VARIANCES, np.round(variance, 4).tolist(), strict=True)))
+    given.output.write_text(json.dumps(written, indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,11 @@
+"""Hook that registers the commands. ``hcss --help`` imports this module, so it must import quickly."""
+
+from hcss_twin.providers import CommandSpec, hookimpl
+
+
+@hookimpl
+def hcss_commands() -> list[CommandSpec]:
+    """Return the command ``follow``."""
+    return [
+        CommandSpec("follow", "hcss_follow.command:follow", "Make a scenario whose sky is that of measured images.")
+    ]

@@ -1,0 +1,103 @@
+"""Forecast of a followed sky in the frame that moves with it: regression by scale, and members of an ensemble.
+
+The image and its tendency (what changed since the image before, moved along) are split into bands of scale. The
+forecast is their sum with coefficients that depend on band and lead. How much of a band stays depends on the place, too:
+q = E / (E + B), with the local energies of the tendency E and of the image B, is large where the last image was moved
+badly.
+
+What the forecast does not know has, by band and place, a variance that is a sum of E and B. A member of an ensemble
+fills it with the image's own bands from a place that its seed chooses, with their local energy set to 1: edges, streets
+and cells stay together.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import maximum_filter
+
+from hcss_follow.bands import bands_of, local_energy
+from hcss_follow.coefficients import PER_S, Coefficients, read_coefficients
+from hcss_follow.state import Field, State
+from hcss_twin.core.kernels import kernel
+
+LEAST_K2 = 0.01
+"""Energy of bands below which they are noise."""
+
+_WARM_WINDOW = 9
+"""Side in pixels of the surroundings, the warmest of which limits how warm a forecast is."""
+
+
+class Forecast:
+    """Brightness temperature at the pixels of a state, where they will have moved to.
+
+    Parameters
+    ----------
+    state : State
+    seed : int or None
+        Of the member; None: the mean.
+    coefficients : Coefficients, optional
+        Default: those of the package.
+    """
+
+    def __init__(self, state: State, seed: int | None, coefficients: Coefficients | None = None) -> None:
+        self._of = coefficients or read_coefficients()
+        scale = 0.0 if state.number < 2 else PER_S / state.interval_s
+        image, tendency = bands_of(state.kelvin), np.float32(scale) * bands_of(state.tendency_K)
+        self._changes = local_energy(tendency)
+        self._energy = local_energy(image)
+        uncertain = self._changes / (self._changes + self._energy + np.float32(LEAST_K2))
+        self._predictors = np.stack([image, tendency, image * uncertain, tendency * uncertain])
+        self._texture = None if seed is None else displaced(image, self._energy, seed)
+        nearby = maximum_filter(state.kelvin, _WARM_WINDOW, mode="nearest")
+        self._warmest = np.maximum(state.clear_K, nearby)
+        self._kelvin = state.kelvin
+
+    def kelvin(self, lead_s: float) -> Field:
+        """Return the forecast (rows, columns); the image itself at lead 0."""
+        if lead_s == 0.0:
+            return self._kelvin
+        mean, variance = self._of.at(abs(lead_s))
+        out = np.empty(self._kelvin.shape, np.float32)
+        texture = np.empty((0, *out.shape), np.float32) if self._texture is None else self._texture
+        _combine(
+            out, self._predictors, self._changes, self._energy, texture, self._warmest, mean.astype(np.float32),
+            np.maximum(variance, 0.0).astype(np.float32),
+        )  # fmt: skip
+        return out
+
+
+def displaced(image: Field, energy: Field, seed: int) -> Field:
+    """Return bands (7, rows, columns) of local energy 1 from another place of the image, continued by its mirror images."""
+    rng = np.random.default_rng([seed, 0xF0110])
+    rows, columns = image.shape[1:]
+    ratio = image / np.sqrt(energy + np.float32(LEAST_K2))
+    ratio[-1] -= ratio[-1].mean()
+    ratio[-1] /= max(float(ratio[-1].std()), 1e-6)
+    mirrored = np.pad(ratio, ((0, 0), (0, rows), (0, columns)), mode="symmetric")
+    shift = rng.integers(0, (2 * rows, 2 * columns))
+    taken = np.roll(mirrored, shift, axis=(1, 2))[:, :rows, :columns]
+    return np.ascontiguousarray(taken)
+
+
+@kernel(fastmath={"contract"})
+def _combine(
+    out: Any, predictors: Any, changes: Any, energy: Any, texture: Any, warmest: Any, mean: Any, variance: Any
+) -> None:
+    zero = np.float32(0.0)
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = zero
+        for k in range(mean.shape[1]):
+            for p in range(mean.shape[0]):
+                part = mean[p, k]
+                if part != zero:
+                    for j in range(out.shape[1]):
+                        out[i, j] += part * predictors[p, k, i, j]
+            if texture.shape[0]:
+                for j in range(out.shape[1]):
+                    unknown = variance[0, k] * changes[k, i, j] + variance[1, k] * energy[k, i, j]
+                    out[i, j] += np.sqrt(unknown) * texture[k, i, j]
+        for j in range(out.shape[1]):
+            out[i, j] = min(out[i, j], warmest[i, j])
