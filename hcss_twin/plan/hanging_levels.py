@@ -140,18 +140,26 @@ def _look(crossed, height, moment, thickness, top, depth, row, column, low, high
 
 
 @kernel()
-def add_hanging(heights, thickness, top, depth, shifts, lows, slice_m):  # type: ignore[no-untyped-def]
-    """Add to ``heights`` (y, x) what paths cross of hanging clouds (Y, X), displaced (S, 2) in slices from ``lows``."""
-    for s in range(shifts.shape[0]):
-        down, right, low = shifts[s, 0], shifts[s, 1], lows[s]
-        for y in range(heights.shape[0]):
-            for x in range(heights.shape[1]):
-                cloud = np.float64(thickness[y + down, x + right])
-                if cloud > 0.0:
-                    highest = np.float64(top[y + down, x + right])
-                    deep = np.float64(depth[y + down, x + right])
-                    inside = min(highest, low + slice_m) - max(highest - deep, low)
-                    heights[y, x] += np.float32(max(inside, 0.0) * (cloud / deep))
+def add_hanging(heights, thickness, top, depth, shifts, lowest, slice_m):  # type: ignore[no-untyped-def]
+    """Add to ``heights`` (y, x) what paths cross of hanging clouds (Y, X), displaced (S, 2) in slices from the lowest.
+
+    Each column gives to the paths that cross it: most of a sky of heaps is clear.
+    """
+    for i in range(thickness.shape[0]):
+        for j in range(thickness.shape[1]):
+            cloud = np.float64(thickness[i, j])
+            if cloud > 0.0:
+                highest, deep = np.float64(top[i, j]), np.float64(depth[i, j])
+                low, dense = highest - deep, cloud / deep
+                first = max(int((low - lowest) / slice_m) - 1, 0)
+                for s in range(first, shifts.shape[0]):
+                    under = lowest + s * slice_m
+                    if under >= highest:
+                        break
+                    y, x = i - shifts[s, 0], j - shifts[s, 1]
+                    inside = min(highest, under + slice_m) - max(low, under)
+                    if inside > 0.0 and 0 <= y < heights.shape[0] and 0 <= x < heights.shape[1]:
+                        heights[y, x] += np.float32(inside * dense)
 
 
 def farthest_points(low: tuple[Array, Array], high: tuple[Array, Array]) -> float:

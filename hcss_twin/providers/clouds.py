@@ -308,6 +308,9 @@ class CloudGeneratorOptions(Protocol):
     def cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Return the altitude of the cloud top (y, x) of a window; where it is clear any within the range.
 
+        The range is ``cloud_top_range_m``. Where that is None, generators with ``cloud_depth_m`` have tops within the
+        layer: the sun's paths alone then cross clouds of these heights.
+
         The cloud of a point is that of :meth:`CloudLayer.hanging_from`: the generator keeps it no thicker than that
         layer. A pixel's value must not depend on the window, which may reach outside the image if the generator has
         ``thickness_around_m``. Only tileable generators may have it.

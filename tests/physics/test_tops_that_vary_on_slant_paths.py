@@ -82,12 +82,18 @@ class Spread(Towers):
         return np.maximum(np.float32(1.4) * self._at(rows, columns)[0], np.float32(1.0))
 
 
+class Standing(Spread):
+    """The same bodies, which the sensor sees at the flat side of the layer."""
+
+    cloud_top_range_m = None
+
+
 class Plugin:
     @hookimpl
     def hcss_register_cloud_generators(self):
         return [
             ProviderSpec(each.__name__.lower(), f"{__name__}:{each.__name__}", None, 3, "a test")
-            for each in (Towers, Sheet, Spread)
+            for each in (Towers, Sheet, Spread, Standing)
         ]
 
 
@@ -181,4 +187,15 @@ def test_clouds_of_another_height_than_their_thickness_have_it_in_all_of_that_he
     shaded = np.any(met(float(made.solar_zenith_angle[0]), float(made.solar_azimuth_angle[0]), 1.4)[0], axis=0)
     clear = made["cloud_mask"].values[0] == 0
     assert np.mean((made["shadow_mask"].values[0] == shaded)[clear]) > 0.95
+    assert made.attrs["hcss_certificate"].startswith("computed as specified")
+
+
+def test_the_sun_meets_bodies_that_the_sensor_does_not_see():
+    """Columns that hang from the layer's top by their thickness would shade 22 % of these points otherwise."""
+    made = seen(0.0, 0.0, clouds__generator="standing", clouds__base=50.0, clouds__top=4000.0)
+    sun = float(made.solar_zenith_angle[0]), float(made.solar_azimuth_angle[0])
+    shaded = np.any(met(*sun, 1.4)[0], axis=0)
+    clear = made["cloud_mask"].values[0] == 0
+    assert np.mean((made["shadow_mask"].values[0] == shaded)[clear]) > 0.95
+    assert np.nanmax(made["cloud_top_altitude"].values) == 4000.0
     assert made.attrs["hcss_certificate"].startswith("computed as specified")

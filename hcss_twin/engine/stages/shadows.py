@@ -2,7 +2,8 @@
 
 The layer is divided into slices of equal height, in each of which the sun's path moves by at most one point along
 either axis. The cloud in a slice is sampled at the nearest point to the path at the middle height of the slice; there
-it extends from the layer's flat side by the thickness. For a uniform layer the slices add up to its thickness.
+it extends from the layer's flat side by the thickness, or, of generators with ``cloud_depth_m``, from its top down by
+its height. For a uniform layer the slices add up to its thickness.
 """
 
 from __future__ import annotations
@@ -44,17 +45,17 @@ class SunPaths:
     shifts : ndarray of int64 (S, 2)
         Displacement in points (rows, columns) from the sea point to its path in each slice.
     from_flat_m : ndarray (S,)
-        Distance from the layer's flat side to the near face of the slice; of clouds whose tops vary, the altitude of
-        its lower face.
+        Distance from the layer's flat side to the near face of the slice; of bodies, the altitude of its lower face.
     slice_m : float
         Height of each slice.
-    tops_vary : bool
+    bodies : bool
+        Whether clouds have tops and heights of their own, whether or not the sensor sees them there.
     """
 
     shifts: NDArray[np.int64]
     from_flat_m: NDArray[np.float64]
     slice_m: float
-    tops_vary: bool = False
+    bodies: bool = False
 
     def stay_at(self, shift: tuple[int, int]) -> bool:
         """Whether all slices have the same displacement."""
@@ -78,15 +79,15 @@ class SunPaths:
         start = int(first[0]), int(first[1])
         thickness = generator.displaced_m(time_s, *wide, start)  # type: ignore[attr-defined]
         heights = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
-        if self.tops_vary:
+        if self.bodies:
             ends = generator.displaced_ends_m(time_s, *wide, start)  # type: ignore[attr-defined]
-            add_hanging(heights, thickness, *ends, self.shifts - first, self.from_flat_m, self.slice_m)
+            add_hanging(heights, thickness, *ends, self.shifts - first, float(self.from_flat_m[0]), self.slice_m)
             return heights
         _add_slices(heights, np.ascontiguousarray(thickness), self.shifts - first, self.from_flat_m, self.slice_m)
         return heights
 
 
-def sun_paths(layer: CloudLayer, sun: Sun, point_m: float, tops_vary: bool = False) -> SunPaths:
+def sun_paths(layer: CloudLayer, sun: Sun, point_m: float, bodies: bool = False) -> SunPaths:
     """Divide a layer into slices for the sun at one instant: where tops vary, all heights that have clouds."""
     moved = displacement_m(layer.thickness_max_m, sun.zenith_deg, sun.azimuth_deg)
     count = max(1, math.ceil(float(np.max(np.abs(moved))) / point_m))
@@ -94,10 +95,10 @@ def sun_paths(layer: CloudLayer, sun: Sun, point_m: float, tops_vary: bool = Fal
     away = displacement_m(middle, sun.zenith_deg, sun.azimuth_deg).T
     from_base = layer.thickness_max_m * np.arange(count) / count
     from_flat = from_base if layer.anchor == "base" else from_base[::-1]
-    if tops_vary:
+    if bodies:
         from_flat = layer.base_m + from_base
     shifts = np.rint(away / point_m).astype(np.int64)
-    return SunPaths(shifts, from_flat, layer.thickness_max_m / count, tops_vary)
+    return SunPaths(shifts, from_flat, layer.thickness_max_m / count, bodies)
 
 
 AT_ONCE = 4
@@ -206,10 +207,11 @@ class ShadowStage(Stage):
         paths: list[SunPaths | None] = []
         for layer, generator, shift in zip(plan.layers, plan.assembly.generators, self._shifts, strict=True):
             span = spanning(layer, generator)
-            met = sun_paths(span, sun, self._point_m, tops_vary=span is not layer)
+            bodies = span is not layer or hasattr(generator, "cloud_depth_m")
+            met = sun_paths(span, sun, self._point_m, bodies)
             # If line of sight and sun path intersect the layer at the same point, it is clear or cloudy for both: clear
             # points meet no cloud there. If all points are such, nothing is computed.
-            same = isinstance(shift, tuple) and not met.tops_vary and met.stay_at(shift)
+            same = isinstance(shift, tuple) and not met.bodies and met.stay_at(shift)
             paths.append(None if same else met)
         return InstantShadows(plan, self._tables, self._effects, time_s, sun, paths) if any(paths) else None
 

@@ -303,7 +303,7 @@ def test_turned_skies_keep_cover_and_have_no_place_with_other_clouds():
 
 @pytest.mark.parametrize("pixel_m", [12.0, 2300.0])
 def test_pixels_beyond_what_the_film_has_are_refused(pixel_m):
-    with pytest.raises(ProviderError, match=r"simulation: pixels of \d+ m; allowed: 12.5 to 2240 m"):
+    with pytest.raises(ProviderError, match=r"simulation: pixels of \d+ m; allowed: 12.5 to 4480 m"):
         clouds(pixel_m=pixel_m)
 
 
@@ -408,6 +408,9 @@ def test_light_between_columns_sees_tops_and_bases_of_the_film(name):
         0.0, slice(-3, 9), slice(20, 31), of.thickness_around_m(0.0, slice(-3, 9), slice(20, 31)), edges
     )
     assert np.array_equal(part[:, 3:], shares[:, :9, 20:31])
+    of_sun = of.cloud_top_m(0.0, *window), of.cloud_depth_m(0.0, *window)
+    for found, end in ((highest, of_sun[0]), (lowest, of_sun[0] - of_sun[1])):
+        assert np.abs(found - (end[cloud] - 500.0) / 4000.0).max() < 0.0101  # a slice
 
 
 def test_tops_of_the_film_have_no_shape_besides():

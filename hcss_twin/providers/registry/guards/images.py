@@ -58,7 +58,8 @@ class GuardedClouds(Guard):
         return self._array("height_shares()", value, shape, (0.0, 1.0 + FRACTION_TOLERANCE), np.float32)
 
     def _checked_cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
-        low, high = np.asarray(self._read("cloud_top_range_m"), np.float32).tolist()
+        ends = getattr(self._provider, "cloud_top_range_m", None) or (self._layer.base_m, self._layer.top_m)
+        low, high = np.asarray(ends, np.float32).tolist()
         value = self._call("cloud_top_m", time_s, rows, columns)
         return self._array("cloud_top_m()", value, self._beyond(rows, columns), (low, high), np.float32)
 

@@ -1,9 +1,14 @@
 """Where there are more and where fewer of a film's clouds: an example of larger pixels decides.
 
-Films have boxes of 10 km and are alike everywhere; what is larger is seen in images. A pixel of the example that is
-s times as much colder than the clear sky as its cold clouds is covered by 1 - exp(-a (s + f)): clouds at random
-places, in proportion to what is seen, and a few (f) in its clear sky, too, as clouds smaller than pixels are not seen
-in images. The number a gives the sky its mean cover.
+Films have boxes of 10 km and are alike everywhere; what is larger is seen in images.
+
+Scattered clouds: a pixel of the example that is s times as much colder than the clear sky as its cold clouds is covered
+by 1 - exp(-a (s + f)): clouds at random places, in proportion to what is seen, and a few (f) in its clear sky, too, as
+clouds smaller than pixels are not seen in images. The number a gives the sky its mean cover.
+
+Sheets: the normal score of the example has the share m of the variance of all scores, and the film the rest. A pixel of
+score e is covered by Phi((sqrt(m) e + z) / sqrt(1 - m)): cells are closed, and lanes between them open. The number z
+gives the sky its mean cover.
 """
 
 from __future__ import annotations
@@ -16,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from scipy.optimize import brentq
+from scipy.special import ndtr, ndtri
 
 from hcss_skies.blended import BlendedExample
 from hcss_skies.distribution import ranked
@@ -33,12 +39,19 @@ _UNSEEN = 0.03
 _FULLEST = 0.98
 """Local cover of scattered clouds that is never exceeded, unless the mean one is larger."""
 
+_OF_EXAMPLE = 0.8
+"""Share m of the variance of sheets: our choice; with less the cells are grainy, with more lanes have the edges of the
+example's pixels. Spectra of water path as k^-5/3 to 50 km would give 0.7 above 8 km."""
+
+_RAISED = 1.0
+"""By how much the scores of a sheet are raised at most, so that cold places are not thicker than the film has it."""
+
 _SMOOTH = 0.8
 """Scale in pixels over which examples are smoothed for sheets: lanes of one pixel would become strings of beads, and
 their edges would be those of pixels, not of the film's clouds."""
 
 _NODES = 0.5
-"""Distance of the places at which the example is looked up, in its pixels; between them it is interpolated."""
+"""Distance of the places at which the example is looked up, in its pixels, about; between them it is interpolated."""
 
 _MOST = 1e4
 """Greatest number a."""
@@ -64,7 +77,7 @@ class Places:
     def __init__(self, example: Example, reel: Reel, coverage: float, cell_m: float, seed: int) -> None:
         self._blended = blended = BlendedExample(example, example.pixel_size_m, seed)
         self._cell = cell_m / example.pixel_size_m
-        self._every = max(1, math.floor(_NODES / self._cell))
+        self._every = max(1, round(_NODES / self._cell))
         self.cover_of_scores = cover = local_cover(
             example, blended.level.heights_m[:, 0].astype(np.float64), coverage, reel
         )
@@ -109,15 +122,28 @@ def local_cover(example: Example, heights_m: Array, coverage: float, reel: Reel)
     scores = np.linspace(-MAX_SCORE, MAX_SCORE, heights_m.size)
     chance = np.exp(-0.5 * scores**2)
     chance /= chance.sum()
+    if reel.film.sheet:
+        return _cover_of_sheet(scores, chance, coverage, reel.film.coverage)
     cold_m = float(np.interp(_COLD, scores, heights_m))
     share = np.maximum(heights_m - example.clear_m, 0.0) / max(cold_m - example.clear_m, 1.0) + _UNSEEN
-    fullest = max(reel.film.coverage if reel.film.sheet else _FULLEST, 0.5 * (1.0 + coverage))
+    fullest = max(_FULLEST, 0.5 * (1.0 + coverage))
 
     def cover(log_a: float) -> Array:
         return -fullest * np.expm1(-math.exp(log_a) * share)
 
     least, most = math.log(1e-6), math.log(_MOST)
     return cover(float(brentq(lambda log_a: float(chance @ cover(log_a)) - coverage, least, most)))
+
+
+def _cover_of_sheet(scores: Array, chance: Array, coverage: float, of_film: float) -> Array:
+    """Return the cover (N,) at scores of an example that have chances, with a mean."""
+    fullest = max(float(ndtr(ndtri(of_film) + _RAISED)), 0.5 * (1.0 + coverage))
+    of_example, others = math.sqrt(_OF_EXAMPLE), math.sqrt(1.0 - _OF_EXAMPLE)
+
+    def cover(mean: float) -> Array:
+        return np.minimum(ndtr((of_example * scores + mean) / others), fullest)
+
+    return cover(float(brentq(lambda mean: float(chance @ cover(mean)) - coverage, -20.0, 20.0)))
 
 
 @kernel(fastmath={"contract"})

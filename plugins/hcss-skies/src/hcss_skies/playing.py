@@ -558,14 +558,17 @@ def show(out: Any, ranks: Any, y: Any, y_turned: Any, x: Any, x_turned: Any, row
 
 @kernel(fastmath={"contract"})
 def show_beside(
-    out: Any, cells: Any, ranks: Any, cloudy: float, y: Any, y_turned: Any, x: Any, x_turned: Any, row: int, column: int
-) -> None:
+    out: Any, cloud: Any, cells: Any, ranks: Any, cloudy: float, y: Any, y_turned: Any, x: Any, x_turned: Any,
+    row: int, column: int,
+) -> None:  # fmt: skip
     """Write another field of cells between their middles: bilinear among cells with cloud, as far as there are any.
 
     Parameters
     ----------
     out : ndarray of float32 (Y, X)
-        The result.
+        The result; 0 where pixels are clear.
+    cloud : ndarray of float32 (Y, X)
+        Above 0 where pixels have cloud.
     cells, ranks : ndarray of float32 (rows, columns)
         Of cells from ``row`` and ``column`` on.
     cloudy : float
@@ -578,6 +581,9 @@ def show_beside(
     clear, one = np.float32(_OF_CLEAR), np.float32(1.0)
     for i in range(y.size):
         for j in range(x.size):
+            if cloud[i, j] <= np.float32(0.0):
+                out[i, j] = np.float32(0.0)
+                continue
             at_y, at_x = y[i] - x_turned[j], x[j] + y_turned[i]
             low_y, low_x = math.floor(at_y), math.floor(at_x)
             k, fy = np.int64(low_y) - row, np.float32(at_y - low_y)

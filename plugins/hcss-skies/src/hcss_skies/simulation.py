@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,9 +36,9 @@ _FROM = 0.78
 """Smallest pixel in cells: larger cells would blur it."""
 
 _LARGEST = 1.4
-"""Largest pixel in cells of the coarsest averages, which are six along the box."""
+"""Largest pixel in cells of the coarsest averages, which are three along the box."""
 
-_COARSEST = 6
+_COARSEST = 3
 
 _LOWEST = 1e-3
 """Share of the film's tops that count as the lowest one: tables need the range of tops to be short."""
@@ -80,9 +81,9 @@ class SimulatedClouds:
     structure larger than its box.
 
     The sky is turned so that the wind of the film blows along that of the scene. Tops and bases are fractions of the
-    layer, as in the film. With ``tops = "film"`` clouds hang from them, and are as thick as their optical thickness
-    needs, also below the layer, but not below the sea. Slant paths cross bodies from the base to the top, and light
-    between columns sees them (:attr:`height_shares`).
+    layer, as in the film; the sun's paths cross bodies between them, and light between columns sees them
+    (:attr:`height_shares`). With ``tops = "film"`` clouds hang from them, and are as thick as their optical thickness
+    needs, also below the layer, but not below the sea. Lines of sight then cross bodies, too.
 
     Parameters
     ----------
@@ -115,7 +116,9 @@ class SimulatedClouds:
         self.film, self._reel = reel.film, reel
         scale = _scale_of(reel.film, inputs.grid.pixel_size_m, parameters.film)
         self._cell_m, self._scale = scale * reel.film.cell_m, scale
-        skies = (4, 1) if reel.film.sheet else _SKIES if scale < _COARSE else _COARSE_SKIES
+        skies = _SKIES if scale < _COARSE else _COARSE_SKIES
+        if reel.film.sheet:  # where an example decides, large pixels show no more of a sheet of four times the size
+            skies = (1 if parameters.where is not None and scale >= _COARSE else 4), 1
         self._magnified = [min(times, scale) for times in skies]
         self._tops_vary = parameters.tops == "film"
         self._seen = Seen.of(layer, scale, reel, None if self._tops_vary else inputs.inversion)
@@ -163,11 +166,11 @@ class SimulatedClouds:
         return self.thickness_m(time_s, rows, columns)
 
     def cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
-        """Return the altitude of the cloud top (y, x) of any window, with the parameter ``tops = "film"``."""
+        """Return the altitude of the cloud top (y, x) of any window, for shadows and with ``tops = "film"``."""
         return self._bodies(time_s, rows, columns)[1].copy()
 
     def cloud_depth_m(self, time_s: float, rows: slice, columns: slice) -> NDArray[np.float32]:
-        """Return the height (y, x) from the base to the top of any window, with the parameter ``tops = "film"``."""
+        """Return the height (y, x) from the base to the top of any window, as :meth:`cloud_top_m`."""
         return self._bodies(time_s, rows, columns)[2].copy()
 
     def _bodies(self, time_s: float, rows: slice, columns: slice) -> list[NDArray[np.float32]]:
@@ -176,11 +179,14 @@ class SimulatedClouds:
         if self._last is None or self._last[0] != key:
             played = self._played(time_s, rows, columns, 2)
             thickness, layer = self._thickness(played), self._inputs.layer
-            assert self.cloud_top_range_m is not None
-            low, high = (np.float32(end) for end in self.cloud_top_range_m)
-            top = np.clip(self._altitude(played[1]), low, high)
-            depth = np.clip(top - self._altitude(played[2]), np.float32(LEAST_M), np.float32(layer.thickness_max_m))
-            top = np.maximum(top, thickness)
+            top, base = (self._altitude(of) for of in played[1:])
+            if self.cloud_top_range_m is None:
+                top, depth = self._standing(thickness, top, base)
+            else:
+                low, high = (np.float32(end) for end in self.cloud_top_range_m)
+                top = np.clip(top, low, high)
+                depth = np.clip(top - base, np.float32(LEAST_M), np.float32(layer.thickness_max_m))
+                top = np.maximum(top, thickness)
             self._last = key, [thickness, top, depth]
         return self._last[1]
 
@@ -220,11 +226,21 @@ class SimulatedClouds:
         self, time_s: float, rows: slice, columns: slice, thickness_m: NDArray[np.float32], edges_m: Array
     ) -> NDArray[np.float32]:
         """Return the shares (Z, y, x) of each column between altitudes (Z + 1,), of any window; see ``relief.py``."""
-        layer, played = self._inputs.layer, self._played(time_s, rows, columns, 2)
-        base, top = (np.minimum(self._altitude(of).astype(np.float64), layer.top_m) for of in played[:0:-1])
-        depth = np.maximum(np.maximum(top - base, thickness_m / DENSEST), LEAST_M)
-        top = np.minimum(np.maximum(top, layer.base_m + depth), layer.top_m)
+        played = self._played(time_s, rows, columns, 2)
+        top, depth = self._standing(thickness_m, *(self._altitude(of).astype(np.float64) for of in played[1:]))
         return shares_of(thickness_m, depth, np.asarray(edges_m, np.float64), top - depth, False)
+
+    def _standing(
+        self, thickness_m: NDArray[np.float32], top_m: NDArray[Any], base_m: NDArray[Any]
+    ) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return tops and heights (y, x) of bodies, all of them in the layer and no denser than can be."""
+        layer, number = self._inputs.layer, top_m.dtype.type
+        lowest, highest = number(layer.base_m), number(layer.top_m)
+        top = np.minimum(top_m, highest)
+        depth = np.maximum(
+            np.maximum(top - np.minimum(base_m, highest), thickness_m / number(DENSEST)), number(LEAST_M)
+        )
+        return np.minimum(np.maximum(top, lowest + depth), highest), depth
 
     def _altitude(self, heights: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return altitudes of heights in 255ths of the layer."""
@@ -266,7 +282,7 @@ class SimulatedClouds:
         show(out[0], cells, *at, *first, self._table_m)
         clear = float(np.count_nonzero(self._table_m == 0.0) - 1)
         for shown, field in zip(out[1:], beside, strict=True):
-            show_beside(shown, field, cells, clear, *at, *first)
+            show_beside(shown, out[0], field, cells, clear, *at, *first)
 
     def _cells(
         self, time_s: float, first: tuple[int, int], shape: tuple[int, int], needed: NDArray[np.int64], heights: int
