@@ -1,11 +1,11 @@
-"""Reference of the provider contract, from the docstrings of ``hcss_twin.providers``."""
+"""Reference of the provider contract, from the docstrings of ``hcss_twin.providers``: a line for each member."""
 
 from __future__ import annotations
 
 import ast
 import inspect
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from importlib import import_module
 from types import ModuleType
 
@@ -17,13 +17,22 @@ _INTRODUCTION = """# Provider reference
 
 {GENERATED}
 
-This page documents all that a plugin can import from `hcss_twin.providers`, from the docstrings.
-[Write a plugin](../how-to/write-a-plugin.md) explains how to use it, and [provider API](provider-api.md) what stays
-stable. A provider must have all members of its Protocol; the members of Protocols called `...Options` are optional.
+All that a plugin can import from `hcss_twin.providers`. Docstrings explain every attribute, shape and range, and what
+follows without an optional member:
+
+```sh
+python -c "from hcss_twin import providers; help(providers.SeaModel)"
+```
+
+Attributes without a type are floats. [Write a plugin](../how-to/write-a-plugin.md) explains how to use it, and
+[provider API](provider-api.md) what stays stable. A provider must have all members of its Protocol; the members of
+Protocols called `...Options` are optional.
 """
 
 _HELPERS = [name for name in providers.HOMES if not name.startswith("providers.")]
 _HELPERS += ["providers.common", "providers.registry.specs"]
+
+_SENTENCE = re.compile(r"(?<=[^.\d][.])\s+(?=[A-Z\"`])|(?<=\d[.])\s+(?=[A-Z])")
 
 
 def lines(generated: str) -> Iterator[str]:
@@ -47,77 +56,62 @@ def _names(part: ModuleType, names: tuple[str, ...]) -> Iterator[str]:
         if isinstance(node, ast.ClassDef) and node.name in names:
             yield from _class(node)
         elif isinstance(node, ast.FunctionDef) and node.name in names:
-            yield f"\n### `{node.name}`\n"
-            yield _docstring(node)
-            yield f"\n```python\n{_member(node)}\n```"
+            yield f"\n### `{node.name}({', '.join(_arguments(node))})`\n\n{_first(ast.get_docstring(node) or '')}"
         elif isinstance(node, ast.Assign | ast.AnnAssign):
             target = node.target if isinstance(node, ast.AnnAssign) else node.targets[0]
             if isinstance(target, ast.Name) and target.id in names:
                 text = ast.literal_eval(following.value) if isinstance(following, ast.Expr) else ""
-                yield f"\n### `{target.id}`\n"
-                yield "\n\n".join((*([_prose(text)] if text else []), f"```python\n{_source(node)}\n```"))
+                source = "" if node.value is None else f" (`{_source(node.value)}`)"
+                yield f"\n### `{target.id}`\n\n{_first(text) or 'A type'}{source}"
 
 
 def _class(node: ast.ClassDef) -> Iterator[str]:
     bases = [_source(base) for base in node.bases]
-    yield f"\n### `{node.name}`{' (Protocol)' if 'Protocol' in bases else ''}\n"
-    yield _docstring(node)
-    told = _told(node)
-    members = [line for each in node.body if (line := _member(each, told))]
-    if members:
-        yield "\n".join(("\n```python", *members, "```"))
+    text, _, listed = (ast.get_docstring(node) or "").partition("Attributes\n----------\n")
+    yield f"\n### `{node.name}`{' (Protocol)' if 'Protocol' in bases else ''}\n\n{_first(text)}\n"
+    fields = [each for each in node.body if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)]
+    by_name = {_source(each.target): each for each in fields}
+    kinds = {
+        name: kind
+        for names, kind in re.findall(r"(?m)^(\w[\w, ]*) : (.*)$", listed.partition("\n\n")[0])
+        for name in names.split(", ")
+    }
+    kinds |= {name: _source(each.annotation) for name, each in by_name.items() if name not in kinds}
+    if kinds:
+        shown = [f"`{name}`{_kind(kind, by_name.get(name))}" for name, kind in kinds.items()]
+        yield f"Attributes: {', '.join(shown)}."
+        yield ""
     for each in node.body:
         if isinstance(each, ast.FunctionDef) and not each.name.startswith("_"):
-            yield f"\n#### `{node.name}.{each.name}`\n"
-            yield _docstring(each)
+            is_property = any(_source(mark) == "property" for mark in each.decorator_list)
+            call = each.name if is_property else f"{each.name}({', '.join(_arguments(each))})"
+            yield f"* `{call}`: {_first(ast.get_docstring(each) or '').removeprefix('Return ')}"
 
 
-def _told(node: ast.ClassDef) -> set[str]:
-    """Return the attributes without a default that the docstring lists with their type."""
-    _, _, rest = (ast.get_docstring(node) or "").partition("Attributes\n----------\n")
-    listed = re.findall(r"(?m)^(\w[\w, ]*) : ", rest.partition("\n\n")[0])
-    return {name for names in listed for name in names.split(", ")}
+def _kind(kind: str, field: ast.AnnAssign | None) -> str:
+    """Return in brackets the type, unless it is float, and the default if the field has one that can be written."""
+    value = None if field is None else field.value
+    default = "" if value is None or isinstance(value, ast.Call) else _source(value)
+    shown = [] if kind == "float" else [_prose(kind)]
+    shown += [f"`{default}`"] if default and default not in ("None", '""', "()") else []
+    return f" ({' = '.join(shown)})" if shown else ""
 
 
-def _member(node: ast.stmt, told: Collection[str] = ()) -> str:
-    if isinstance(node, ast.AnnAssign):
-        if node.value is None and isinstance(node.target, ast.Name) and node.target.id in told:
-            return ""
-        if isinstance(node.value, ast.Call):  # the names that metadata allows are in the docstring
-            node.value.keywords = [each for each in node.value.keywords if each.arg != "metadata"]
-        return _source(node)
-    if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
-        return ""
-    decorators = "".join(f"@{_source(each)}\n" for each in node.decorator_list)
-    returns = "" if node.returns is None else f" -> {_source(node.returns)}"
-    return f"{decorators}def {node.name}({_source(node.args)}){returns}"
-
-
-def _docstring(node: ast.ClassDef | ast.FunctionDef) -> str:
-    """Convert a numpydoc docstring to Markdown; its sections become lists."""
-    text = ast.get_docstring(node) or ""
-    head, *sections = re.split(r"(?m)^(\w+)\n-{3,}\n", text)
-    parts = [_prose(head.strip())]
-    for title, body in zip(sections[::2], sections[1::2], strict=True):
-        parts.append(f"{title}:\n\n{_items(body)}")
-    return "\n\n".join(parts)
-
-
-def _items(body: str) -> str:
-    """Convert the items of a section, each a line followed by an indented description."""
-    found: list[str] = []
-    for each in re.split(r"(?m)\n(?=\S)", body.strip("\n")):
-        first, *rest = each.splitlines()
-        name, _, kind = first.partition(" : ")
-        named = ", ".join(f"`{word}`" for word in name.split(", "))
-        told = " ".join(line.strip() for line in rest)
-        found.append(f"* {named}" + (f" ({_prose(kind)})" if kind else "") + (f": {_prose(told)}" if told else ""))
-    return "\n".join(found)
+def _arguments(node: ast.FunctionDef) -> list[str]:
+    """Return the names of the arguments, with defaults."""
+    for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs):
+        each.annotation = None
+    return [text for text in _source(node.args).split(", ") if text not in ("self", "cls", "/")]
 
 
 def _source(node: ast.AST) -> str:
     """Return the source code in the style of this project, with double quotes."""
     return ast.unparse(node).replace("'", '"')
+
+
+def _first(text: str) -> str:
+    """Return the first sentence of a docstring or description."""
+    return _prose(_SENTENCE.split(" ".join(text.split("\n\n")[0].split()))[0])
 
 
 def _prose(text: str) -> str:
