@@ -16,9 +16,9 @@ if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import pytest  # noqa: E402
-from hcss_author.own_cache import fresh_results, own_cache  # noqa: E402, F401
+from all_packages import disks_are_not_waited_for, mark_long, one_installation, own_cache, pytest_runtest_protocol  # noqa: E402, F401
+from hcss_author.own_cache import fresh_results  # noqa: E402, F401
 from hypothesis import settings  # noqa: E402
-from long_tests import mark_long  # noqa: E402
 from threadpoolctl import threadpool_limits  # noqa: E402
 
 # For what is loaded already: zarr's plugin for pytest imports numpy. Two threads in each of two workers wait for each

@@ -1,5 +1,4 @@
 import pytest
-from hcss_author.own_cache import own_cache  # noqa: F401
 
 SCENE = {
     "image.rows": 96,
@@ -11,6 +10,13 @@ SCENE = {
     "sea.model": "cox-munk",
     "optics.provider": "mie",
 }
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HCSS_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
+        yield
 
 
 @pytest.fixture(scope="session")

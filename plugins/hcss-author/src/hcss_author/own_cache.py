@@ -1,6 +1,4 @@
-"""Fixtures of pytest: tests share results, shipped files and plugins found, but not with the user.
-
-Nor do they share with tests that replace code.
+"""Fixtures of pytest: tests share results and shipped files, but not with the user, nor with tests that replace code.
 
 A ``conftest.py`` imports them, which puts them to use in its folder::
 
@@ -8,18 +6,14 @@ A ``conftest.py`` imports them, which puts them to use in its folder::
 """
 
 import functools
-import gc
 import inspect
 import os
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from hcss_twin.core import result_cache
-from hcss_twin.core.plugins import OWN_DISTRIBUTION, installed
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.providers import Catalog
 
@@ -40,35 +34,7 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
             return parsed(of_all if path.is_relative_to(shipped) else results, path, *read)
 
         patch.setattr(ResultCache, "parsed", shipped_files_once)
-        _look_once(patch)
-        # Files of tests need not survive a loss of power, and each wait for the disk leaves a processor idle for 5 ms.
-        patch.setattr(os, "fsync", lambda handle: None)
-        gc.freeze()  # what was imported is no garbage: no search goes through it again
         yield
-
-
-def _look_once(patch: pytest.MonkeyPatch) -> None:
-    """Find plugins and the package's files once, not in each scene: a tenth of the time of a scene with kept tables.
-
-    Not while a test has another path for imports, or replaces the function that looks at the files.
-    """
-    path, plugins, files = list(sys.path), dict[str, tuple[Any, ...]](), ResultCache()
-    of_package, of_files = ResultCache.fingerprint, result_cache.code_fingerprint
-
-    def installed_once(group: str) -> Any:
-        if sys.path != path:
-            return installed(group)
-        if group not in plugins:
-            plugins[group] = tuple(installed(group))
-        return plugins[group]
-
-    def fingerprint(own: ResultCache, distribution: str = OWN_DISTRIBUTION, targets: tuple[str, ...] = ()) -> str:
-        is_shared = distribution == OWN_DISTRIBUTION and result_cache.code_fingerprint is of_files
-        return of_package(files if is_shared else own, distribution, targets)
-
-    for module in ("hcss_twin.core.sections", "hcss_twin.providers.registry.registry"):
-        patch.setattr(f"{module}.installed", installed_once)
-    patch.setattr(ResultCache, "fingerprint", fingerprint)
 
 
 @pytest.fixture(autouse=True)
