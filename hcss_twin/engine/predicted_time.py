@@ -19,7 +19,6 @@ from hcss_twin.core.cache import CacheError, cache_root, cached_file, in_use
 from hcss_twin.core.files import Writing
 from hcss_twin.core.stages import STAGES, Stage, time_text
 from hcss_twin.core.trust import make_private, withhold
-from hcss_twin.engine.compile import tables_are_kept
 from hcss_twin.engine.parts import parts_of
 from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.plan.plan import Plan
@@ -147,7 +146,11 @@ def predict(plan: Plan, costs: Sequence[ProviderCost] = ()) -> Prediction:
         Of providers of other packages, of which the constants know nothing.
     """
     factors = _read_factors()
-    kept = plan.needs_radiance and tables_are_kept(plan)
+    kept = False
+    if plan.needs_radiance:
+        from hcss_twin.engine.compile import tables_are_kept  # a mask alone needs no radiance
+
+        kept = tables_are_kept(plan)
 
     def seconds(is_kept: bool) -> dict[Stage, float]:
         taken = {name: taken * _correction(name, factors) for name, taken in _reference_seconds(plan, is_kept).items()}

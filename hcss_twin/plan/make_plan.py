@@ -117,7 +117,8 @@ def make_plan(
                 else _make_plan(scenario, catalog, family, rays(scenario, catalog))
             )
         plan = replace(plan, replan=again)
-        catalog.shelf.latest = alike, plan
+        if shelf is not None:  # a plan that its own shelf kept would stay in memory until garbage is collected
+            shelf.latest = alike, plan
         return plan
     except ScenarioError as error:
         typed = [Problem(_key_of_instrument(scenario, each.field), each.message) for each in error.problems]

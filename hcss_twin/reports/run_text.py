@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from hcss_twin.engine.certificate.certificate import Certificate
 from hcss_twin.plan.error_budget import ErrorBudget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, SWITCHED_OFF, Omission
 from hcss_twin.plan.plan import Plan
+
+if TYPE_CHECKING:
+    from hcss_twin.engine.certificate.certificate import Certificate
 
 MOST_BANDS, MOST_CLASSES = 4, 2
 """Columns and rows of the table of errors; ``--verbose`` has all."""

@@ -226,7 +226,8 @@ def _perturbations(plan: Plan, time_s: float, rows: Sequence[int], columns: Sequ
     if computed_at_once(plan):
         whole = np.stack(seen_fields(plan, fields, time_s, plan.extent), axis=-1)
         first_row, first_column = (of.start for of in plan.extent)
-        return whole[np.subtract(rows, first_row), np.subtract(columns, first_column)].astype(np.float64)
+        found: Array = whole[np.subtract(rows, first_row), np.subtract(columns, first_column)].astype(np.float64)
+        return found
     at_pixels = [
         np.ravel(seen_fields(plan, fields, time_s, (slice(row, row + 1), slice(column, column + 1))))
         for row, column in zip(rows, columns, strict=True)

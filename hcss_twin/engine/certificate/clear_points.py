@@ -18,6 +18,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.error_norm import largest_error
@@ -38,6 +39,8 @@ from hcss_twin.plan.waves import crosswind_sense, to_wind
 from hcss_twin.plan.windows import Window, points_of
 from hcss_twin.providers import Sun, View
 from hcss_twin.providers.column_states import ColumnSetting, spectra_of
+
+Values = NDArray[np.float32]
 
 REACH = 2.4
 """Steps of the sea's temperature to which curves of clear columns go: four standard deviations."""
@@ -90,7 +93,7 @@ class ClearPoints:
     def __init__(self, scene: SceneTables) -> None:
         self._plan, self._tables, self._effects = scene.plan, scene.of_sea, scene.point_effects
         self._shadows = [ShadowStage(scene.plan, [])] * scene.plan.has_shadows
-        self._whole: dict[tuple[str, float], Array] = {}
+        self._whole: dict[tuple[str, float], Values] = {}
 
     def of_pixel(
         self, time_s: float, row: int, column: int, view: View, perturbation: Array
@@ -124,7 +127,7 @@ class ClearPoints:
         of_pixel = (self._at_points(of.in_cloud, "paths", time_s, pixel).reshape(shape) for of in cast)
         return next((heights_m.astype(np.float64) / mu0 for heights_m in of_pixel), np.zeros(shape))
 
-    def _at_points(self, of_window: Callable[[Window], Array], name: str, time_s: float, pixel: Window) -> Array:
+    def _at_points(self, of_window: Callable[[Window], Values], name: str, time_s: float, pixel: Window) -> Values:
         """Return a field (..., y, x) at the points of a pixel; of a small image all are computed at once."""
         plan = self._plan
         if not computed_at_once(plan):
@@ -132,10 +135,9 @@ class ClearPoints:
         whole = self._whole.get((name, time_s))
         if whole is None:
             whole = self._whole[name, time_s] = of_window(plan.extent)
-        within = (
-            slice(of.start - start.start, of.stop - start.start) for of, start in zip(pixel, plan.extent, strict=True)
-        )
-        return whole[(..., *(points_of(pixels, plan.samples_per_pixel) for pixels in within))]
+        places = zip(pixel, plan.extent, strict=True)
+        rows, columns = (slice(of.start - first.start, of.stop - first.start) for of, first in places)
+        return whole[..., points_of(rows, plan.samples_per_pixel), points_of(columns, plan.samples_per_pixel)]
 
     def _level(self, time_s: float, pixel: Window) -> Array:
         """Return the level (K, B) of a pixel; 1 without waves."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -108,16 +109,18 @@ class TextureStage(Stage):
         samples = self._plan.samples_per_pixel
         sea = self._texture.temperature_K > 0.0
         step = max(1, PIXELS_AT_ONCE // warmer.shape[1])
-        memory = np.empty((len(look_ups), radiance.shape[0], min(step, warmer.shape[0]), warmer.shape[1]), np.float32)
+        shape, width = (len(look_ups), radiance.shape[0]), warmer.shape[1]
+        memory = np.empty(len(look_ups) * radiance.shape[0] * min(step, warmer.shape[0]) * width, np.float32)
         for first in range(0, warmer.shape[0], step):
             strip = slice(first, min(first + step, warmer.shape[0]))
-            states, points = memory[:, :, : length(strip)], points_of(strip, samples)
+            points, size = points_of(strip, samples), math.prod(shape) * length(strip) * width
+            states = memory[:size].reshape(*shape, length(strip), width)  # contiguous: one kernel for all strips
             inside = slice(rows.start + strip.start, rows.start + strip.stop), columns
             for look_up, state in zip(look_ups, states, strict=True):
                 look_up.of_part(inside).fill(state, [layer[points] for layer in thickness_m], samples)
             corner = in_part[0].start + strip.start, in_part[1].start
             fields = warmer[strip], drier[strip]
-            _apply(radiance, *corner, memory, sea, *fields, *self._vapour, self._square, self._mixed)
+            _apply(radiance, *corner, states, sea, *fields, *self._vapour, self._square, self._mixed)
 
     def _look_ups_at(self, time_s: float, key: Hashable) -> list[FrameLookUp]:
         """Return the look-up in each state at a time, seen through the rays of a key."""
