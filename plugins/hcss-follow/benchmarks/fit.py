@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 from hcss_follow.bands import COUNT, bands_of, local_energy
-from hcss_follow.coefficients import PREDICTORS, VARIANCES
-from hcss_follow.forecast import LEAST_K2
+from hcss_follow.coefficients import PREDICTORS, VARIANCES, Coefficients
+from hcss_follow.forecast import LEAST_K2, Forecast
 from hcss_follow.motion import departures, interpolate
 from scipy.optimize import nnls
 from sequences import MARGIN, blocks, inside, parser, state_of
@@ -74,9 +74,22 @@ def fit_lead(collected):
                 rows.append(pair[:, part].mean(axis=1))
                 wanted.append(np.mean(error.ravel()[part] ** 2))
         a, b = np.array(rows), np.array(wanted)
-        weight = 1.0 / np.maximum(b, 1e-3)
-        variance[:, band] = nnls(a * weight[:, None], b * weight)[0]
+        weight = 1.0 / np.sqrt(np.maximum(b, 1e-3))
+        found = nnls(a * weight[:, None], b * weight)[0]
+        variance[:, band] = found * b.sum() / max(float((a @ found).sum()), 1e-9)
     return best.reshape(4, COUNT), variance, np.sqrt(total[:2] / total[2]), sums
+
+
+def inflation(coefficients, states, errors, lead_s):
+    """Return by how much the variance of members is to be multiplied to be that of the errors, over all blocks.
+
+    Bands overlap, so that variances of bands do not add up, for errors and members alike, but not to the same degree.
+    """
+    drawn = []
+    for state in states:
+        mean = Forecast(state, None, coefficients).kelvin(lead_s)
+        drawn += [np.mean(inside(Forecast(state, seed, coefficients).kelvin(lead_s) - mean) ** 2) for seed in range(3)]
+    return float(np.mean(errors) / np.mean(drawn))
 
 
 def main():
@@ -86,31 +99,40 @@ def main():
     arguments.add_argument("--data", required=True, help="what the images are, named in every output")
     given = arguments.parse_args()
     first, second, *later = sorted(given.minutes)
-    collected = {lead: [] for lead in later}
+    collected, states = {lead: [] for lead in later}, {lead: [] for lead in later}
     for number, images in blocks(given):
         state = state_of(images, (first, second), given.pixel_size)
         for minute in later:
             truth = inside(images[minute])
             if np.isfinite(truth).mean() > 0.1:
                 collected[minute].append((stacks(state, 60.0 * (minute - second), given.pixel_size), truth))
+                states[minute].append(state)
         print("block", number, flush=True)
-    written = {
-        "data": given.data,
-        "command": " ".join(["python", *(Path(text).name if text == given.file else text for text in sys.argv)]),
-        "leads_s": [],
-        "mean": [],
-        "variance": [],
-    }
+    leads, means, variances = [], [], []
     for minute, pairs in collected.items():
         mean, variance, rmse, sums = fit_lead(pairs)
         worst = max(np.sqrt(one / two) for one, two, _ in sums)
         print(
-            f"{minute - second:g} min: {rmse[0]:.3f} K cross-validated, flow alone {rmse[1]:.3f} K; worst block {worst:.3f} of it"
+            f"{minute - second:g} min: {rmse[0]:.3f} K cross-validated, flow alone {rmse[1]:.3f} K, "
+            f"worst block {worst:.3f} of it"
         )
-        written["leads_s"].append(60.0 * (minute - second))
-        written["mean"].append(dict(zip(PREDICTORS, np.round(mean, 4).tolist(), strict=True)))
-        written["variance"].append(dict(zip(VARIANCES, np.round(variance, 4).tolist(), strict=True)))
-    given.output.write_text(json.dumps(written, indent=1))
+        lead_s = 60.0 * (minute - second)
+        start = np.zeros_like(mean)
+        start[0] = 1.0
+        of = Coefficients(
+            np.array([0.0, lead_s]), np.stack([start, mean]), np.stack([0.0 * variance, variance]), "", ""
+        )
+        errors = [
+            np.nanmean((truth - np.tensordot(mean.ravel(), stack[: 4 * COUNT], 1)) ** 2) for stack, truth in pairs
+        ]
+        factor = inflation(of, states[minute], errors, lead_s)
+        print(f"variance of members times {factor:.3f}")
+        leads.append(lead_s)
+        means.append(dict(zip(PREDICTORS, np.round(mean, 4).tolist(), strict=True)))
+        variances.append(dict(zip(VARIANCES, np.round(factor * variance, 4).tolist(), strict=True)))
+    command = " ".join(["python", *(Path(text).name if text == given.file else text for text in sys.argv)])
+    written = {"data": given.data, "command": command, "leads_s": leads, "mean": means, "variance": variances}
+    given.output.write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

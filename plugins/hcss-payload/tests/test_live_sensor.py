@@ -31,27 +31,27 @@ def blurred(rows, weights):
 
 
 @pytest.mark.parametrize(("sigma", "most"), [(0.5, 7), (0.8, 3)])
-def test_short_kernels_err_by_what_they_state(sigma, most):
+def test_short_kernels_err_by_less_than_half_a_percent_of_the_contrast(sigma, most):
     whole = blur_of(sigma)
-    short, left_out = shortened(whole, BLUR_LEFT_OUT)
+    short = shortened(whole, BLUR_LEFT_OUT)
     assert short.reach == (most, most)
     assert short.across.sum() == pytest.approx(whole.across.sum(), abs=1e-6)
     # Independent numbers are the worst image: neighbours of clouds are alike, and the tails alternate in sign.
     rows = np.random.default_rng(1).standard_normal((64, 512))
     error = blurred(rows, short) - blurred(rows, whole)
-    assert np.std(error) == pytest.approx(left_out, rel=0.1, abs=1e-7)
-    assert left_out < 4e-3
+    assert np.std(error) < 4e-3
     smooth = np.cumsum(rows, axis=1)
     smooth -= np.linspace(0.0, 1.0, 512) * smooth[:, -1:]
-    assert np.std(blurred(smooth, short) - blurred(smooth, whole)) < 1.1 * left_out * np.std(np.diff(smooth, axis=1))
+    of_smooth = np.std(blurred(smooth, short) - blurred(smooth, whole))
+    assert of_smooth < 1.2 * np.std(error) * np.std(np.diff(smooth, axis=1))
 
 
 def test_blurs_of_two_terms_that_end_by_themselves_and_none_stay():
     ending = blur_of(1.2)
-    assert shortened(ending, 0.5) == (ending, 0.0)
+    assert shortened(ending, 0.5) is ending
     two = Weights(np.ones((2, 4), np.float32), np.ones((2, 4), np.float32), (1, 1))
-    assert shortened(two, 0.5) == (two, 0.0)
-    assert shortened(None, 0.5) == (None, 0.0)
+    assert shortened(two, 0.5) is two
+    assert shortened(None, 0.5) is None
 
 
 @pytest.mark.parametrize("converter", [True, False])

@@ -12,6 +12,8 @@ and cells stay together.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -43,29 +45,43 @@ class Forecast:
 
     def __init__(self, state: State, seed: int | None, coefficients: Coefficients | None = None) -> None:
         self._of = coefficients or read_coefficients()
-        scale = 0.0 if state.number < 2 else PER_S / state.interval_s
-        image, tendency = bands_of(state.kelvin), np.float32(scale) * bands_of(state.tendency_K)
-        self._changes = local_energy(tendency)
-        self._energy = local_energy(image)
-        uncertain = self._changes / (self._changes + self._energy + np.float32(LEAST_K2))
-        self._predictors = np.stack([image, tendency, image * uncertain, tendency * uncertain])
-        self._texture = None if seed is None else displaced(image, self._energy, seed)
-        nearby = maximum_filter(state.kelvin, _WARM_WINDOW, mode="nearest")
-        self._warmest = np.maximum(state.clear_K, nearby)
-        self._kelvin = state.kelvin
+        self._parts = parts = _parts_of(state)
+        image = parts.predictors[0]
+        self._texture = np.empty((0, 0, 0), np.float32) if seed is None else displaced(image, parts.energy, seed)
 
     def kelvin(self, lead_s: float) -> Field:
         """Return the forecast (rows, columns); the image itself at lead 0."""
         if lead_s == 0.0:
-            return self._kelvin
+            return self._parts.kelvin
         mean, variance = self._of.at(abs(lead_s))
-        out = np.empty(self._kelvin.shape, np.float32)
-        texture = np.empty((0, *out.shape), np.float32) if self._texture is None else self._texture
+        out, parts = np.empty(self._parts.kelvin.shape, np.float32), self._parts
         _combine(
-            out, self._predictors, self._changes, self._energy, texture, self._warmest, mean.astype(np.float32),
+            out, parts.predictors, parts.changes, parts.energy, self._texture, parts.warmest, mean.astype(np.float32),
             np.maximum(variance, 0.0).astype(np.float32),
         )  # fmt: skip
         return out
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What all members of a state share: predictors (4, 7, y, x), local energies (7, y, x), and limits (y, x)."""
+
+    kelvin: Field
+    predictors: Field
+    changes: Field
+    energy: Field
+    warmest: Field
+
+
+@lru_cache(maxsize=4)
+def _parts_of(state: State) -> _Parts:
+    scale = 0.0 if state.number < 2 else PER_S / state.interval_s
+    image, tendency = bands_of(state.kelvin), np.float32(scale) * bands_of(state.tendency_K)
+    changes, energy = local_energy(tendency), local_energy(image)
+    uncertain = changes / (changes + energy + np.float32(LEAST_K2))
+    predictors = np.stack([image, tendency, image * uncertain, tendency * uncertain])
+    nearby = maximum_filter(state.kelvin, _WARM_WINDOW, mode="nearest")
+    return _Parts(state.kelvin, predictors, changes, energy, np.maximum(state.clear_K, nearby))
 
 
 def displaced(image: Field, energy: Field, seed: int) -> Field:

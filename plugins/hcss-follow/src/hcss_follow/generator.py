@@ -31,6 +31,9 @@ _COLDEST_K = 180.0
 _EXCESSES_M = np.array([0.0, 12_000.0])
 """Range of the excess of cloud tops."""
 
+_HIGHEST_M = 17_000.0
+"""Altitude of the highest tops that are tried; the coldest one counts."""
+
 _VISIBLE = 0.63
 """What an optical thickness of about 1 hides of the sea."""
 
@@ -137,7 +140,10 @@ class FollowedClouds:
         follower = object.__new__(FollowedClouds)
         vars(follower).update(vars(self), _last=None)
         in_force = [n for n, (_, (from_s, over)) in enumerate(self._skies) if from_s + over <= time_s]
-        follower._skies = [(self._sky_of(state), (time_s, over_s)), *self._skies[: in_force[0] + 1 if in_force else None]]
+        follower._skies = [
+            (self._sky_of(state), (time_s, over_s)),
+            *self._skies[: in_force[0] + 1 if in_force else None],
+        ]
         return follower
 
     @property
@@ -169,7 +175,7 @@ class FollowedClouds:
         knots = band.clear_K - self._kelvin[1] * np.arange(_KNOTS)
         half = band.clear_K - _VISIBLE * (band.clear_K - band.coldest_K)
         self._visible_m = max(float(band.thickness_m(np.array(half))), 1e-3 * inputs.layer.thickness_max_m)
-        return hanging_clouds(band, inputs.layer, knots, _EXCESSES_M, inputs.layer.top_m)
+        return hanging_clouds(band, inputs.layer, knots, _EXCESSES_M, _HIGHEST_M)
 
     def _window(self, time_s: float, rows: slice, columns: slice) -> Field:
         """Return thickness and top (2, y, x) of a window; the last one is kept, as the engine asks for both."""
@@ -226,7 +232,11 @@ class FollowedClouds:
         """Return brightness temperature and excess (y, x, 2); the states overlap where one takes over."""
         total: Field | None = None
         for sky, (from_s, over_s) in reversed(self._skies):
-            share = 1.0 if from_s == -math.inf or sky is self._skies[-1][0] else float(np.clip((time_s - from_s) / over_s, 0.0, 1.0))
+            share = (
+                1.0
+                if from_s == -math.inf or sky is self._skies[-1][0]
+                else float(np.clip((time_s - from_s) / over_s, 0.0, 1.0))
+            )
             if share == 0.0:
                 continue
             lead_s = self._parameters.lead + time_s - (sky.state.time - self._start).total_seconds()

@@ -16,7 +16,12 @@ class FollowedParameters(BaseModel):
         description="Number of the member of the ensemble: what the images do not say is drawn with it; default: the "
         "mean forecast, which is smoother the later it is.",
     )
-    lead: float = Field(0.0, ge=0.0, le=21600.0, description="Time of the scenario's start after the latest image, s.")
+    lead: float = Field(
+        0.0,
+        ge=-21600.0,
+        le=21600.0,
+        description="Time of the scenario's start after the latest image, s; negative for images taken while it was live.",
+    )
     limits_um: tuple[float, float] = Field(
         (10.3, 11.3), description="Limits of the images' band, of equal response in wavenumber, um."
     )

@@ -7,6 +7,7 @@ clouds. Both parts move along the same velocities, those at the edge beyond it.
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 from hcss_skies.blended import BlendedExample
@@ -52,23 +53,23 @@ class FollowedSky:
         Of the ensemble; None: the mean forecast.
     coefficients : Coefficients, optional
         Default: those of the package.
-
-    Attributes
-    ----------
-    example : Example
-        What the sky is blended from beyond the edge.
     """
 
     def __init__(
         self, state: State, seed: int, member: int | None = None, coefficients: Coefficients | None = None
     ) -> None:
-        self.state, self.example = state, example_of(state)
+        self.state = state
         seeds = None if member is None else np.random.SeedSequence([seed, member]).generate_state(1)[0]
         self._forecast = Forecast(state, None if seeds is None else int(seeds), coefficients)
         self._velocity = state.flow_m_s / np.float32(state.pixel_size_m)
         self._seed = seed
         self._blended: BlendedExample | None = None
         self._last: tuple[float, Field] | None = None
+
+    @cached_property
+    def example(self) -> Example:
+        """What the sky is blended from beyond the edge."""
+        return example_of(self.state)
 
     def at(self, lead_s: float, y: Array, x: Array) -> Field:
         """Return brightness temperature in K and excess in m, (N, M, 2), at positions (N,), (M,).

@@ -25,7 +25,7 @@ from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.frames import Frame
 from hcss_payload.live.keyframe_store import SLOTS, StateProcess, wait_for
 from hcss_payload.live.keyframe_worker import Image, Ready, Setup
-from hcss_payload.live.prepared_pass import PreparedPass
+from hcss_payload.live.prepared_pass import FrameCost, PreparedPass
 from hcss_payload.live.resampling import REACH, between_keyframes
 from hcss_payload.live.sensor import LiveSensor
 from hcss_payload.live.sight import mesh_step
@@ -236,7 +236,7 @@ class KeyframePass(PreparedPass):
         if self._pool is not None:
             self._pool.shutdown()
 
-    def warm_up(self, out: NDArray[np.float32] | None = None) -> Any:
+    def warm_up(self, out: NDArray[np.float32] | None = None) -> FrameCost:
         """Compute a frame, which may compile for seconds, and measure what another one takes."""
         cost = super().warm_up(out)
         self._stalls = 0

@@ -128,7 +128,7 @@ def follower_of(name: str) -> Follower:
 def follower_named(scenario: Scenario) -> str | None:
     """Return the name of the follower of the generator of a scenario's clouds; None if none follows images."""
     of = {entry.name: entry.value for entry in importlib.metadata.entry_points(group=FOLLOWERS)}
-    names = [layer.generator for layer in scenario.clouds.layers]
+    names = [layer.generator.rpartition("/")[2] for layer in scenario.clouds.layers]  # without the distribution
     return next((of[name] for name in names if name in of), None)
 
 

@@ -48,9 +48,6 @@ class LiveSensor:
         Where the radiance that it measures is written.
     smear_time_s : float
         Integration time in which motion smears; 0 if it does not.
-    blur_left_out : float
-        Largest root of the sum of squares of what the weights of the blur change by, of all bands: the error of the
-        radiance along one axis, relative to the contrast, if neighbours are independent; less for clouds.
 
     Raises
     ------
@@ -79,9 +76,8 @@ class LiveSensor:
                 f"sensor: {', then '.join(stage.entry.name for stage in stages)}; allowed: one "
                 "'radiometer', for live frames"
             )
-        cut = {name: shortened(weights, BLUR_LEFT_OUT) for name, weights in sensor.blur.weights.items()}
-        sensor.blur.weights = {name: weights for name, (weights, _) in cut.items()}
-        self.blur_left_out = max((left_out for _, left_out in cut.values()), default=0.0)
+        weights = sensor.blur.weights.items()
+        sensor.blur.weights = {name: shortened(of_band, BLUR_LEFT_OUT) for name, of_band in weights}
         self.smear_time_s = stages[0].smear_time_s or 0.0
         self._seed = plan.scenario.seed
         self._kernels = [Kernels.of(weights) for weights in sensor.blur.weights.values()]
@@ -136,15 +132,15 @@ class LiveSensor:
         return written
 
 
-def shortened(weights: Weights | None, share: float) -> tuple[Weights | None, float]:
-    """Return weights without the farthest ones, up to a share of their absolute values, and the change.
+def shortened(weights: Weights | None, share: float) -> Weights | None:
+    """Return weights without the farthest ones, up to a share of their absolute values.
 
     Kernels that end by themselves stay: their last weights have one sign, and cutting them would sharpen the image.
-    The sum of the weights is kept. The change is the root of the sum of the squares of what single weights change by.
+    The sum of the weights is kept.
     """
     if weights is None or len(weights.down) != 1 or max(weights.reach) <= LEAST:
-        return weights, 0.0
-    result, left_out = [], 0.0
+        return weights
+    result = []
     for axis_weights, reach in zip((weights.down[0], weights.across[0]), weights.reach, strict=True):
         size = np.abs(axis_weights[reach : 2 * reach + 1].astype(np.float64))
         beyond = 2.0 * (size.sum() - np.cumsum(size))
@@ -153,13 +149,11 @@ def shortened(weights: Weights | None, share: float) -> tuple[Weights | None, fl
         new = min(reach, -(-(2 * least + 1) // TAPS_AT_ONCE) * TAPS_AT_ONCE // 2 - 1)
         new = max(new, least)
         kept = axis_weights[reach - new : reach + new + 1].astype(np.float64)
-        changed = kept * (axis_weights.sum(dtype=np.float64) / kept.sum() - 1.0)
-        left_out = max(left_out, float(np.sqrt(2.0 * np.sum(size[new + 1 :] ** 2) + np.sum(changed**2))))
         padded = np.zeros((1, kept.size + -kept.size % TAPS_AT_ONCE), np.float32)
-        padded[0, : kept.size] = kept + changed
+        padded[0, : kept.size] = kept * (axis_weights.sum(dtype=np.float64) / kept.sum())
         result.append((padded, new))
     (down, up), (across, side) = result
-    return Weights(down, across, (up, side)), left_out
+    return Weights(down, across, (up, side))
 
 
 def _unchecked(sensor: object) -> Any:
