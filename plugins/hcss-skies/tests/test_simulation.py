@@ -301,7 +301,7 @@ def test_turned_skies_keep_cover_and_have_no_place_with_other_clouds():
     assert mean.reshape(6, 32, 6, 32).mean(axis=(1, 3)).std() < 0.16 * mean.mean()
 
 
-@pytest.mark.parametrize("pixel_m", [12.0, 2300.0])
+@pytest.mark.parametrize("pixel_m", [12.0, 4500.0])
 def test_pixels_beyond_what_the_film_has_are_refused(pixel_m):
     with pytest.raises(ProviderError, match=r"simulation: pixels of \d+ m; allowed: 12.5 to 4480 m"):
         clouds(pixel_m=pixel_m)
