@@ -191,7 +191,7 @@ def test_clouds_of_another_height_than_their_thickness_have_it_in_all_of_that_he
 
 
 def test_the_sun_meets_bodies_that_the_sensor_does_not_see():
-    """Columns that hang from the layer's top by their thickness would shade 22 % of these points otherwise."""
+    """Not columns that hang from the top of the layer by their thickness, with which nearly half the points differ."""
     made = seen(0.0, 0.0, clouds__generator="standing", clouds__base=50.0, clouds__top=4000.0)
     sun = float(made.solar_zenith_angle[0]), float(made.solar_azimuth_angle[0])
     shaded = np.any(met(*sun, 1.4)[0], axis=0)

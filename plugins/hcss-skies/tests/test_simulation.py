@@ -173,6 +173,19 @@ def test_example_decides_where_and_the_layer_how_much(film, where, coverage):
     assert spearmanr(local, of_example).statistic > 0.6
 
 
+@pytest.mark.parametrize("pixel_m", [300.0, 1000.0, 3000.0])
+def test_cells_of_sheets_are_closed_and_lanes_between_them_open(pixel_m):
+    """Measured at 3 km between neighbours in eleven SEVIRI blocks of low cloud: .92 to .97; before, .84 to .89 here."""
+    hidden = 1.0 - np.exp(
+        -0.5 * PER_M * whole(clouds("stratocumulus", pixel_m=pixel_m, coverage=0.8, where="closed-cells-1"))
+    )
+    likeness = [np.corrcoef(of[1:].ravel(), of[:-1].ravel())[0, 1] for of in (hidden, hidden.T)]
+    assert np.mean(likeness) > 0.895
+    cells, lanes = np.mean(hidden > 0.9), np.mean(hidden < 0.2)
+    assert cells > 0.43
+    assert lanes > 0.05
+
+
 def test_where_clouds_are_moves_and_changes_as_the_example():
     """A frame later by the time in which the wind crosses a pixel is that one, shifted, if nothing changes."""
     of = clouds(pixel_m=500.0, where="streets-1", motion=Motion(0.0, (10.0, 0.0), np.inf, 1.0))
@@ -301,7 +314,7 @@ def test_turned_skies_keep_cover_and_have_no_place_with_other_clouds():
     assert mean.reshape(6, 32, 6, 32).mean(axis=(1, 3)).std() < 0.16 * mean.mean()
 
 
-@pytest.mark.parametrize("pixel_m", [12.0, 2300.0])
+@pytest.mark.parametrize("pixel_m", [12.0, 4500.0])
 def test_pixels_beyond_what_the_film_has_are_refused(pixel_m):
     with pytest.raises(ProviderError, match=r"simulation: pixels of \d+ m; allowed: 12.5 to 4480 m"):
         clouds(pixel_m=pixel_m)

@@ -38,6 +38,7 @@ def scene(of_type, pixel_m=20.0, size=48, model="as-printed", variables=("radian
         ("stratocumulus", 3000.0, "hcss-skies/example", 0.83),
         ("stratus", 20.0, "hcss-skies/simulation", 0.99),
         ("stratus", 500.0, "hcss-skies/simulation", 0.99),
+        ("stratus", 3000.0, "hcss-skies/simulation", 0.99),
         ("cirrus", 20.0, "hcss-skies/fall-streaks", 0.5),
         ("cirrus", 1000.0, "hcss-skies/fall-streaks", 0.5),
         ("deep-convection", 3000.0, "hcss-skies/example", 0.9),

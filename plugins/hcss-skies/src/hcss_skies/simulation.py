@@ -180,12 +180,14 @@ class SimulatedClouds:
             played = self._played(time_s, rows, columns, 2)
             thickness, layer = self._thickness(played), self._inputs.layer
             top, base = (self._altitude(of) for of in played[1:])
+            # Slant paths would pass between thin columns whose tops differ.
+            least = np.float32(min(self._inputs.grid.pixel_size_m, layer.thickness_max_m))
             if self.cloud_top_range_m is None:
-                top, depth = self._standing(thickness, top, base)
+                top, depth = self._standing(thickness, top, np.minimum(base, top - least))
             else:
                 low, high = (np.float32(end) for end in self.cloud_top_range_m)
                 top = np.clip(top, low, high)
-                depth = np.clip(top - base, np.float32(LEAST_M), np.float32(layer.thickness_max_m))
+                depth = np.clip(top - base, least, np.float32(layer.thickness_max_m))
                 top = np.maximum(top, thickness)
             self._last = key, [thickness, top, depth]
         return self._last[1]
