@@ -114,7 +114,7 @@ def read_response(
         response = _response(table, name, column, unit, faults)
     except CatalogError as error:
         raise CatalogError(f"{path}{_listed(faults)}{error}") from error
-    if faults:
+    if response is None:
         raise CatalogError(f"{path}{_listed(faults)}")
     return response
 
@@ -137,6 +137,8 @@ def _response(
 
     None if rows have faults: what is wrong with the others may follow from those that are left out.
     """
+    if not table.rows:
+        return None
     if table.names:
         table = _of_band(table, name)
     groups = _group_columns(table)
