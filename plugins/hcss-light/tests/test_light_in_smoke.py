@@ -17,9 +17,10 @@ pytest.importorskip("hcss_examples")
 CUMULUS = {"type": "cumulus", "generator": "fractal", "coverage": 0.45, "coverage_mode": "field"}
 COMMON = {
     "slant": {"shadows": "off", "parallax": "off"}, "sea": {"temperature_texture": 0.0}, "clouds": CUMULUS,
-    "time": DAY, "bands": [[3.6, 3.8]], "accuracy": 5e-3, "view": {"zenith": 40.0, "azimuth": 30.0},
+    "time": DAY, "bands": [[3.6, 3.8]], "accuracy": 2e-2, "view": {"zenith": 40.0, "azimuth": 30.0},
+    "image": {"rows": 20, "columns": 20, "pixel_size": 100.0},
 }  # fmt: skip
-RIDGE = {"smoke": {"optical_depth": 1.0, "width": 2000.0}}
+RIDGE = {"smoke": {"optical_depth": 1.0, "width": 1000.0}}
 
 
 def radiance_of(plan):
@@ -37,7 +38,7 @@ def in_same_smoke(plan, value):
 def test_smoke_that_is_the_same_everywhere_is_that_of_the_air(light):
     plan = make_plan(scene(light, **COMMON, smoke={"optical_depth": 1.0, "width": 1e6}))
     smoky, of_air = radiance_of(plan), radiance_of(in_same_smoke(plan, 1.0))
-    np.testing.assert_allclose(smoky, of_air, rtol=2e-3)
+    np.testing.assert_allclose(smoky, of_air, rtol=5e-3)
     columns = radiance_of(make_plan(scene("columns", **COMMON, smoke={"optical_depth": 1.0, "width": 1e6})))
     clear = [radiance_of(make_plan(scene(of, **COMMON))) for of in (light, "columns")]
     unweakened = columns + clear[0] - clear[1]
@@ -48,7 +49,7 @@ def test_clouds_with_sides_in_smoke_agree_with_monte_carlo_in_the_smoke_of_each_
     """Columns err several times as much, and so does light between columns of the air without smoke."""
     plan = make_plan(scene("source", **COMMON, **RIDGE))
     (planned,) = plan.point_effects
-    pixels = [(row, column) for row in (6, 17, 29, 35) for column in (5, 14, 23)]
+    pixels = [(row, column) for row in (3, 9, 15) for column in (2, 8, 14)]
     found, values = [], PointEffectStates(plan, planned)
     for number, (row, column) in enumerate(pixels):
         value = float(values.values(0.0, (slice(row, row + 1), slice(column, column + 1))).item())
