@@ -176,7 +176,11 @@ def expected_planning() -> dict[Stage, float]:
 
 def learn_planning(plan: Plan, measured: Mapping[Stage, float]) -> None:
     """Keep how long planning took, for :func:`expected_planning`, unless the scene was known."""
-    if "planning" in measured and plan.needs_radiance and not tables_are_kept(plan):
+    if "planning" not in measured or not plan.needs_radiance:
+        return
+    from hcss_twin.engine.compile import tables_are_kept  # a mask alone needs no radiance
+
+    if not tables_are_kept(plan):
         _write_factors(_with_analysis(_read_factors(), measured))
 
 
