@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from hcss_twin.cube.coordinates import COORDINATES, GRID_MAPPING
 from hcss_twin.cube.header import FORMAT_ATTRIBUTE, FORMAT_VERSION, SCENARIO_ATTRIBUTE
-from hcss_twin.cube.metadata import COMPUTED, DEFAULTS, PROVENANCE, AttributeSpec
+from hcss_twin.cube.metadata import ALWAYS, COMPUTED, DEFAULTS, PROVENANCE, AttributeSpec
 from hcss_twin.cube.requested_variables import term_variable
 from hcss_twin.cube.sensor_cube import MEASURED_RADIANCE, SENSOR_ATTRIBUTE, SENSOR_VARIABLES
 from hcss_twin.cube.variables import GEOMETRY, TERM_PREFIX, VARIABLES, VariableSpec
@@ -28,34 +28,22 @@ with hcss_twin.open_cube("cube.nc") as cube:
     print(cube.attrs["{SCENARIO_ATTRIBUTE}"])
 ```
 
-* A file with its final name is complete: it is written under a hidden name ending in `.partial`, and renamed
-  once all frames are on the disk. The global attribute `{FORMAT_ATTRIBUTE}` = {FORMAT_VERSION} also marks
-  a complete file.
+* A file with its final name is complete: until the last frame it has a hidden name ending in `.partial`. The global
+  attribute `{FORMAT_ATTRIBUTE}` = {FORMAT_VERSION} also marks a complete file.
 * Azimuths are bearings from the surface point toward sensor or sun, clockwise from north; zenith angles are
   those at the surface point.
 * x points east and y north from the centre of each frame; `{GRID_MAPPING}` describes the plane.
 * A cube of a window of a larger image (`image.window`) has the coordinates of that image, and its centre in
-  `latitude` and `longitude`; `hcss_window` (JSON) gives the position of the window. Frames of more than 256 MB are
-  stored in one chunk per tile ([large scenes](../how-to/large-scenes.md)).
+  `latitude` and `longitude`; `hcss_window` (JSON) gives the position. Frames of more than 256 MB have one chunk per
+  tile ([large scenes](../how-to/large-scenes.md)).
 * Variables of plugins (`[[output.derived]]`) name in their attribute `hcss_inputs` what they are derived from; a
   measured cube leaves out those derived from clean radiance.
 * A name that ends in `.zarr` makes a Zarr store with the same variables and attributes.
 * A pixel is the mean over `image.samples_per_pixel` squared points of its footprint; by default it is the value
   at its centre. Radiance and its terms are averaged, not the state from which they are computed.
 * `cloud_layer_thickness`, the dimension `layer` and its coordinates are in a cube only if requested: by name, or by
-  `all` or `truth` if the scene has two layers (with one layer they would repeat `cloud_thickness`). Layers are ordered
-  from lowest to highest, whatever their order in the scenario, and can be selected by cloud type:
+  `all` or `truth` if the scene has two layers. Layers are ordered from lowest to highest; select them by cloud type:
   `cube.cloud_layer_thickness.sel(layer="cirrus")`.
-* Numbers are stored uncompressed by default, which is fastest. `output.compression` stores them in chunks of one plane
-  with byte shuffling and zlib; `output.quantization` rounds the mantissa of single-precision numbers to the fewest bits
-  that keep the given relative error (`bitround` of CF-1.12). Each variable then states its number of bits and the
-  largest error (`quantization_nsb`, `quantization_maximum_relative_error`); the certificate applies to the rounded
-  numbers.
-* `output.packing = "int16"` stores variables of known range as 16-bit integers with `scale_factor` and `add_offset`,
-  powers of two and their multiples, which every reader unpacks to the same numbers (xarray from a Zarr store
-  in double precision); -32768 is reserved for missing values. `packing_maximum_error` (units of the variable),
-  `packing_maximum_relative_error` and `packing_maximum_error_kelvin` (of each band) state the error. A value beyond the
-  steps ends the run with an error.
 * NaN occurs only in the variables marked below, and negative radiance only in measured cubes.
 * Band-integrated radiance has no CF standard name, because those for radiance at the top of the atmosphere
   are per unit wavelength.
@@ -71,27 +59,23 @@ that turn digital numbers into radiance; `clean_cube` names the other file.
 """
 
 _STORAGE = """
-## Cost of compression and rounding
+## Compression, rounding, packing
 
-`stratus`, 8 frames of 800 x 800 with radiance of three bands and the cloud mask; size relative to uncompressed numbers,
-processor time of writing alone.
+Numbers are stored uncompressed by default, which is fastest. Of `stratus` (8 frames of 800 x 800, three bands):
 
 | `[output]` | size | processor, ms a frame | largest relative error |
 |---|---|---|---|
-| the same bytes, raw | 1 | 1.6 | 0 |
 | (default) | 1.00 | 8.4 | 0 |
-| `compression = 1` | 0.31 | 71 | 0 |
-| `compression = 4` | 0.30 | 91 | 0 |
-| `compression = 9` | 0.29 | 815 | 0 |
-| `compression = 1, quantization = 1e-5` | 0.22 | 64 | 7.6e-6 |
+| `compression = 1` (zlib with byte shuffling; higher levels gain almost nothing) | 0.31 | 71 | 0 |
 | `compression = 1, quantization = 1e-4` | 0.16 | 60 | 6.1e-5 |
-| `compression = 1, quantization = 5e-4` (for `accuracy = 2e-3`) | 0.12 | 49 | 4.9e-4 |
+| `packing = "int16"` (one band) | 0.60 | as the default | 1.3e-5 |
 
-With one band (`--band lwir`): `packing = "int16"` 0.60 (radiance .5, the mask is a byte already) at the processor time
-of the default and an error of 1.3e-5; with `compression = 1` 0.16.
-
-Levels above 1 gain almost nothing. Rounding may use three tenths of `accuracy`; the plan states its error and rejects
-more.
+`quantization` rounds single-precision numbers to the fewest bits that keep the relative error (`bitround` of CF-1.12),
+up to three tenths of `accuracy`; `quantization_nsb` and `quantization_maximum_relative_error` of a variable state bits
+and error, and the certificate applies to the rounded numbers. `packing` stores variables of known range as 16-bit
+integers with `scale_factor` and `add_offset`, which every reader unpacks to the same numbers; -32768 means missing.
+`packing_maximum_error` (units of the variable), `packing_maximum_relative_error` and `packing_maximum_error_kelvin` (of
+each band) state the error. A value beyond the steps ends the run with an error.
 """
 
 _VIEWING = """These coordinates are requested like output variables (`output.variables`), by name or as `geometry`
@@ -112,11 +96,11 @@ def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
     term = term_variable("term", "One term of the radiance; the radiance model defines the terms.")
     term_row = _row(term).replace(f"{TERM_PREFIX}term", f"{TERM_PREFIX}<term>")
-    defaults = [f"| `{name}` | {text} |" for name, text in sorted(DEFAULTS.items())]
+    defaults = [f"* `{name}`: {text}" for name, text in sorted(DEFAULTS.items()) if text != _UNKNOWN]
     words = [f"| `{word}` | {meaning} |" for word, meaning in _WORDS.items()]
     yield from (
         _INTRODUCTION.replace("{GENERATED}", generated),
-        "## Output variables\n",
+        "## Output variables\n\n*image*: dimensions time, y, x; *bands*: time, band, y, x.\n",
         _HEADER,
         *(_row(spec) for spec in VARIABLES),
         term_row,
@@ -135,40 +119,46 @@ def lines(generated: str) -> Iterator[str]:
         _HEADER,
         *(_row(spec) for spec in GEOMETRY),
         "\n## Global attributes of provenance\n",
-        _ATTRIBUTE_HEADER,
         *map(_attribute_row, PROVENANCE),
         '\nJSON is stored as text: `json.loads(cube.attrs["hcss_table_errors"])`.',
-        "\n## Global attributes that can be replaced\n",
-        "| attribute | default |\n|---|---|",
+        "\n## Other global attributes\n",
+        "Defaults of ACDD and CF, which can be replaced:\n",
         *defaults,
-        "\n`id` and `history` can be replaced as well; by default `id` is a hash of scenario and coordinates."
-        "\n## Global attributes that are computed\n",
-        _ATTRIBUTE_HEADER,
-        *map(_attribute_row, COMPUTED),
-        "\nTwo runs of a scenario differ in `date_created` and `history`, which contain the time of writing. The\n"
-        "environment variable `SOURCE_DATE_EPOCH` (seconds since 1970) fixes it and makes the files byte-identical.",
+        f"* unknown by default: {_names(name for name, text in DEFAULTS.items() if text == _UNKNOWN)}",
+        "* `id`, a hash of scenario and coordinates, and `history`",
+        f"\nComputed: {_names(spec.name for spec in COMPUTED)}. Two runs of a scenario differ in `date_created` and\n"
+        "`history`, which contain the time of writing. The environment variable `SOURCE_DATE_EPOCH` (seconds since 1970)\n"
+        "fixes it and makes the files byte-identical.",
     )
+
+
+_UNKNOWN = "unknown"
+
+
+def _names(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in sorted(names))
 
 
 _HEADER = "| name | dimensions | type | units | kind | standard name | meaning |\n|---|---|---|---|---|---|---|"
 
-_ATTRIBUTE_HEADER = "| attribute | type | present if | content |\n|---|---|---|---|"
+_IMAGES = {("time", "y", "x"): "image", ("time", "band", "y", "x"): "bands"}
 
 
 def _attribute_row(spec: AttributeSpec) -> str:
-    return f"| `{spec.name}` | {spec.type} | {spec.when} | {spec.description} |"
+    when = "" if spec.when == ALWAYS else f", if {spec.when}"
+    return f"* `{spec.name}` ({spec.type}{when}): {spec.description}"
 
 
 def _row(spec: VariableSpec) -> str:
     limits = [
-        f"at least {spec.lowest:g}" if spec.lowest is not None else "",
-        f"at most {spec.highest:g}" if spec.highest is not None else "",
+        f"≥ {spec.lowest:g}" if spec.lowest is not None else "",
+        f"≤ {spec.highest:g}" if spec.highest is not None else "",
         "NaN where undefined" if spec.may_be_missing else "",
     ]
     rules = ", ".join(limit for limit in limits if limit)
     cells = [
         f"`{spec.name}`",
-        ", ".join(spec.dims) or "scalar",
+        _IMAGES.get(spec.dims, ", ".join(spec.dims) or "scalar"),
         spec.dtype,
         spec.units or "",
         spec.kind,

@@ -1,11 +1,11 @@
-"""Reference of the provider contract, from the docstrings of ``hcss_twin.providers``."""
+"""Reference of the provider contract, from the docstrings of ``hcss_twin.providers``: a line for each member."""
 
 from __future__ import annotations
 
 import ast
 import inspect
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from importlib import import_module
 from types import ModuleType
 
@@ -17,13 +17,21 @@ _INTRODUCTION = """# Provider reference
 
 {GENERATED}
 
-This page documents all that a plugin can import from `hcss_twin.providers`, from the docstrings.
+All that a plugin can import from `hcss_twin.providers`, with a sentence on each member; its docstring has the rest
+(shapes, ranges, what follows without it):
+
+```sh
+python -c "from hcss_twin import providers; help(providers.SeaModel)"
+```
+
 [Write a plugin](../how-to/write-a-plugin.md) explains how to use it, and [provider API](provider-api.md) what stays
 stable. A provider must have all members of its Protocol; the members of Protocols called `...Options` are optional.
 """
 
 _HELPERS = [name for name in providers.HOMES if not name.startswith("providers.")]
 _HELPERS += ["providers.common", "providers.registry.specs"]
+
+_SENTENCE = re.compile(r"(?<=[^.\d][.])\s+(?=[A-Z\"`])|(?<=\d[.])\s+(?=[A-Z])")
 
 
 def lines(generated: str) -> Iterator[str]:
@@ -47,77 +55,67 @@ def _names(part: ModuleType, names: tuple[str, ...]) -> Iterator[str]:
         if isinstance(node, ast.ClassDef) and node.name in names:
             yield from _class(node)
         elif isinstance(node, ast.FunctionDef) and node.name in names:
-            yield f"\n### `{node.name}`\n"
-            yield _docstring(node)
-            yield f"\n```python\n{_member(node)}\n```"
+            yield f"\n### `{node.name}({', '.join(_arguments(node))})`\n\n{_first(ast.get_docstring(node) or '')}"
         elif isinstance(node, ast.Assign | ast.AnnAssign):
             target = node.target if isinstance(node, ast.AnnAssign) else node.targets[0]
             if isinstance(target, ast.Name) and target.id in names:
                 text = ast.literal_eval(following.value) if isinstance(following, ast.Expr) else ""
-                yield f"\n### `{target.id}`\n"
-                yield "\n\n".join((*([_prose(text)] if text else []), f"```python\n{_source(node)}\n```"))
+                source = "" if node.value is None else f" (`{_source(node.value)}`)"
+                yield f"\n### `{target.id}`\n\n{_first(text) or 'A type'}{source}"
 
 
 def _class(node: ast.ClassDef) -> Iterator[str]:
     bases = [_source(base) for base in node.bases]
-    yield f"\n### `{node.name}`{' (Protocol)' if 'Protocol' in bases else ''}\n"
-    yield _docstring(node)
-    told = _told(node)
-    members = [line for each in node.body if (line := _member(each, told))]
-    if members:
-        yield "\n".join(("\n```python", *members, "```"))
+    text, _, listed = (ast.get_docstring(node) or "").partition("Attributes\n----------\n")
+    yield f"\n### `{node.name}`{' (Protocol)' if 'Protocol' in bases else ''}\n\n{_first(text)}\n"
+    fields = {
+        each.target.id: each for each in node.body if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
+    }
+    yield from _attributes(listed, fields)
+    told = {name for names in re.findall(r"(?m)^(\w[\w, ]*) : ", listed) for name in names.split(", ")}
+    for name, field in fields.items():
+        if name not in told:
+            yield f"* `{name}` ({_kind(_source(field.annotation), [field])})"
     for each in node.body:
         if isinstance(each, ast.FunctionDef) and not each.name.startswith("_"):
-            yield f"\n#### `{node.name}.{each.name}`\n"
-            yield _docstring(each)
+            is_property = any(_source(mark) == "property" for mark in each.decorator_list)
+            call = each.name if is_property else f"{each.name}({', '.join(_arguments(each))})"
+            yield f"* `{call}`: {_first(ast.get_docstring(each) or '').removeprefix('Return ')}"
 
 
-def _told(node: ast.ClassDef) -> set[str]:
-    """Return the attributes without a default that the docstring lists with their type."""
-    _, _, rest = (ast.get_docstring(node) or "").partition("Attributes\n----------\n")
-    listed = re.findall(r"(?m)^(\w[\w, ]*) : ", rest.partition("\n\n")[0])
-    return {name for names in listed for name in names.split(", ")}
-
-
-def _member(node: ast.stmt, told: Collection[str] = ()) -> str:
-    if isinstance(node, ast.AnnAssign):
-        if node.value is None and isinstance(node.target, ast.Name) and node.target.id in told:
-            return ""
-        if isinstance(node.value, ast.Call):  # the names that metadata allows are in the docstring
-            node.value.keywords = [each for each in node.value.keywords if each.arg != "metadata"]
-        return _source(node)
-    if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
-        return ""
-    decorators = "".join(f"@{_source(each)}\n" for each in node.decorator_list)
-    returns = "" if node.returns is None else f" -> {_source(node.returns)}"
-    return f"{decorators}def {node.name}({_source(node.args)}){returns}"
-
-
-def _docstring(node: ast.ClassDef | ast.FunctionDef) -> str:
-    """Convert a numpydoc docstring to Markdown; its sections become lists."""
-    text = ast.get_docstring(node) or ""
-    head, *sections = re.split(r"(?m)^(\w+)\n-{3,}\n", text)
-    parts = [_prose(head.strip())]
-    for title, body in zip(sections[::2], sections[1::2], strict=True):
-        parts.append(f"{title}:\n\n{_items(body)}")
-    return "\n\n".join(parts)
-
-
-def _items(body: str) -> str:
-    """Convert the items of a section, each a line followed by an indented description."""
-    found: list[str] = []
-    for each in re.split(r"(?m)\n(?=\S)", body.strip("\n")):
+def _attributes(listed: str, fields: dict[str, ast.AnnAssign]) -> Iterator[str]:
+    """Yield a line for each item of the section, which is a line followed by an indented description."""
+    for each in re.split(r"(?m)\n(?=\S)", listed.partition("\n\n")[0].strip("\n")) if listed else ():
         first, *rest = each.splitlines()
-        name, _, kind = first.partition(" : ")
-        named = ", ".join(f"`{word}`" for word in name.split(", "))
-        told = " ".join(line.strip() for line in rest)
-        found.append(f"* {named}" + (f" ({_prose(kind)})" if kind else "") + (f": {_prose(told)}" if told else ""))
-    return "\n".join(found)
+        names, _, kind = first.partition(" : ")
+        named = names.split(", ")
+        told = _first(" ".join(line.strip() for line in rest))
+        marks = ", ".join(f"`{name}`" for name in named)
+        yield f"* {marks} ({_kind(kind, [fields[name] for name in named if name in fields])})" + (f": {told}" if told else "")
+
+
+def _kind(kind: str, fields: list[ast.AnnAssign]) -> str:
+    """Return the type, and the default if a field has one that can be written."""
+    values = {_source(each.value) for each in fields if each.value is not None and not isinstance(each.value, ast.Call)}
+    default = values.pop() if len(values) == 1 else ""
+    return _prose(kind) + (f" = `{default}`" if default and default not in ("None", '""', "()") else "")
+
+
+def _arguments(node: ast.FunctionDef) -> list[str]:
+    """Return the names of the arguments, with defaults."""
+    for each in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs):
+        each.annotation = None
+    return [text for text in _source(node.args).split(", ") if text not in ("self", "cls", "/")]
 
 
 def _source(node: ast.AST) -> str:
     """Return the source code in the style of this project, with double quotes."""
     return ast.unparse(node).replace("'", '"')
+
+
+def _first(text: str) -> str:
+    """Return the first sentence of a docstring or description."""
+    return _prose(_SENTENCE.split(" ".join(text.split("\n\n")[0].split()))[0])
 
 
 def _prose(text: str) -> str:

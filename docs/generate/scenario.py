@@ -65,20 +65,37 @@ Selecting another provider (`clouds.generator`, `atmosphere.provider`, `sea.mode
 """
 
 
-_LONG = 8
+_LONG = 5
 """Words of a description from which it is given once, where the key comes first."""
 
 
 def lines(generated: str) -> Iterator[str]:
-    """Yield the page; a key that another section has with the same meaning refers to it."""
-    place, places, rows = "", dict[tuple[str, str], str](), re.compile(r"\| (`\w+`) \|.*\| ([^|]+) \|")
-    for line in _lines(generated):
-        for part in line.split("\n"):
-            if part.startswith("#"):
-                place = part.lstrip("# ")
-        row = rows.fullmatch(line)
-        first = places.setdefault((row[1], row[2]), place) if row and len(row[2].split()) >= _LONG else place
-        yield line if first == place or row is None else f"{line.removesuffix(f'{row[2]} |')}As for {first}. |"
+    """Yield the page; keys that another section has with the same meaning are listed in one line, which refers to it."""
+    place, places, header = "", dict[tuple[str, str], tuple[str, str]](), ""
+    alike: dict[str, list[str]] = {}
+    for line in (*_lines(generated), ""):
+        row = re.fullmatch(r"\| `(\w+)` \|.*\| ([^|]*) \| ([^|]+) \|", line)
+        if line.startswith(_HEADER):
+            header = line
+        elif row is None:
+            yield from (f"\nAs for {first}: {', '.join(keys)}." for first, keys in alike.items())
+            alike = {}
+            for part in line.split("\n"):
+                if part.startswith("#"):
+                    place = part.lstrip("# ")
+            yield line
+        else:
+            key, default, meaning = row.groups()
+            first, known = places.setdefault((key, meaning), (place, default))
+            if first == place or len(meaning.split()) < _LONG:
+                yield from filter(None, (header, line))
+                header = ""
+            else:
+                differs = "" if known == default else f" (default {default or 'none'})"
+                alike.setdefault(first, []).append(f"`{key}`{differs}")
+
+
+_HEADER = "| key |"
 
 
 def _lines(generated: str) -> Iterator[str]:
@@ -203,12 +220,13 @@ def _providers() -> Iterator[str]:
 
 
 def _table(model: type[BaseModel], skip_models: bool = False) -> Iterator[str]:
-    yield "| key | type | allowed | default | meaning |\n|---|---|---|---|---|"
+    yield f"{_HEADER} value | default | meaning |\n|---|---|---|---|"
     for name, field in model.model_fields.items():
         if skip_models and (_model_of(field) or _optional_model(field)) is not None and name != "bands":
             continue
         text = field_text(name, field)
-        cells = (f"`{name}`", text.type, text.allowed, text.default, text.description)
+        value = text.allowed if text.type == "number" else ", ".join(filter(None, (text.type, text.allowed)))
+        cells = (f"`{name}`", value or text.type, text.default, text.description)
         yield f"| {' | '.join(cells)} |"
 
 

@@ -85,7 +85,7 @@ def run(
     measured = measured_beside(output, loaded, force)
     from hcss_twin.cli.progress import shown_progress
     from hcss_twin.core.stages import StageTimes, watched
-    from hcss_twin.engine.predicted_time import learn, predict
+    from hcss_twin.engine.predicted_time import expected_planning, learn, predict
     from hcss_twin.engine.simulate import run as run_plan
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
@@ -95,7 +95,7 @@ def run(
     times = StageTimes()
     with (
         announce_compilation(compiled),
-        shown_progress(context.ensure_object(Stop).check, quiet) as progress,
+        shown_progress(context.ensure_object(Stop).check, quiet, expected_planning()) as progress,
         watched(times),
     ):
         plan = make_plan(loaded)
@@ -103,7 +103,7 @@ def run(
         progress.expect(prediction.seconds)
         run_plan(plan, output, progress.each, found.append, workers, scheduler, force)
     if workers == 1 and scheduler is None and not compiled.made:
-        learn(plan, prediction.is_kept, times.seconds)
+        learn(plan, prediction.is_kept, context.ensure_object(Stop).comparable(times.seconds))
     if as_json:
         told = {
             "certificate": {name: value for certificate in found for name, value in certificate.as_dict().items()}
@@ -134,16 +134,24 @@ def run(
 @scenario_options
 @click.option("--verbose", is_flag=True, help="Print all inputs, assumptions, omissions and errors.")
 @Shared.json
-def plan(scenario: str, assignments: tuple[str, ...], verbose: bool, as_json: bool) -> None:
+@click.pass_context
+def plan(context: click.Context, /, scenario: str, assignments: tuple[str, ...], verbose: bool, as_json: bool) -> None:
     """Show what a run of SCENARIO would need, compute and omit."""
+    from hcss_twin.cli.progress import shown_progress
     from hcss_twin.core.environment import announce_compilation
-    from hcss_twin.engine.predicted_time import predict
+    from hcss_twin.core.stages import StageTimes, watched
+    from hcss_twin.engine.predicted_time import expected_planning, learn_planning, predict
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
     from hcss_twin.plan.provider_cost import provider_costs
 
-    with announce_compilation(partial(click.echo, err=True)):
-        made = make_plan(Shared.load(scenario, assignments))
+    loaded, times = Shared.load(scenario, assignments), StageTimes()
+    compiled = Announcement()
+    check = context.ensure_object(Stop).check
+    with announce_compilation(compiled), shown_progress(check, False, expected_planning()), watched(times):
+        made = make_plan(loaded)
+    if not compiled.made:
+        learn_planning(made, context.ensure_object(Stop).comparable(times.seconds))
     if as_json:
         Shared.write_json({"predicted": predict(made, provider_costs(made)).as_dict(), **describe(made)})
     elif verbose:
@@ -159,7 +167,8 @@ def plan(scenario: str, assignments: tuple[str, ...], verbose: bool, as_json: bo
 @cli.command()
 @scenario_options
 @Shared.json
-def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
+@click.pass_context
+def validate(context: click.Context, /, scenario: str, assignments: tuple[str, ...], as_json: bool) -> None:
     """Check SCENARIO, or all points of a sweep, and list all problems."""
     from hcss_twin.core.environment import announce_compilation
     from hcss_twin.plan.make_plan import make_plan
@@ -168,7 +177,8 @@ def validate(scenario: str, assignments: tuple[str, ...], as_json: bool) -> None
     try:
         with announce_compilation(partial(click.echo, err=True)):
             if (check := check_of(scenario)) is not None:
-                text, values = check(scenario, Shared.assigned(assignments))
+                shown = partial(context.ensure_object(Stop).progress, label="planning points")
+                text, values = check(scenario, Shared.assigned(assignments), shown)
                 if as_json:
                     Shared.write_json({"valid": True, **values})
                 else:
@@ -332,7 +342,7 @@ def main() -> None:
             stream.reconfigure(errors="backslashreplace")
     warnings.showwarning = _show_warning
     logging.getLogger("hcss_twin.providers").addHandler(_Shown(logging.WARNING))
-    stop = Stop()
+    stop = Stop(is_process=True)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
     try:

@@ -19,6 +19,8 @@ from hcss_twin.core.files import is_device
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
+    from hcss_twin.core.stages import Stage
+
 __all__ = ["Existing", "Number", "Output", "Shared", "Stop"]
 
 
@@ -372,8 +374,13 @@ class Stop:
     records the signal: an exception would abort the process in the former, and be printed and ignored in the latter.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, is_process: bool = False) -> None:
         self.signal = 0
+        self._is_process = is_process
+
+    def comparable(self, seconds: Mapping[Stage, float]) -> dict[Stage, float]:
+        """Return times of stages that say something of the machine: start and planning only of a process for it."""
+        return {name: taken for name, taken in seconds.items() if name != "planning" or self._is_process}
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         """Handle a signal."""
@@ -391,11 +398,11 @@ class Stop:
             raise KeyboardInterrupt
 
     def progress(self, frames: Iterable[Any], count: int, label: str = "computing") -> Iterator[Any]:
-        """Show a progress bar if stderr is a terminal, and stop between frames after a signal."""
+        """Show a progress bar on a terminal, or lines in a log if it takes long; stop between frames after a signal."""
         if not sys.stderr.isatty():
-            for frame in frames:
-                self.check()
-                yield frame
+            from hcss_twin.cli.progress import LoggedProgress
+
+            yield from LoggedProgress(self.check).each(frames, count)
             return
         with click.progressbar(frames, length=count, label=label, file=sys.stderr, show_pos=True) as bar:
             for frame in bar:

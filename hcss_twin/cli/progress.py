@@ -31,11 +31,13 @@ class Progress:
     ----------
     check : callable
         Raises KeyboardInterrupt after a signal; called between frames.
+    expected : mapping of Stage to float, optional
+        What stages take that begin before more is known, s.
     """
 
-    def __init__(self, check: Callable[[], None]) -> None:
+    def __init__(self, check: Callable[[], None], expected: Mapping[Stage, float] | None = None) -> None:
         self._check = check
-        self._expected: Mapping[Stage, float] = {}
+        self._expected = expected or {}
 
     def expect(self, seconds: Mapping[Stage, float]) -> None:
         """Take what stages are predicted to take, once it is known."""
@@ -84,8 +86,8 @@ class LoggedProgress(Progress):
 class BarProgress(Progress):
     """A bar for each stage, which vanishes at the end."""
 
-    def __init__(self, check: Callable[[], None]) -> None:
-        super().__init__(check)
+    def __init__(self, check: Callable[[], None], expected: Mapping[Stage, float] | None = None) -> None:
+        super().__init__(check, expected)
         from rich.console import Console
         from rich.progress import BarColumn, ProgressColumn, Task, TextColumn
         from rich.progress import Progress as Bars
@@ -133,18 +135,20 @@ class BarProgress(Progress):
 
 
 @contextmanager
-def shown_progress(check: Callable[[], None], quiet: bool = False) -> Iterator[Progress]:
+def shown_progress(
+    check: Callable[[], None], quiet: bool = False, expected: Mapping[Stage, float] | None = None
+) -> Iterator[Progress]:
     """Show the stages of what is computed in the block: on a terminal, in a log, or not at all."""
     if quiet:
         progress = Progress(check)
         yield progress
         return
     if not sys.stderr.isatty():
-        progress = LoggedProgress(check)
+        progress = LoggedProgress(check, expected)
         with watched(progress):
             yield progress
         return
-    bars = BarProgress(check)
+    bars = BarProgress(check, expected)
     with bars.bars, watched(bars):
         yield bars
 

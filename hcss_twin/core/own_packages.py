@@ -54,6 +54,13 @@ PAGES_OF_FOLDERS: Mapping[str, str] = {"index.json": "hcss-sweep"}
 """Package of each page of ``hcss report`` on a folder, by the name of the file that marks the folder."""
 
 
+NEEDS: Mapping[str, tuple[str, ...]] = {
+    "hcss-dataset": ("hcss-sweep",),
+    "hcss-uncertainty": ("hcss-sweep", "hcss-evaluate"),
+}
+"""Packages that another one needs and that no index has."""
+
+
 def comes_with(table: Mapping[str, str], name: str) -> str:
     """Return which package of a table brings a name, and how to install it; an empty text if none does."""
     package = table.get(name)
@@ -62,4 +69,5 @@ def comes_with(table: Mapping[str, str], name: str) -> str:
 
 def how_to_install(package: str) -> str:
     """Return how to install a package of ``plugins/``."""
-    return f"pip install ./plugins/{package} in a checkout of hcss_twin"
+    folders = " ".join(f"./plugins/{each}" for each in (*NEEDS.get(package, ()), package))
+    return f"pip install {folders} in a checkout of hcss_twin"

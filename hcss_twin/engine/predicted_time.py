@@ -31,6 +31,9 @@ __all__ = ["Prediction"]
 FILE = "stage-times.json"
 """In the cache folder: measured over predicted times of the latest runs, by stage."""
 
+ANALYSES = "analyses"
+"""In the same file: seconds of the latest start and planning of scenes whose tables were not in the cache."""
+
 LATEST = 9
 """Runs of which the median corrects a stage."""
 
@@ -42,7 +45,7 @@ WORTH_MEASURING_S = 0.1
 """Stages that are predicted to take less say nothing of the machine."""
 
 UNLIKE = 10.0
-"""Times the reference: no machine is so slow, but a process that did other things first, as a notebook, counts them."""
+"""Times the reference: no machine is so slow."""
 
 NAMES = {"planning": "start and planning"}
 
@@ -155,8 +158,23 @@ def predict(plan: Plan, costs: Sequence[ProviderCost] = ()) -> Prediction:
                 taken["tables"] += cost.seconds
         return taken
 
-    again_s, runs = sum(seconds(True).values()), max(map(len, factors.values()), default=0)
+    again_s, runs = sum(seconds(True).values()), max((len(factors.get(name, ())) for name in STAGES), default=0)
     return Prediction(seconds(kept), again_s, _memory_bytes(plan, kept), runs, kept)
+
+
+def expected_planning() -> dict[Stage, float]:
+    """Return what start and planning of a scene that is not known yet takes: the median of earlier ones that were new.
+
+    Nothing of it is in the plan's own prediction, which is made when planning has ended.
+    """
+    earlier = _read_factors().get(ANALYSES)
+    return {"planning": statistics.median(earlier)} if earlier else {}
+
+
+def learn_planning(plan: Plan, measured: Mapping[Stage, float]) -> None:
+    """Keep how long planning took, for :func:`expected_planning`, unless the scene was known."""
+    if "planning" in measured and plan.needs_radiance and not tables_are_kept(plan):
+        _write_factors(_with_analysis(_read_factors(), measured))
 
 
 def learn(plan: Plan, was_kept: bool, measured: Mapping[Stage, float]) -> None:
@@ -169,9 +187,6 @@ def learn(plan: Plan, was_kept: bool, measured: Mapping[Stage, float]) -> None:
     measured : mapping of Stage to float
         Processor time of each stage of a run in one process that compiled no kernels.
     """
-    folder = in_use(cache_root())
-    if folder is None:
-        return
     factors = _read_factors()
     for name, expected in _reference_seconds(plan, was_kept).items():
         if name == "planning" and not was_kept:
@@ -182,11 +197,14 @@ def learn(plan: Plan, was_kept: bool, measured: Mapping[Stage, float]) -> None:
             and measured[name] < UNLIKE * expected
         ):
             factors[name] = [*factors.get(name, []), measured[name] / expected][-LATEST:]
-    with contextlib.suppress(OSError, CacheError):
-        make_private(folder)
-        with Writing(folder / FILE, CacheError) as draft:
-            draft.write_text(json.dumps(factors), encoding="utf-8")
-            withhold(draft)
+    _write_factors(factors if was_kept else _with_analysis(factors, measured))
+
+
+def _with_analysis(factors: Mapping[str, list[float]], measured: Mapping[Stage, float]) -> dict[str, list[float]]:
+    """Add start and planning, if it took so long that it cannot have found the analysis of the scene in the cache."""
+    known = 1.5 * PLANNING_S * _correction("planning", factors)
+    new = [taken] if (taken := measured.get("planning", 0.0)) > known else []
+    return {**factors, ANALYSES: [*factors.get(ANALYSES, []), *new][-LATEST:]}
 
 
 def work(plan: Plan) -> dict[str, float]:
@@ -237,7 +255,7 @@ def _reference_seconds(plan: Plan, is_kept: bool) -> dict[Stage, float]:
     return {name: seconds[name] for name in STAGES if name in seconds}
 
 
-def _correction(stage: Stage, factors: Mapping[Stage, Sequence[float]]) -> float:
+def _correction(stage: Stage, factors: Mapping[str, Sequence[float]]) -> float:
     """Return the time of a stage over that of the reference machine: that of its runs, and of start and planning."""
     machine = math.log(statistics.median(factors.get("planning") or [1.0]))
     runs = factors.get(stage, []) if stage != "planning" else []
@@ -257,7 +275,7 @@ def _memory_bytes(plan: Plan, is_kept: bool) -> float:
     return MEMORY["constant"] + of_part + tables
 
 
-def _read_factors() -> dict[Stage, list[float]]:
+def _read_factors() -> dict[str, list[float]]:
     """Return measured over predicted times of earlier runs; none where the file is missing or not ours."""
     folder = in_use(cache_root())
     path = None if folder is None else cached_file(folder, FILE)
@@ -266,11 +284,22 @@ def _read_factors() -> dict[Stage, list[float]]:
     with contextlib.suppress(OSError, ValueError, AttributeError, TypeError):
         read = json.loads(path.read_text(encoding="utf-8"))
         return {
-            name: [float(ratio) for ratio in read[name] if 0.01 < float(ratio) < 100.0]
-            for name in STAGES
+            name: [float(ratio) for ratio in read[name] if 0.01 < float(ratio) < limit]
+            for name, limit in (*dict.fromkeys(STAGES, 100.0).items(), (ANALYSES, 1e4))
             if name in read
         }
     return {}
+
+
+def _write_factors(factors: Mapping[str, Sequence[float]]) -> None:
+    folder = in_use(cache_root())
+    if folder is None:
+        return
+    with contextlib.suppress(OSError, CacheError):
+        make_private(folder)
+        with Writing(folder / FILE, CacheError) as draft:
+            draft.write_text(json.dumps(factors), encoding="utf-8")
+            withhold(draft)
 
 
 def _time(seconds: float) -> str:

@@ -103,8 +103,9 @@ class CubeAccessor:
         Returns
         -------
         Dataset (time, ...)
-            With ``y`` and ``x``, or ``row`` and ``column``, of the pixel in each frame; ``latitude`` and ``longitude``
-            of cubes on the ground, which are those of the image centre, become those of the place.
+            With the methods of ``.hcss``, such as ``.hcss.brightness_temperature()``. ``y`` and ``x``, or ``row`` and
+            ``column``, are those of the pixel in each frame; ``latitude`` and ``longitude`` of cubes on the ground,
+            which are those of the image centre, become those of the place.
 
         Raises
         ------

@@ -72,7 +72,7 @@ def _errors(budget: ErrorBudget) -> Iterator[str]:
     if len(classes) > MOST_CLASSES:  # the classes with the largest error
         classes = sorted(classes, key=lambda of: -max(budget.total((of, band))[1] for band in bands))[:MOST_CLASSES]
     shown = bands[:MOST_BANDS]
-    rows = [["how true: rms error of models (>: part unknown)", *shown]]
+    rows = [["how true: rms error of models, not of your inputs (>: part unknown)", *shown]]
     rows += [[f"  {of}", *(_cell(budget, of, band) for band in shown)] for of in classes]
     widths = [max(len(row[column]) for row in rows) for column in range(len(shown) + 1)]
     for row in rows:

@@ -1,14 +1,14 @@
 """Checks of files that describe more than one scene: `hcss validate` asks the package that computes them.
 
 A package names a function in the entry point group ``hcss_twin.checks``; the name of the entry point is the section of
-a scenario file that makes it a file of the package, such as ``sweep``. The function takes the name of the file and the
-overrides (dotted key to value), and returns one line of text and the same as a mapping for ``--json``; it raises
-ScenarioError with all problems.
+a scenario file that makes it a file of the package, such as ``sweep``. The function takes the name of the file, the
+overrides (dotted key to value), and what wraps an iterable of its length to show progress. It returns one line of text
+and the same as a mapping for ``--json``; it raises ScenarioError with all problems.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeAlias
 
 from hcss_twin.core.errors import HcssError, ScenarioError
@@ -18,7 +18,8 @@ from hcss_twin.scenario.scenario import MANY, Scenario
 
 GROUP = "hcss_twin.checks"
 
-Check: TypeAlias = Callable[[str, Mapping[str, Any]], tuple[str, Mapping[str, Any]]]
+Progress: TypeAlias = Callable[[Iterable[Any], int], Iterable[Any]]
+Check: TypeAlias = Callable[[str, Mapping[str, Any], Progress], tuple[str, Mapping[str, Any]]]
 
 FOLDERS = ("scenarios", "sweeps")
 """Catalog folders in which names are looked up."""

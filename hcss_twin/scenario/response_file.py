@@ -109,14 +109,34 @@ def read_response(
     """
     path = catalog.file(file)
     table: ResponseTable = catalog.shelf.parsed(path, read_response_table)
+    faults = dict(table.faults)
     try:
-        return _response(table, name, column, unit)
+        response = _response(table, name, column, unit, faults)
     except CatalogError as error:
-        raise CatalogError(f"{path}{error}") from error
+        raise CatalogError(f"{path}{_listed(faults)}{error}") from error
+    if faults:
+        raise CatalogError(f"{path}{_listed(faults)}")
+    return response
 
 
-def _response(table: ResponseTable, name: str, column: str | None, given: Unit | None) -> Response:
-    """Return the response of a table; errors begin where those of the file name go on."""
+_MOST_LISTED = 5
+"""Lines with faults in a message."""
+
+
+def _listed(faults: _Faults) -> str:
+    """Return the first faults by line, as the part of a message after the name of the file."""
+    first = sorted(faults.items())[:_MOST_LISTED]
+    more = [f"and {len(faults) - len(first)} more"] if len(faults) > len(first) else []
+    return "; ".join([*(f", line {line}: {fault}" for line, fault in first), *more]).replace("; , line", "; line")
+
+
+def _response(
+    table: ResponseTable, name: str, column: str | None, given: Unit | None, faults: _Faults
+) -> Response | None:
+    """Return the response of a table, and add faults of its rows; errors begin where those of the file name go on.
+
+    None if rows have faults: what is wrong with the others may follow from those that are left out.
+    """
     if table.names:
         table = _of_band(table, name)
     groups = _group_columns(table)
@@ -129,12 +149,11 @@ def _response(table: ResponseTable, name: str, column: str | None, given: Unit |
     left = [index for index in spectral if index < chosen] or spectral[:1]
     of_chosen = ([index for index in left if _is_wavelength(table, index)] or left)[-1]
     unit, why = _unit(table, of_chosen, spectral, given)
-    kept, words = _values(table, of_chosen, chosen, alone=len(responses) == 1)
-    for line, at, _ in kept:
-        if at <= 0.0:
-            raise CatalogError(f", line {line}: {at:g} {unit}; allowed: positive numbers")
-    members = _members(table, groups, kept)
-    tables = [_ascending(member, unit, words) for member in members]
+    kept, words = _values(table, of_chosen, chosen, len(responses) == 1, unit, faults)
+    members = [_in_order(member, unit, words, faults) for member in _members(table, groups, kept)]
+    if faults:
+        return None
+    tables = [_by_wavelength(member, unit) for member in members]
     wavelength, values, lines = tables[0]
     if len(tables) > 1:
         values = _mean(table, groups, tables, words)
@@ -184,27 +203,34 @@ def _is_whole(value: float | None) -> bool:
     return value is not None and value.is_integer()
 
 
+_Faults = dict[int, str]
+"""What is wrong, by line."""
+
 _Rows = list[tuple[int, float, float]]
 """Line, position in the spectrum in the unit of the file, and response."""
 
 
-def _values(table: ResponseTable, spectral: int, chosen: int, alone: bool) -> tuple[_Rows, list[str]]:
-    """Return the rows with both values, and words on those without; an empty field of the only response is an error."""
+def _values(
+    table: ResponseTable, spectral: int, chosen: int, alone: bool, unit: Unit, faults: _Faults
+) -> tuple[_Rows, list[str]]:
+    """Return the rows with both values, and words on those without; an empty field of the only response is a fault."""
     kept: _Rows = []
     missing = []
     for line, row in zip(table.lines, table.rows, strict=True):
         at, value = row[spectral], row[chosen]
         if at is None or value is None:
             if alone:
-                raise CatalogError(f", line {line}: a field is empty; allowed: a number")
+                faults[line] = "a field is empty; allowed: a number"
         elif not (math.isfinite(at) and math.isfinite(value)):
             wrong = value if math.isfinite(at) else at
-            raise CatalogError(f", line {line}: {wrong:g} is not finite; allowed: finite numbers")
+            faults[line] = f"{wrong:g} is not finite; allowed: finite numbers"
+        elif at <= 0.0:
+            faults[line] = f"{at:g} {unit}; allowed: positive numbers"
         elif value in _MISSING:
             missing.append(line)
         else:
             kept.append((line, at, value))
-    if not kept:
+    if not kept and not faults:
         raise CatalogError(": no row with a response; allowed: at least two")
     return kept, [f"{_rows(missing)} without a response (-99) not used"] if missing else []
 
@@ -320,29 +346,34 @@ def _chosen(table: ResponseTable, responses: Sequence[int], name: str, column: s
     raise CatalogError(f": responses in several columns; allowed: column = one of {listed}, or a band of that name")
 
 
-def _ascending(rows: _Rows, unit: Unit, words: list[str]) -> tuple[Array, Array, list[int]]:
-    """Return wavelengths in um, responses and lines in ascending order, with rows that occur twice once."""
+def _in_order(rows: _Rows, unit: Unit, words: list[str], faults: _Faults) -> _Rows:
+    """Return the rows without those that occur twice; others that do not ascend or descend as the most are faults."""
     if len(rows) < 2:
+        if faults:
+            return rows
         raise CatalogError(": one row of numbers; allowed: at least two")
-    sign = 1.0 if rows[-1][1] > rows[0][1] else -1.0
+    sign = 1.0 if sum(after[1] > before[1] for before, after in itertools.pairwise(rows)) * 2 >= len(rows) - 1 else -1.0
     kept, twice = [rows[0]], []
     for line, at, value in rows[1:]:
         _, before, value_before = kept[-1]
         if sign * (at - before) < 0.0:
-            raise CatalogError(
-                f", line {line}: {at:.10g} after {before:.10g}; allowed: rows that ascend or descend throughout"
-            )
-        if at > before or at < before:
+            faults[line] = f"{at:.10g} after {before:.10g}; allowed: rows that ascend or descend throughout"
+        elif at > before or at < before:
             kept.append((line, at, value))
         elif math.isclose(value, value_before, rel_tol=1e-6, abs_tol=1e-9):
             twice.append(line)
         else:
-            raise CatalogError(
-                f", line {line}: {value:.6g} for {at:.10g} {unit}, which has {value_before:.6g} in the row before; "
-                "allowed: one response for each"
+            faults[line] = (
+                f"{value:.6g} for {at:.10g} {unit}, which has {value_before:.6g} in the row before; allowed: one "
+                "response for each"
             )
     if twice:
         words.append(f"{_rows(twice)} that repeats the one before not used")
+    return kept
+
+
+def _by_wavelength(kept: _Rows, unit: Unit) -> tuple[Array, Array, list[int]]:
+    """Return wavelengths in um, responses and lines in ascending order."""
     at, values = np.array([pair for _, *pair in kept], dtype=np.float64).T
     wavelength = {"cm-1": 1e4 / at, "nm": at / 1e3, "um": at}[unit]
     order = np.argsort(wavelength)
@@ -364,16 +395,17 @@ def _relative(response: Array, lines: Sequence[int], label: str, has_signs: bool
     if why or 1.5 < peak <= 100.0:
         words.append(f"in percent {why or 'by magnitude'}")
         scale = 100.0
+    faults: _Faults = {}
     if peak > 1.05 * scale:
-        raise CatalogError(f", line {lines[highest]}: {peak:.6g}; allowed: 0..1, or 0..100 in percent")
-    if peak > scale:
+        faults[lines[highest]] = f"{peak:.6g}; allowed: 0..1, or 0..100 in percent"
+    elif peak > scale:
         words.append(f"divided by its peak, {peak / scale:.6g}")
         scale = peak
     least = float(response[lowest])
     if least < -NOISE * peak:
-        raise CatalogError(
-            f", line {lines[lowest]}: {least:.6g}; allowed: 0..1, and noise down to {-NOISE:g} of the peak"
-        )
+        faults[lines[lowest]] = f"{least:.6g}; allowed: 0..1, and noise down to {-NOISE:g} of the peak"
+    if faults:
+        raise CatalogError(_listed(faults))
     if least < 0.0:
         negative = sorted(line for line, value in zip(lines, response, strict=True) if value < 0.0)
         words.append(f"{_rows(negative)} with negative values, down to {least / scale:.2g}, taken as 0")

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from hcss_twin.core.errors import CatalogError, Problem
@@ -55,6 +55,8 @@ class ResponseTable:
         Columns whose numbers end with a percent sign.
     notes : tuple of str
         What is unusual about the numbers.
+    faults : dict of int to str
+        What is wrong in lines that are not among the rows.
     """
 
     labels: tuple[str, ...]
@@ -64,6 +66,7 @@ class ResponseTable:
     names: tuple[str, ...] = ()
     percent: frozenset[int] = frozenset()
     notes: tuple[str, ...] = ()
+    faults: Mapping[int, str] = field(default_factory=dict)
 
     def name(self, column: int) -> str:
         """Return how a column is called in messages, and in the key ``column`` of a band."""
@@ -80,7 +83,7 @@ def read_response_table(path: Path) -> ResponseTable:
     Raises
     ------
     CatalogError
-        If it is no text, has no rows of numbers, or a row differs from the others.
+        If it is no text or has no rows of numbers.
     """
     with Reading(path, CatalogError, "not a text file; allowed: text such as CSV (of a spreadsheet: export the sheet)"):
         text = _decoded(path.read_bytes())
@@ -108,20 +111,21 @@ def read_response_table(path: Path) -> ResponseTable:
             wrong = next((field for field in fields[form.words :] if _number(field) is None), None)
             problem = f"{len(fields)} fields, line {first[0]} has {count}" if wrong is None else _no_number(wrong)
             raise CatalogError(f"{path}, line {number}: {problem}")
-    texts, numbers = [], []
+    texts, numbers, faults = [], [], dict[int, str]()
     for number, line in data[start:]:
         fields = form.fields(line)
         if not any(fields):  # spreadsheets write separators for empty rows
             continue
+        wrong = next((text for text in fields[form.words :] if text and _number(text) is None), None)
         if len(fields) != count:
-            raise CatalogError(f"{path}, line {number}: {len(fields)} fields, line {first[0]} has {count}")
-        if form.has_commas and "." in line:
-            raise CatalogError(f"{path}, line {number}: decimal points among decimal commas; allowed: one of them")
-        for field in fields[form.words :]:
-            if field and _number(field) is None:
-                raise CatalogError(f"{path}, line {number}: {_no_number(field)}")
-        texts.append(fields)
-        numbers.append(number)
+            faults[number] = f"{len(fields)} fields, line {first[0]} has {count}"
+        elif form.has_commas and "." in line:
+            faults[number] = "decimal points among decimal commas; allowed: one of them"
+        elif wrong is not None:
+            faults[number] = _no_number(wrong)
+        else:
+            texts.append(fields)
+            numbers.append(number)
     columns = range(form.words, count)
     return ResponseTable(
         labels[form.words :],
@@ -131,6 +135,7 @@ def read_response_table(path: Path) -> ResponseTable:
         tuple(row[0] for row in texts) if form.words else (),
         frozenset(column - form.words for column in columns if any(row[column].endswith("%") for row in texts)),
         ("decimal commas",) if form.has_commas else (),
+        faults,
     )
 
 

@@ -121,6 +121,8 @@ def test_the_series_of_a_place_follows_it_through_the_frames(cube, row, column):
         expected = cube.radiance[frame, :, row, there] if there >= 0 else np.full(2, np.nan)
         np.testing.assert_array_equal(series.radiance[frame], expected)
         assert series.x[frame] == cube.x[there] if there >= 0 else np.isnan(series.x[frame])
+    kelvin = series.hcss.brightness_temperature()
+    np.testing.assert_array_equal(kelvin[0], cube.hcss.brightness_temperature()[0, :, row, column])
 
 
 def test_a_place_that_no_frame_sees_is_refused(cube):

@@ -138,3 +138,19 @@ def test_verbose_has_all_and_json_the_prediction(tmp_path):
     assert len(few.stdout.splitlines()) <= MOST_LINES < len(all_of_it.stdout.splitlines())
     plan = make_plan(Scenario.load("stratus", CHEAP))
     assert predict(plan).as_dict()["processor_s"]["total"] == pytest.approx(sum(predict(plan).seconds.values()))
+
+
+@pytest.mark.parametrize(
+    ("overrides", "keys"),
+    [
+        ({}, "motion.wind_from, sea.wind_from = 270 deg"),
+        ({"sea.wind_from": 270.0}, "motion.wind_from = 270 deg"),
+        ({"motion.wind_from": 90.0, "sea.wind_from": 90.0}, ""),
+        ({"motion.wind_speed": 0.0, "sea.wind_from": 0.0}, ""),
+        ({"frames.count": 1, "sea.wind_from": 0.0}, ""),
+    ],
+)
+def test_the_default_bearing_of_the_wind_is_said_where_images_depend_on_it(overrides, keys):
+    _, text = brief("stratus", {**CHEAP, "frames.count": 2, **overrides})
+    assumed = row(text, "assumed")
+    assert (keys in assumed) if keys else ("wind_from" not in assumed)

@@ -8,7 +8,8 @@ from click.testing import CliRunner
 
 from hcss_twin import Scenario, make_plan, open_cube
 from hcss_twin.cli.main import cli
-from hcss_twin.engine.predicted_time import FILE, learn, predict
+from hcss_twin.cli.options import Stop
+from hcss_twin.engine.predicted_time import FILE, expected_planning, learn, learn_planning, predict
 from hcss_twin.engine.simulate import run
 
 SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 1}
@@ -59,6 +60,26 @@ def test_planning_is_not_learnt_from_a_run_that_analysed_the_scene():
     before = predict(plan)
     learn(plan, False, {stage: 3.0 * taken for stage, taken in before.seconds.items()})
     assert predict(plan).seconds["planning"] == before.seconds["planning"]
+
+
+def test_the_next_planning_is_expected_to_take_what_that_of_other_new_scenes_did():
+    plan = planned()
+    assert expected_planning() == {}
+    for taken in (6.0, 9.0, 7.0):
+        learn(plan, False, {"planning": taken})
+    learn_planning(plan, {"planning": 0.1})  # it was in the cache
+    assert expected_planning() == {"planning": 7.0}
+    learn(plan, True, {"planning": 30.0})
+    assert expected_planning() == {"planning": 7.0}
+
+
+def test_start_and_planning_count_only_in_a_process_of_their_own(cache):
+    options = [word for key, value in SMALL.items() for word in ("--set", f"{key}={value}")]
+    for own in (False, True):
+        done = CliRunner().invoke(cli, ["plan", "stratus", *options], obj=Stop(is_process=own))
+        assert done.exit_code == 0, done.output
+        assert (cache / FILE).exists() == own
+    assert expected_planning()["planning"] > 0.0
 
 
 def test_the_speed_of_the_machine_counts_for_stages_of_few_runs():

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 from hcss_twin import Scenario, make_plan
 from hcss_twin.cli import progress as shown
 from hcss_twin.cli.main import cli
+from hcss_twin.cli.options import Stop
 from hcss_twin.core.stages import STAGES, StageTimes, stage, watched
 from hcss_twin.engine.simulate import run
 
@@ -71,6 +72,23 @@ def test_a_log_has_plain_lines_about_long_runs_alone(monkeypatch, capsys):
     assert lines[1] == "frames: about 2 min"
     assert lines[2].startswith("1 of 3, about ")
     assert not any("\x1b" in line for line in lines)
+
+
+def test_planning_shows_what_it_is_expected_to_take(monkeypatch, capsys):
+    for is_terminal in (False, True):
+        monkeypatch.setattr("sys.stderr.isatty", lambda is_terminal=is_terminal: is_terminal, raising=False)
+        with shown.shown_progress(lambda: None, expected={"planning": 50.0}) as progress, stage("planning"):
+            if is_terminal:
+                (task,) = progress.bars.tasks
+                assert str(progress.bars.columns[-1].render(task)) == "about 50 s left"
+    assert capsys.readouterr().err.startswith("planning: about 50 s\n")
+
+
+def test_commands_with_many_steps_have_lines_in_a_log(monkeypatch, capsys):
+    monkeypatch.setattr(shown, "LONG_S", 0.0)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: False, raising=False)
+    assert list(Stop().progress(range(3), 3)) == [0, 1, 2]
+    assert [line.split(",")[0] for line in capsys.readouterr().err.splitlines()] == ["1 of 3", "2 of 3"]
 
 
 def test_a_log_has_nothing_about_a_short_run(monkeypatch, capsys):

@@ -116,6 +116,24 @@ def test_what_is_ambiguous_is_refused(case, tmp_path):
         read(tmp_path, content)
 
 
+def test_all_faults_of_rows_are_named_at_once(tmp_path):
+    content = "wavelength_um,response\n3,0\n3.2,\n3.4,x\n3.6,0.5,1\n3.8,1\n3.7,1\n-4,1\n4.2,inf\n5,0\n"
+    with pytest.raises(CatalogError) as told:
+        read(tmp_path, content)
+    wrong = {
+        3: "a field is empty", 4: "'x' is not a number", 5: "3 fields, line 2 has 2", 7: "3.7 after 3.8",
+        8: "-4 um; allowed: positive",
+    }  # fmt: skip
+    places = [str(told.value).index(f"line {line}: {text}") for line, text in wrong.items()]
+    assert places == sorted(places)
+    assert str(told.value).endswith("; and 1 more")
+
+
+def test_a_response_too_large_and_one_too_negative_are_named_at_once(tmp_path):
+    with pytest.raises(CatalogError, match=r"line 2: -20; allowed.*; line 3: 130; allowed"):
+        read(tmp_path, "wavelength_um,response\n3,-20\n4,130\n5,0\n")
+
+
 def test_of_rows_that_begin_with_names_those_of_the_band_are_read(tmp_path):
     content = "Band um RSR\nM1 3 0\nM1 4 1\nM2 5 0\nM2 6 1\n"
     np.testing.assert_allclose(read(tmp_path, content, "m2").wavelength_um, [5.0, 6.0])

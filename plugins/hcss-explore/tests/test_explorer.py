@@ -26,6 +26,15 @@ def test_a_saved_scenario_has_the_image_of_the_page(explorer, folder):
     assert np.abs(kelvin - picture.kelvin).max() < 1e-3
 
 
+@pytest.mark.parametrize("clouds", [{"type": "stratus"}, {"layers": [{"type": "stratus"}]}])
+def test_controls_of_the_only_layer_show_its_defaults(clouds):
+    raw = {"time": "2024-04-20T12:00:00Z", "place": {"latitude": 35.0, "longitude": 150.0}, "clouds": clouds}
+    scenario = Scenario.from_dict(raw)
+    shown = {each["key"]: each for group in controls(raw, scenario, Catalog()) for each in group["controls"]}
+    cover = shown["clouds.coverage" if "type" in clouds else "clouds.layers[0].coverage"]
+    assert (cover["value"], float(cover["default"])) == ("", scenario.clouds.layers[0].coverage)
+
+
 def test_a_saved_scenario_with_a_sensor_has_the_measured_image_of_the_page(explorer, folder):
     given = {"sensor": "generic-mwir"}
     picture = explorer.picture(given, 1, True)

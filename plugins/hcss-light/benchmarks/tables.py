@@ -1,4 +1,4 @@
-"""Tables of errors in the README and in docs/how-to/clouds-with-sides.md, from those of tiers.py.
+"""Tables of errors in docs/development/light.md and docs/how-to/clouds-with-sides.md, from those of tiers.py.
 
 python plugins/hcss-light/benchmarks/tables.py [--check]
 """
@@ -11,7 +11,8 @@ import sys
 from pathlib import Path
 
 PLUGIN = Path(__file__).parents[1]
-PAGES = (PLUGIN / "README.md", PLUGIN.parents[1] / "docs" / "how-to" / "clouds-with-sides.md")
+DOCS = PLUGIN.parents[1] / "docs"
+PAGES = (DOCS / "development" / "light.md", DOCS / "how-to" / "clouds-with-sides.md")
 TIERS = ("columns", "slant", "source")
 HIDDEN = 3.0
 """Standard errors of the mean below which an rms is hidden in the noise, as in hcss_light.stated."""

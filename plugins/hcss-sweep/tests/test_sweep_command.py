@@ -8,6 +8,7 @@ from cheap import CHEAP
 from click.testing import CliRunner
 from hcss_sweep import SweepError, points
 from hcss_sweep.points import PointOutcome
+from hcss_sweep.run import checked_points
 
 from hcss_twin import ScenarioError, open_cube
 from hcss_twin.cli.main import cli
@@ -128,6 +129,9 @@ def test_a_sweep_is_validated_without_being_computed(tmp_path):
 
     assert validate("mine.toml").output.splitlines()[-1] == "valid: 2 points, plans of 1 of them"
     assert json.loads(validate("mine.toml", "--json").output) == {"valid": True, "points": 2, "planned": 1}
+    shown = []
+    checked_points("mine.toml", progress=lambda points, count: shown.append(count) or points)
+    assert shown == [1]
     (tmp_path / "mine.toml").write_text(FILE + "view.zenith = [0, 95]\n")
     refused = validate("mine.toml")
     assert isinstance(refused.exception, ScenarioError)

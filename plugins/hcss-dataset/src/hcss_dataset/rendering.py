@@ -123,8 +123,10 @@ class OwnImage:
         return float(self.radiance[band].flat[np.argmax(np.abs(self.radiance[band]))])
 
 
-def checked_draw(source: str, overrides: Mapping[str, Any]) -> tuple[str, dict[str, int]]:
+def checked_draw(source: str, overrides: Mapping[str, Any], progress: object = None) -> tuple[str, dict[str, int]]:
     """Check the file of a data set and its first draw without computing frames, for ``hcss validate``.
+
+    One plan shows no ``progress``.
 
     Raises
     ------

@@ -91,7 +91,8 @@ def score_command(
     else:
         shown = context.ensure_object(Stop).progress(frames, len(frames), label="frames")
         detections = _of_baseline(baseline, shown, number)
-    result = score((frame.labels for frame in frames), detections, radius, least_snr, number)
+    scored = context.ensure_object(Stop).progress(frames, len(frames), label="scoring")
+    result = score((frame.labels for frame in scored), detections, radius, least_snr, number)
     if output is not None:
         rows = ((key, each.row, each.column, each.score) for key, of in detections.items() for each in of)
         _write(output, ("key", "row", "column", "score"), rows)

@@ -45,7 +45,9 @@ def controls(raw: Raw, scenario: Scenario, catalog: Catalog) -> list[dict[str, A
     known, camera = json.loads(scenario.to_json()), has_camera(scenario)
 
     def text(key: str, label: str, unit: str = "", slider: tuple[float, float, float] | None = None) -> Control:
-        given, default = value_of(raw, key), value_of(known, key)
+        # A scenario may write its only layer as [clouds]; all that is known of it is that of the first of the layers.
+        of_known = key if key.startswith("clouds.layers[") else key.replace("clouds.", "clouds.layers[0].", 1)
+        given, default = value_of(raw, key), value_of(known, of_known)
         return {
             "key": key,
             "label": label,

@@ -172,7 +172,9 @@ MOST_PLANNED = 20
 """Points of which :func:`checked_points` makes plans, at most: one costs half a second."""
 
 
-def checked_points(source: str | Path, overrides: Mapping[str, Any] | None = None) -> tuple[str, dict[str, int]]:
+def checked_points(
+    source: str | Path, overrides: Mapping[str, Any] | None = None, progress: Progress | None = None
+) -> tuple[str, dict[str, int]]:
     """Check all points of a sweep without computing them, for ``hcss validate``.
 
     One point is planned for each set of radiance tables, evenly chosen where there are more than 20. Raises
@@ -185,7 +187,7 @@ def checked_points(source: str | Path, overrides: Mapping[str, Any] | None = Non
     firsts = [*{shared_tables(point.scenario): point for point in reversed(points)}.values()][::-1]
     planned = firsts[:: -(-len(firsts) // MOST_PLANNED)]
     cache = ResultCache(several=True)
-    for point in planned:
+    for point in planned if progress is None else progress(planned, len(planned)):
         try:
             make_plan(point.scenario, shelf=cache)
         except ScenarioError as error:
