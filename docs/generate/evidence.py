@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterator, Sequence
 
 from hcss_twin.reports.evidence import KINDS, Comparison, EvidenceCatalog
 from hcss_twin.reports.evidence_page import failed_figure
@@ -33,24 +34,27 @@ def lines(generated: str) -> Iterator[str]:
         yield f"\n## {quantity.title}\n"
         if not any(row.kind == "measurement" for row in rows):
             yield "No measurement.\n" if rows else "No measurement, and no other comparison."
-        if rows:
-            yield "| reference | kind | compared | blind | difference | condition | source |"
-            yield "|---|---|---|---|---|---|---|"
-            for before, row in zip([None, *rows], rows, strict=False):
-                yield _row(row, before)
+        for group in _alike(rows):
+            yield _title(group[0])
+            yield from (_line(row) for row in group)
+            yield ""
     yield "\n## Not measured\n\n| effect | source |\n|---|---|"
     for effect in catalog.unmeasured:
         yield f"| {effect.what} | `{effect.source}` |"
 
 
-def _row(row: Comparison, before: Comparison | None) -> str:
-    um = "" if row.um is None else f" ({row.um[0]:g}-{row.um[1]:g} um)"
-    blind = "yes" if row.blind else "no"
+def _alike(rows: Sequence[Comparison]) -> Iterator[list[Comparison]]:
+    """Yield comparisons of one kind, condition and source together."""
+    for _, group in itertools.groupby(rows, lambda row: (row.kind, row.blind, row.condition, row.when, row.source)):
+        yield list(group)
+
+
+def _title(row: Comparison) -> str:
+    kind = {"measurement": "Measurement", "own code": "Own codes"}.get(row.kind, KINDS[row.kind].capitalize())
     needs = f"; for {', '.join(row.when)}" if row.when else ""
-    condition = f"{row.condition}{needs}"
-    if before is not None and (before.condition, before.when) == (row.condition, row.when):
-        condition = "the same"
-    source = "the same" if before is not None and before.source == row.source else f"`{row.source}`"
-    kind = {"measurement": "measurement", "own code": "own codes"}.get(row.kind, KINDS[row.kind])
-    cells = row.reference + um, kind, row.count, blind, failed_figure(row), condition, source
-    return f"| {' | '.join(cells)} |"
+    return f"{kind}{', blind' if row.blind else ''}: {row.condition}{needs} (`{row.source}`)\n"
+
+
+def _line(row: Comparison) -> str:
+    um = "" if row.um is None else f" ({row.um[0]:g}-{row.um[1]:g} um)"
+    return f"* {row.reference}{um}, {row.count}: {failed_figure(row)}"

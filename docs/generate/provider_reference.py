@@ -17,8 +17,8 @@ _INTRODUCTION = """# Provider reference
 
 {GENERATED}
 
-All that a plugin can import from `hcss_twin.providers`, with a sentence on each member; its docstring has the rest
-(shapes, ranges, what follows without it):
+All that a plugin can import from `hcss_twin.providers`. Docstrings explain every attribute, shape and range, and what
+follows without an optional member:
 
 ```sh
 python -c "from hcss_twin import providers; help(providers.SeaModel)"
@@ -68,14 +68,18 @@ def _class(node: ast.ClassDef) -> Iterator[str]:
     bases = [_source(base) for base in node.bases]
     text, _, listed = (ast.get_docstring(node) or "").partition("Attributes\n----------\n")
     yield f"\n### `{node.name}`{' (Protocol)' if 'Protocol' in bases else ''}\n\n{_first(text)}\n"
-    fields = {
-        each.target.id: each for each in node.body if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
+    fields = [each for each in node.body if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)]
+    by_name = {_source(each.target): each for each in fields}
+    kinds = {
+        name: kind
+        for names, kind in re.findall(r"(?m)^(\w[\w, ]*) : (.*)$", listed.partition("\n\n")[0])
+        for name in names.split(", ")
     }
-    yield from _attributes(listed, fields)
-    told = {name for names in re.findall(r"(?m)^(\w[\w, ]*) : ", listed) for name in names.split(", ")}
-    for name, field in fields.items():
-        if name not in told:
-            yield f"* `{name}` ({_kind(_source(field.annotation), [field])})"
+    kinds |= {name: _source(each.annotation) for name, each in by_name.items() if name not in kinds}
+    if kinds:
+        shown = [f"`{name}`: {_kind(kind, by_name.get(name))}" for name, kind in kinds.items()]
+        yield f"Attributes: {'; '.join(shown)}."
+        yield ""
     for each in node.body:
         if isinstance(each, ast.FunctionDef) and not each.name.startswith("_"):
             is_property = any(_source(mark) == "property" for mark in each.decorator_list)
@@ -83,21 +87,10 @@ def _class(node: ast.ClassDef) -> Iterator[str]:
             yield f"* `{call}`: {_first(ast.get_docstring(each) or '').removeprefix('Return ')}"
 
 
-def _attributes(listed: str, fields: dict[str, ast.AnnAssign]) -> Iterator[str]:
-    """Yield a line for each item of the section, which is a line followed by an indented description."""
-    for each in re.split(r"(?m)\n(?=\S)", listed.partition("\n\n")[0].strip("\n")) if listed else ():
-        first, *rest = each.splitlines()
-        names, _, kind = first.partition(" : ")
-        named = names.split(", ")
-        told = _first(" ".join(line.strip() for line in rest))
-        marks = ", ".join(f"`{name}`" for name in named)
-        yield f"* {marks} ({_kind(kind, [fields[name] for name in named if name in fields])})" + (f": {told}" if told else "")
-
-
-def _kind(kind: str, fields: list[ast.AnnAssign]) -> str:
-    """Return the type, and the default if a field has one that can be written."""
-    values = {_source(each.value) for each in fields if each.value is not None and not isinstance(each.value, ast.Call)}
-    default = values.pop() if len(values) == 1 else ""
+def _kind(kind: str, field: ast.AnnAssign | None) -> str:
+    """Return the type, and the default if the field has one that can be written."""
+    value = None if field is None else field.value
+    default = "" if value is None or isinstance(value, ast.Call) else _source(value)
     return _prose(kind) + (f" = `{default}`" if default and default not in ("None", '""', "()") else "")
 
 

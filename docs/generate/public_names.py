@@ -20,17 +20,10 @@ _INTRODUCTION = """# Public names
 
 {GENERATED}
 
-Packages import from `hcss_twin` only what this page lists. A test reads the import statements of every package in
-`plugins/`. Names outside this page that a package still imports are counted by that test, and their modules are listed
-in the README of the package. Packages that `hcss new-plugin` writes import from the first two modules and from
-`hcss_author`.
-
-The names of `hcss_twin` and `hcss_twin.providers` are for everybody, and stay as the [provider API](provider-api.md)
-promises. All others are the `__all__` of the module that defines them: they are documented and tested, but may change
-with any release, which the change log announces. **Ours alone** marks modules that are public because packages of this
-repository need them; no other package is known to, and only their names are listed.
-
-Units are those of the name itself, of arguments, attributes and results.
+Packages import from `hcss_twin` only what this page lists; a test reads their import statements. The names of `hcss_twin`
+and `hcss_twin.providers` stay as the [provider API](provider-api.md) promises. All others are the `__all__` of their module
+and may change with any release, which the change log announces. **Ours alone** marks modules that only packages of this
+repository need. Units are those of the name itself, of arguments, attributes and results.
 """
 
 
@@ -149,8 +142,7 @@ def lines(generated: str) -> Iterator[str]:
         yield f"\n## {topic.title}{' (ours alone)' if topic.ours else ''}"
         for name in topic.modules:
             if name == "hcss_twin.providers":
-                yield f"\n`{name}`, which the [provider reference](provider-reference.md) describes\n"
-                yield from _by_units(name)
+                yield f"\n`{name}`: the names of the [provider reference](provider-reference.md)."
                 continue
             if topic.ours:
                 yield f"\n`{name}`: {', '.join(f'`{each}`' for each in import_module(name).__all__)}"
@@ -159,16 +151,6 @@ def lines(generated: str) -> Iterator[str]:
             for each in import_module(name).__all__:
                 about, units = described(name, each)
                 yield f"| `{each}` | {about} | {units} |"
-
-
-def _by_units(module: str) -> Iterator[str]:
-    """Yield the names of a module by their units."""
-    names: dict[str, list[str]] = {}
-    for name in import_module(module).__all__:
-        names.setdefault(described(module, name)[1], []).append(f"`{name}`")
-    yield "| units | names |\n|---|---|"
-    for units, each in sorted(names.items(), key=lambda item: item[0] != "-"):
-        yield f"| {units} | {', '.join(each)} |"
 
 
 def described(module: str, name: str) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""Tables of errors in docs/development/light.md and docs/how-to/clouds-with-sides.md, from those of tiers.py.
+"""Tables of errors in docs/development/light.md, from those of tiers.py.
 
 python plugins/hcss-light/benchmarks/tables.py [--check]
 """
@@ -11,8 +11,7 @@ import sys
 from pathlib import Path
 
 PLUGIN = Path(__file__).parents[1]
-DOCS = PLUGIN.parents[1] / "docs"
-PAGES = (DOCS / "development" / "light.md", DOCS / "how-to" / "clouds-with-sides.md")
+PAGE = PLUGIN.parents[1] / "docs" / "development" / "light.md"
 TIERS = ("columns", "slant", "source")
 HIDDEN = 3.0
 """Standard errors of the mean below which an rms is hidden in the noise, as in hcss_light.stated."""
@@ -62,26 +61,21 @@ def _cell(row: dict[str, str], sun: str) -> str:
 
 
 def main() -> int:
-    """Write the tables; with ``--check`` tell pages whose table is another."""
+    """Write the tables; with ``--check`` say whether the page has others."""
     tables = {
         "table": markdown(PLUGIN / "src" / "hcss_light" / "errors.csv"),
         "pixels of 20 m": markdown(PLUGIN / "benchmarks" / "errors-20m.csv"),
         "layers": of_layers(),
     }
-    stale = []
-    for page in PAGES:
-        text = page.read_text(encoding="utf-8")
-        own = text
-        for name, table in tables.items():
-            whole = f"<!-- {name} -->\n{table}\n<!-- end -->"
-            own = re.sub(f"<!-- {name} -->.*?<!-- end -->", lambda _, whole=whole: whole, own, flags=re.DOTALL)
-        if own != text:
-            stale.append(page.name)
-            if "--check" not in sys.argv[1:]:
-                page.write_text(own, encoding="utf-8")
-    if stale and "--check" in sys.argv[1:]:
-        print(f"other tables than those of the measurements: {', '.join(stale)}")
+    text = PAGE.read_text(encoding="utf-8")
+    own = text
+    for name, table in tables.items():
+        whole = f"<!-- {name} -->\n{table}\n<!-- end -->"
+        own = re.sub(f"<!-- {name} -->.*?<!-- end -->", lambda _, whole=whole: whole, own, flags=re.DOTALL)
+    if own != text and "--check" in sys.argv[1:]:
+        print(f"{PAGE.name} has other tables than those of the measurements")
         return 1
+    PAGE.write_text(own, encoding="utf-8")
     return 0
 
 
