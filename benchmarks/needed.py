@@ -23,7 +23,7 @@ from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy
 
-PAGE = Path(__file__).parents[1] / "docs" / "fast-and-accurate.md"
+PAGE = Path(__file__).parents[1] / "docs" / "development" / "accuracy-and-speed.md"
 SMALL = {"image.rows": 64, "image.columns": 64, "frames.count": 1, "output.certificate": 0}
 NIGHT = {"time": "2024-04-20T00:30:00+10:00"}
 MASK = {"output.variables": ["cloud_mask"]}

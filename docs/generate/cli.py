@@ -41,8 +41,7 @@ file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` sh
 | 130, 143 | interrupted, terminated |
 
 Two options are not listed below: `--force` replaces existing files, and `--json` prints the result as JSON for scripts
-(it is listed where it takes a value). Plugins can [add commands](../how-to/write-a-plugin.md):
-{PLUGINS}.
+(it is listed where it takes a value). `hcss plugins` lists the commands of installed plugins.
 The tab key completes commands and scenario names after `eval "$(_HCSS_COMPLETE=bash_source hcss)"` (also `zsh_source`,
 `fish_source`). Commands of hcss-dataset, hcss-explore,
 hcss-light, hcss-payload and hcss-skies are described in their READMEs.
@@ -69,15 +68,9 @@ def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> It
             yield " ".join((*words, name)), command
 
 
-def _of_plugins() -> str:
-    packages = sorted(set(COMMANDS.values()))
-    named = {each: [f"`hcss {name}`" for name, package in COMMANDS.items() if package == each] for each in packages}
-    return ";\n".join(f"`{package}` has {', '.join(names)}" for package, names in named.items())
-
-
 def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
-    yield _INTRODUCTION.replace("{GENERATED}", generated).replace("{PLUGINS}", _of_plugins())
+    yield _INTRODUCTION.replace("{GENERATED}", generated)
     listed: dict[int, str] = {}
     first: dict[str, str] = {}
     for words, command in sorted(commands(), key=itemgetter(0)):
@@ -85,8 +78,9 @@ def lines(generated: str) -> Iterator[str]:
             yield f"## `{words}`\n\nThe same command as `{listed[id(command)]}`.\n"
             continue
         listed[id(command)] = words
-        usage = " ".join(command.collect_usage_pieces(click.Context(command, info_name=words)))
-        yield f"## `{words}`\n\n`{words} {usage}`\n\n{inspect.cleandoc(command.help or '')}\n"
+        pieces = command.collect_usage_pieces(click.Context(command, info_name=words))
+        usage = " ".join(piece for piece in pieces if piece != "[OPTIONS]")
+        yield f"## `{words}`\n\n`{' '.join(filter(None, (words, usage)))}`\n\n{inspect.cleandoc(command.help or '')}\n"
         options = [each for each in command.params if isinstance(each, click.Option) and each.help not in _SHARED]
         if options:
             yield from _options(options, words, first)

@@ -49,14 +49,9 @@ g m-3. Text with a unit is also accepted: `pixel_size = "1 km"`, `temperature = 
 angles are those at the surface point. Wind directions are those from which the wind blows. In the image, x (columns)
 points east and y (rows) north; row 0 is the southern edge.
 
-**Many scenes from one file:** a section `[sweep]` lists several values for keys ([sweeps](../how-to/sweeps.md)).
-
-**One sky, several sensors:** tables `[[sensors]]`, each with a `name` and any keys but those of the sky (`seed`,
-`time`, `place`, `clouds`, `atmosphere`, `sea`, `surfaces`, `elements`, wind); `hcss sweep FILE` computes them
-([sweeps](../how-to/sweeps.md#one-sky-several-sensors)).
-
-**Uncertain keys:** a section `[uncertain]` defines distributions of keys, which `hcss propagate FILE` propagates to
-radiance ([uncertainty](../how-to/uncertainty.md)).
+**Other sections:** `[sweep]` for many scenes from one file ([sweeps](../how-to/sweeps.md)), `[[sensors]]` for several sensors
+that see [one sky](../how-to/sweeps.md#one-sky-several-sensors), `[uncertain]` for distributions of keys
+([uncertainty](../how-to/uncertainty.md)).
 
 **One key from the command line:** `hcss run stratus --set view.zenith=40 --set 'bands=["mwir", [3.4, 4.1]]'`.
 Selecting another provider (`clouds.generator`, `atmosphere.provider`, `sea.model` and so on) removes the file's
@@ -172,20 +167,13 @@ def _bands() -> Iterator[str]:
         "spectral radiance times response over wavelength, not divided by the integral of the response.\n"
     )
     yield (
-        "A response file is text as agencies publish it: rows of numbers, separated by comma, semicolon, tab or "
-        "blanks, below lines that label them. The labels name the column of wavelength or wavenumber and its unit "
-        "(um, nm, cm-1). Without labels it is the first column. A unit that neither labels nor `unit` state is the"
-        " only one that the numbers allow: um up to 100, nm from 200 under a label that says wavelength; numbers "
-        "that may be nm or cm-1 are rejected. The response is the only other column, the only one labelled as "
-        "response, RSR, SRF or transmission, the one with the name of the band, or `column` (label or number). "
-        "Rows that begin with names of bands are read for the band of that name; detectors in columns before the "
-        "wavelength are averaged. It is a fraction of 1, or in percent if the label, percent signs or a peak above"
-        " 1.5 say so. Negative values down to 1 % of the peak count as 0, -99 (-999, ...) as no value, and a row "
-        "that repeats the one before is not used: all of them are reported with their lines, as are decimal "
-        "commas. Rows that neither ascend nor descend throughout, values below that, and rows without a number among "
-        "the others are refused with their line. "
-        "`hcss plan` and the notes of the cube state how a file was read, unless its labels are `wavelength_um` and"
-        " `response`.\n"
+        "A response file is text as agencies publish it: rows of numbers below lines that label them. The labels name the "
+        "column of wavelength or wavenumber (without labels the first) and its unit; else `unit` does, or the numbers: um up to "
+        "100, nm from 200 under a label that says wavelength. The response is the only other column, the only one labelled as "
+        "response, RSR, SRF or transmission, the one with the name of the band, or `column` (label or number); a fraction of "
+        "1, or in percent if the label, percent signs or a peak above 1.5 say so. Rows may begin with names of bands, or with "
+        "detectors, which are averaged. Negative values down to 1 % of the peak count as 0, -99 (-999, ...) as no value. All rows "
+        "that cannot be used are named at once. `hcss plan` states how a file was read.\n"
     )
     yield "| name | um | |\n|---|---|---|"
     for name, band in named_bands(Catalog()).items():
@@ -226,6 +214,9 @@ def _table(model: type[BaseModel], skip_models: bool = False) -> Iterator[str]:
             continue
         text = field_text(name, field)
         value = text.allowed if text.type == "number" else ", ".join(filter(None, (text.type, text.allowed)))
+        choices = re.findall(r'`("[^`]+")`', text.type)
+        if choices and all(choice in text.description for choice in choices):
+            value = "one of these" if text.type.startswith("`") else "number, or text"
         cells = (f"`{name}`", value or text.type, text.default, text.description)
         yield f"| {' | '.join(cells)} |"
 

@@ -86,6 +86,12 @@ def test_every_name_that_plugins_import_and_each_method_has_a_place_in_the_refer
     assert "``" not in page.replace("```", "")
 
 
+def test_pages_for_users_do_not_grow():
+    count = module(DOCS / "generate" / "words.py")
+    for kind, pages in count.pages().items():
+        assert 0 < sum(map(count.words, pages)) <= count.MOST[kind], f"{kind}: python docs/generate/words.py --pages"
+
+
 def test_every_page_has_one_place_in_the_navigation():
     listed = [
         page.split("<")[1].rstrip(">")

@@ -32,7 +32,7 @@ FEW = ("step-published", "stratocumulus-day", "two-layers-night")
 """By day and night, of one and two layers, conservative and absorbing: all others are campaigns of the dear laws."""
 MOST = [name if name in FEW else pytest.param(name, marks=pytest.mark.campaign) for name in NAMES]
 PLUGIN = Path(__file__).parents[1]
-PAGE = Path(hcss_twin.__file__).parents[1] / "docs" / "reference" / "thermal-benchmark.md"
+PAGE = Path(hcss_twin.__file__).parents[1] / "docs" / "development" / "light.md"
 PUBLISHED = Path(os.environ.get("HCSS_SAMPLE_DATA", "")) / "i3rc-case1"
 
 
@@ -251,7 +251,7 @@ def numbers(text):
 
 @pytest.mark.skipif(not PAGE.exists(), reason="not in an installed package")
 def test_the_page_has_the_scores_of_our_models(ours):
-    text = PAGE.read_text(encoding="utf-8").partition("<!-- table -->")[2].partition("<!-- end -->")[0]
+    text = PAGE.read_text(encoding="utf-8").partition("<!-- benchmark -->")[2].partition("<!-- end -->")[0]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.strip().splitlines()]
     made = table(ours)
     assert rows[0] == made[0]
