@@ -139,7 +139,7 @@ def _names(names: Iterable[str]) -> str:
     return ", ".join(f"`{name}`" for name in sorted(names))
 
 
-_HEADER = "| name | dimensions | type | units | kind | standard name | meaning |\n|---|---|---|---|---|---|---|"
+_HEADER = "| name | dimensions | units | kind | standard name | meaning |\n|---|---|---|---|---|---|"
 
 _IMAGES = {("time", "y", "x"): "image", ("time", "band", "y", "x"): "bands"}
 
@@ -159,7 +159,6 @@ def _row(spec: VariableSpec) -> str:
     cells = [
         f"`{spec.name}`",
         _IMAGES.get(spec.dims, ", ".join(spec.dims) or "scalar"),
-        spec.dtype,
         spec.units or "",
         spec.kind,
         f"`{spec.standard_name}`" if spec.standard_name else "",

@@ -24,7 +24,7 @@ follows without an optional member:
 python -c "from hcss_twin import providers; help(providers.SeaModel)"
 ```
 
-[Write a plugin](../how-to/write-a-plugin.md) explains how to use it, and [provider API](provider-api.md) what stays
+Attributes without a type are floats. [Write a plugin](../how-to/write-a-plugin.md) explains how to use it, and [provider API](provider-api.md) what stays
 stable. A provider must have all members of its Protocol; the members of Protocols called `...Options` are optional.
 """
 
@@ -77,8 +77,8 @@ def _class(node: ast.ClassDef) -> Iterator[str]:
     }
     kinds |= {name: _source(each.annotation) for name, each in by_name.items() if name not in kinds}
     if kinds:
-        shown = [f"`{name}`: {_kind(kind, by_name.get(name))}" for name, kind in kinds.items()]
-        yield f"Attributes: {'; '.join(shown)}."
+        shown = [f"`{name}`{_kind(kind, by_name.get(name))}" for name, kind in kinds.items()]
+        yield f"Attributes: {', '.join(shown)}."
         yield ""
     for each in node.body:
         if isinstance(each, ast.FunctionDef) and not each.name.startswith("_"):
@@ -88,10 +88,12 @@ def _class(node: ast.ClassDef) -> Iterator[str]:
 
 
 def _kind(kind: str, field: ast.AnnAssign | None) -> str:
-    """Return the type, and the default if the field has one that can be written."""
+    """Return in brackets the type, unless it is float, and the default if the field has one that can be written."""
     value = None if field is None else field.value
     default = "" if value is None or isinstance(value, ast.Call) else _source(value)
-    return _prose(kind) + (f" = `{default}`" if default and default not in ("None", '""', "()") else "")
+    shown = [] if kind == "float" else [_prose(kind)]
+    shown += [f"`{default}`"] if default and default not in ("None", '""', "()") else []
+    return f" ({' = '.join(shown)})" if shown else ""
 
 
 def _arguments(node: ast.FunctionDef) -> list[str]:
