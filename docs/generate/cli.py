@@ -113,9 +113,10 @@ def _kind(kind: Any) -> str:
     if isinstance(kind, click.Choice):
         return "|".join(map(str, kind.choices))
     if isinstance(kind, (click.IntRange, click.FloatRange)):
-        low = "" if kind.min is None else f"{kind.min:g} {'<' if kind.min_open else '<='} "
-        high = "" if kind.max is None else f" {'<' if kind.max_open else '<='} {kind.max:g}"
-        return f"{low}number{high}"
+        if kind.max is None:
+            return "number" if kind.min is None else f"{'>' if kind.min_open else '>='}{kind.min:g}"
+        low = "" if kind.min is None else f"{'>' if kind.min_open else ''}{kind.min:g}"
+        return f"{low}..{'<' if kind.max_open else ''}{kind.max:g}"
     name: str = kind.name
     return name.upper()
 

@@ -150,11 +150,8 @@ def _attribute_row(spec: AttributeSpec) -> str:
 
 
 def _row(spec: VariableSpec) -> str:
-    limits = [
-        f"≥ {spec.lowest:g}" if spec.lowest is not None else "",
-        f"≤ {spec.highest:g}" if spec.highest is not None else "",
-        "NaN where undefined" if spec.may_be_missing else "",
-    ]
+    low, high = ("" if limit is None else f"{limit:g}" for limit in (spec.lowest, spec.highest))
+    limits = [f"{low}..{high}" if high else f"≥{low}" if low else "", "NaN where undefined" if spec.may_be_missing else ""]
     rules = ", ".join(limit for limit in limits if limit)
     cells = [
         f"`{spec.name}`",

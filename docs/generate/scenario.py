@@ -43,7 +43,7 @@ clouds.type = "stratus"
 
 **Numbers** are in SI units, angles in degrees; `effective_radius` of cloud particles is in um and `water_content` in
 g m-3. Text with a unit is also accepted: `pixel_size = "1 km"`, `temperature = "18 degC"`,
-`water_content = "3e-4 kg/m3"`.
+`water_content = "3e-4 kg/m3"`. `0..1` are the limits, `>0..1` without the first.
 
 **Directions.** Azimuths are bearings from the surface point toward the sensor or the sun, clockwise from north. Zenith
 angles are those at the surface point. Wind directions are those from which the wind blows. In the image, x (columns)
@@ -213,12 +213,19 @@ def _table(model: type[BaseModel], skip_models: bool = False) -> Iterator[str]:
         if skip_models and (_model_of(field) or _optional_model(field)) is not None and name != "bands":
             continue
         text = field_text(name, field)
-        value = text.allowed if text.type == "number" else ", ".join(filter(None, (text.type, text.allowed)))
+        allowed = re.sub(r"(?:≥ |(> ?))(\S+), (?:≤ |(< ?))(\S+)", _range, text.allowed)
+        value = allowed if text.type == "number" else ", ".join(filter(None, (text.type, allowed)))
         choices = re.findall(r'`("[^`]+")`', text.type)
         if choices and all(choice in text.description for choice in choices):
             value = "one of these" if text.type.startswith("`") else "number, or text"
         cells = (f"`{name}`", value or text.type, text.default, text.description)
         yield f"| {' | '.join(cells)} |"
+
+
+def _range(bounds: re.Match[str]) -> str:
+    """Return bounds as 0..1, with a sign before one that is excluded."""
+    above, low, below, high = bounds.groups()
+    return f"{'>' if above else ''}{low}..{'<' if below else ''}{high}"
 
 
 def _model_of(field: FieldInfo) -> type[BaseModel] | None:
