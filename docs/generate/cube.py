@@ -151,7 +151,10 @@ def _attribute_row(spec: AttributeSpec) -> str:
 
 def _row(spec: VariableSpec) -> str:
     low, high = ("" if limit is None else f"{limit:g}" for limit in (spec.lowest, spec.highest))
-    limits = [f"{low}..{high}" if high else f"≥{low}" if low else "", "NaN where undefined" if spec.may_be_missing else ""]
+    limits = [
+        f"{low}..{high}" if high else f"≥{low}" if low else "",
+        "NaN where undefined" if spec.may_be_missing else "",
+    ]
     rules = ", ".join(limit for limit in limits if limit)
     cells = [
         f"`{spec.name}`",

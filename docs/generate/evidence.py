@@ -16,7 +16,7 @@ _INTRODUCTION = """# Evidence
 
 Comparisons of the models with references. `hcss report --evidence CUBE` selects those of a scene
 ([how](../how-to/trust.md#evidence)). *Blind*: no constant, limit or input of what was compared was chosen with the data
-of the reference. Consistency of own codes is no test of accuracy. *Failed*: the model missed the goal of
+of the reference. Conditions are in the sources, and on the page of a scene. Consistency of own codes is no test of accuracy. *Failed*: the model missed the goal of
 the comparison, which supports nothing.
 """
 
@@ -44,15 +44,15 @@ def lines(generated: str) -> Iterator[str]:
 
 
 def _alike(rows: Sequence[Comparison]) -> Iterator[list[Comparison]]:
-    """Yield comparisons of one kind, condition and source together."""
-    for _, group in itertools.groupby(rows, lambda row: (row.kind, row.blind, row.condition, row.when, row.source)):
+    """Yield comparisons of one kind and source, for the same scenes, together."""
+    for _, group in itertools.groupby(rows, lambda row: (row.kind, row.blind, row.when, row.source)):
         yield list(group)
 
 
 def _title(row: Comparison) -> str:
     kind = {"measurement": "Measurement", "own code": "Own codes"}.get(row.kind, KINDS[row.kind].capitalize())
     needs = f"; for {', '.join(row.when)}" if row.when else ""
-    return f"{kind}{', blind' if row.blind else ''}: {row.condition}{needs} (`{row.source}`)\n"
+    return f"{kind}{', blind' if row.blind else ''} (`{row.source}`{needs}):\n"
 
 
 def _line(row: Comparison) -> str:

@@ -19,7 +19,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 
-MOST = {"guide": 55000, "plugins": 13200}
+MOST = {"guide": 54000, "plugins": 12800}
 """Words that the tests allow; the goals are 45 000 and 62 000 in all."""
 
 
@@ -34,7 +34,11 @@ def pages() -> dict[str, list[Path]]:
     return {
         "guide": [
             ROOT / "README.md",
-            *(page for page in sorted(docs.rglob("*.md")) if page.relative_to(docs).parts[0] not in ("development", "site")),
+            *(
+                page
+                for page in sorted(docs.rglob("*.md"))
+                if page.relative_to(docs).parts[0] not in ("development", "site")
+            ),
         ],
         "plugins": sorted(ROOT.glob("plugins/*/*.md")),
     }
