@@ -126,9 +126,9 @@ def lines(generated: str) -> Iterator[str]:
         *defaults,
         f"* unknown by default: {_names(name for name, text in DEFAULTS.items() if text == _UNKNOWN)}",
         "* `id`, a hash of scenario and coordinates, and `history`",
-        f"\nComputed: {_names(spec.name for spec in COMPUTED)}. Two runs of a scenario differ in `date_created` and\n"
-        "`history`, which contain the time of writing. The environment variable `SOURCE_DATE_EPOCH` (seconds since 1970)\n"
-        "fixes it and makes the files byte-identical.",
+        f"\nComputed: {_names(spec.name for spec in COMPUTED)}.",
+        "\nTwo runs of a scenario differ in `date_created` and `history`, which contain the time of writing. The\n"
+        "environment variable `SOURCE_DATE_EPOCH` (seconds since 1970) fixes it and makes the files byte-identical.",
     )
 
 

@@ -15,9 +15,9 @@ _INTRODUCTION = """# Evidence
 {generated}
 
 Comparisons of the models with references. `hcss report --evidence CUBE` selects those of a scene
-([how](../how-to/trust.md#evidence)). *Blind*: no constant, limit or input of what was compared was chosen with the data
-of the reference. Conditions are in the sources, and on the page of a scene. Consistency of own codes is no test of accuracy. *Failed*: the model missed the goal of
-the comparison, which supports nothing.
+([how](../how-to/trust.md#evidence)). *Blind*: no constant, limit or input of what was compared was chosen with the
+data of the reference. Conditions are in the sources, and on the page of a scene. Consistency of own codes is no test
+of accuracy. *Failed*: the model missed the goal of the comparison, which supports nothing.
 """
 
 

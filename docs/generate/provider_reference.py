@@ -24,8 +24,9 @@ follows without an optional member:
 python -c "from hcss_twin import providers; help(providers.SeaModel)"
 ```
 
-Attributes without a type are floats. [Write a plugin](../how-to/write-a-plugin.md) explains how to use it, and [provider API](provider-api.md) what stays
-stable. A provider must have all members of its Protocol; the members of Protocols called `...Options` are optional.
+Attributes without a type are floats. [Write a plugin](../how-to/write-a-plugin.md) explains how to use it, and
+[provider API](provider-api.md) what stays stable. A provider must have all members of its Protocol; the members of
+Protocols called `...Options` are optional.
 """
 
 _HELPERS = [name for name in providers.HOMES if not name.startswith("providers.")]

@@ -20,10 +20,10 @@ _INTRODUCTION = """# Public names
 
 {GENERATED}
 
-Packages import from `hcss_twin` only what this page lists; a test reads their import statements. The names of `hcss_twin`
-and `hcss_twin.providers` stay as the [provider API](provider-api.md) promises. All others are the `__all__` of their module
-and may change with any release, which the change log announces. **Ours alone** marks modules that only packages of this
-repository need. Units are those of the name itself, of arguments, attributes and results.
+Packages import from `hcss_twin` only what this page lists; a test reads their import statements. The names of
+`hcss_twin` and `hcss_twin.providers` stay as the [provider API](provider-api.md) promises. All others are the `__all__`
+of their module and may change with any release, which the change log announces. **Ours alone** marks modules that only
+packages of this repository need. Units are those of the name itself, of arguments, attributes and results.
 """
 
 

@@ -49,8 +49,8 @@ g m-3. Text with a unit is also accepted: `pixel_size = "1 km"`, `temperature = 
 angles are those at the surface point. Wind directions are those from which the wind blows. In the image, x (columns)
 points east and y (rows) north; row 0 is the southern edge.
 
-**Other sections:** `[sweep]` for many scenes from one file ([sweeps](../how-to/sweeps.md)), `[[sensors]]` for several sensors
-that see [one sky](../how-to/sweeps.md#one-sky-several-sensors), `[uncertain]` for distributions of keys
+**Other sections:** `[sweep]` for many scenes from one file ([sweeps](../how-to/sweeps.md)), `[[sensors]]` for several
+sensors that see [one sky](../how-to/sweeps.md#one-sky-several-sensors), `[uncertain]` for distributions of keys
 ([uncertainty](../how-to/uncertainty.md)).
 
 **One key from the command line:** `hcss run stratus --set view.zenith=40 --set 'bands=["mwir", [3.4, 4.1]]'`.
@@ -65,7 +65,7 @@ _LONG = 5
 
 
 def lines(generated: str) -> Iterator[str]:
-    """Yield the page; keys that another section has with the same meaning are listed in one line, which refers to it."""
+    """Yield the page; one line refers to the section that has keys with the same meaning first."""
     place, places, header = "", dict[tuple[str, str], tuple[str, str]](), ""
     alike: dict[str, list[str]] = {}
     for line in (*_lines(generated), ""):
@@ -167,13 +167,14 @@ def _bands() -> Iterator[str]:
         "spectral radiance times response over wavelength, not divided by the integral of the response.\n"
     )
     yield (
-        "A response file is text as agencies publish it: rows of numbers below lines that label them. The labels name the "
-        "column of wavelength or wavenumber (without labels the first) and its unit; else `unit` does, or the numbers: um up to "
-        "100, nm from 200 under a label that says wavelength. The response is the only other column, the only one labelled as "
-        "response, RSR, SRF or transmission, the one with the name of the band, or `column` (label or number); a fraction of "
-        "1, or in percent if the label, percent signs or a peak above 1.5 say so. Rows may begin with names of bands, or with "
-        "detectors, which are averaged. Negative values down to 1 % of the peak count as 0, -99 (-999, ...) as no value. All rows "
-        "that cannot be used are named at once. `hcss plan` states how a file was read.\n"
+        "A response file is text as agencies publish it: rows of numbers below lines that label them. The labels "
+        "name the column of wavelength or wavenumber (without labels the first) and its unit; else `unit` does, "
+        "or the numbers: um up to 100, nm from 200 under a label that says wavelength. The response is the only "
+        "other column, the only one labelled as response, RSR, SRF or transmission, the one with the name of the "
+        "band, or `column` (label or number); a fraction of 1, or in percent if the label, percent signs or a "
+        "peak above 1.5 say so. Rows may begin with names of bands, or with detectors, which are averaged. "
+        "Negative values down to 1 % of the peak count as 0, -99 (-999, ...) as no value. All rows that cannot be "
+        "used are named at once. `hcss plan` states how a file was read.\n"
     )
     yield "| name | um | |\n|---|---|---|"
     for name, band in named_bands(Catalog()).items():

@@ -4,9 +4,9 @@
 
     python docs/generate/words.py [--pages]
 
-A word is text between blanks with a letter or a digit, in prose, tables, code and commands alike. The guide is README.md
-and all pages of ``docs/`` but ``docs/development``; ``docs/reference`` is a part of it, and has the text of ``hcss
-COMMAND --help``. Pages of plugins are the Markdown files in ``plugins/NAME/``. Not counted: pages for developers
+A word is text between blanks with a letter or a digit, in prose, tables, code and commands alike. The guide is
+README.md and all pages of ``docs/`` but ``docs/development``; ``docs/reference`` is a part of it, and has the text of
+``hcss COMMAND --help``. Pages of plugins are the Markdown files in ``plugins/NAME/``. Not counted: pages for developers
 (``docs/development``, CONTRIBUTING.md), the change log, docstrings, and tables of results that scripts write
 (``plugins/NAME/make``).
 """

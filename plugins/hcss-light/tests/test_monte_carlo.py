@@ -117,7 +117,7 @@ def test_a_step_cloud_reflects_as_published(albedo, sun, view, azimuth, publishe
 
 
 def test_a_step_cloud_seen_within_3_deg_of_nadir_has_the_published_nadir_radiance():
-    """The consensus for nadir is that of a cone: single cells at the step say so (docs/development/light.md), and the mean follows."""
+    """The consensus for nadir is that of a cone: single cells at the step say so, and the mean follows."""
     draws = []
     for number in range(40):
         zenith = np.degrees(np.arcsin(np.sqrt((number + 0.5) / 40.0) * np.sin(np.radians(3.0))))
