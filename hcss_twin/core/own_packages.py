@@ -56,6 +56,7 @@ PAGES_OF_FOLDERS: Mapping[str, str] = {"index.json": "hcss-sweep"}
 
 NEEDS: Mapping[str, tuple[str, ...]] = {
     "hcss-dataset": ("hcss-sweep",),
+    "hcss-paper": ("hcss-evaluate",),
     "hcss-uncertainty": ("hcss-sweep", "hcss-evaluate"),
 }
 """Packages that another one needs and that no index has."""

@@ -150,7 +150,12 @@ def test_verbose_has_all_and_json_the_prediction(tmp_path):
         ({"frames.count": 1, "sea.wind_from": 0.0}, ""),
     ],
 )
-def test_the_default_bearing_of_the_wind_is_said_where_images_depend_on_it(overrides, keys):
-    _, text = brief("stratus", {**CHEAP, "frames.count": 2, **overrides})
+def test_the_default_bearing_of_the_wind_is_said_where_images_depend_on_it(overrides, keys, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        "time = 2024-04-20T12:30:00+10:00\nplace = {latitude = 35.0, longitude = 150.0}\nclouds.type = 'stratus'\n"
+    )
+    small = {"image.rows": 8, "image.columns": 8, "frames.count": 2}
+    _, text = brief(str(path), {**CHEAP, **small, **overrides})
     assumed = row(text, "assumed")
     assert (keys in assumed) if keys else ("wind_from" not in assumed)
