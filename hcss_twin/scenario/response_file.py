@@ -114,7 +114,7 @@ def read_response(
         response = _response(table, name, column, unit, faults)
     except CatalogError as error:
         raise CatalogError(f"{path}{_listed(faults)}{error}") from error
-    if faults:
+    if response is None:
         raise CatalogError(f"{path}{_listed(faults)}")
     return response
 
