@@ -137,6 +137,8 @@ def _response(
 
     None if rows have faults: what is wrong with the others may follow from those that are left out.
     """
+    if not table.rows:
+        return None
     if table.names:
         table = _of_band(table, name)
     groups = _group_columns(table)

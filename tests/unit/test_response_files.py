@@ -129,6 +129,11 @@ def test_all_faults_of_rows_are_named_at_once(tmp_path):
     assert str(told.value).endswith("; and 1 more")
 
 
+def test_a_file_whose_rows_all_have_faults_names_them(tmp_path):
+    with pytest.raises(CatalogError, match=r"line 1: decimal points among.*; line 2: decimal points among"):
+        read(tmp_path, "3,5;0.5\n4,5;0.6\n")
+
+
 def test_a_response_too_large_and_one_too_negative_are_named_at_once(tmp_path):
     with pytest.raises(CatalogError, match=r"line 2: -20; allowed.*; line 3: 130; allowed"):
         read(tmp_path, "wavelength_um,response\n3,-20\n4,130\n5,0\n")
