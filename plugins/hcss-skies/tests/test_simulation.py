@@ -423,7 +423,9 @@ def test_light_between_columns_sees_tops_and_bases_of_the_film(name):
     assert np.array_equal(part[:, 3:], shares[:, :9, 20:31])
     of_sun = of.cloud_top_m(0.0, *window), of.cloud_depth_m(0.0, *window)
     for found, end in ((highest, of_sun[0]), (lowest, of_sun[0] - of_sun[1])):
-        assert np.abs(found - (end[cloud] - 500.0) / 4000.0).max() < 0.0101  # a slice
+        high = of_sun[1][cloud] > 50.1  # the sun's bodies are at least a pixel high
+        assert high.mean() > 0.5
+        assert np.abs(found - (end[cloud] - 500.0) / 4000.0)[high].max() < 0.0101  # a slice
 
 
 def test_tops_of_the_film_have_no_shape_besides():

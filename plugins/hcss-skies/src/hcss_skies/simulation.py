@@ -187,7 +187,8 @@ class SimulatedClouds:
             else:
                 low, high = (np.float32(end) for end in self.cloud_top_range_m)
                 top = np.clip(top, low, high)
-                depth = np.clip(top - base, least, np.float32(layer.thickness_max_m))
+                base = np.maximum(np.minimum(base, top - least), np.float32(layer.base_m))
+                depth = np.clip(top - base, np.float32(LEAST_M), np.float32(layer.thickness_max_m))
                 top = np.maximum(top, thickness)
             self._last = key, [thickness, top, depth]
         return self._last[1]
