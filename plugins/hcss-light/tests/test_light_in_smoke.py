@@ -64,4 +64,4 @@ def test_clouds_with_sides_in_smoke_agree_with_monte_carlo_in_the_smoke_of_each_
     error = {of: np.sqrt(np.mean([(seen[at] / mean - 1.0) ** 2 for at, mean in zip(pixels, found, strict=True)]))
              for of, seen in made.items()}  # fmt: skip
     assert error["source"] < 0.4 * error["columns"]
-    assert error["source"] < 0.7 * error["unweakened"]
+    assert error["source"] < 0.85 * error["unweakened"]
