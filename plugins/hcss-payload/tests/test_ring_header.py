@@ -78,19 +78,18 @@ def test_a_client_in_c_counts_the_frames_that_it_missed(tmp_path):
     program = _compiled(C, "gnu11", EXAMPLES / "client.c", tmp_path)
     with _ring("hcss-test-c") as ring:
         ring.header["ready"] = 1
-        # The first frame is that from which the client counts; every second one is overtaken by the next at once.
+        # Every second number is missing, as if its frame had been overtaken.
         with subprocess.Popen([program, f"/{ring.memory.name}", "5"], stdout=subprocess.PIPE, text=True) as client:
             number, until = 0, time.monotonic() + 20.0
             while client.poll() is None and time.monotonic() < until:
-                for _ in range(2):
-                    ring.begin(number)[:] = number
-                    ring.publish(number, number, np.eye(8)[-1], time.monotonic_ns(), state_number=7)
-                    number += 1
+                ring.begin(number)[:] = number
+                ring.publish(number, number, np.eye(8)[-1], time.monotonic_ns(), state_number=7)
+                number += 2
                 time.sleep(0.05)
             printed = client.communicate(timeout=20.0)[0]
     frames, rest = printed.split(" frames, ")
     assert frames == "5"
-    assert 3 <= int(rest.split()[0]) <= 6  # of 5 frames that were read each left one out; the start may be anywhere
+    assert 4 <= int(rest.split()[0]) < number  # one before each of five but perhaps the first, more if it was slow
     assert printed.endswith("state 7\n")
 
 
