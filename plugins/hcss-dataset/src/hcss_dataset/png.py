@@ -60,7 +60,7 @@ def _deflated(content: NDArray[np.uint8]) -> bytes:
     head = np.frombuffer(value.to_bytes(bits // 32 * 4 + 4, "little"), "<u4")
     packed[: head.size] = head
     _pack(content, _codes(lengths).astype(np.uint64) | lengths.astype(np.uint64) << np.uint64(32), packed, bits)
-    return b"\x78\x01" + packed.astype("<u4").tobytes()[:size] + struct.pack(">I", zlib.adler32(content))
+    return b"\x78\x01" + packed.astype("<u4").tobytes()[:size] + struct.pack(">I", zlib.adler32(content.tobytes()))
 
 
 def _code_lengths(counts: NDArray[np.int64]) -> NDArray[np.int64]:
