@@ -22,7 +22,6 @@ from hcss_twin.engine.compile import compile_tables, tables_of
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.stream import stream
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.plan.plan import Plan
 
 SCENE = "stratus"
@@ -47,7 +46,7 @@ def look_up(rounds: int, folder: Path) -> Measured:
         plan = make_plan(scenario({"radiance.model": model}))
         whole = slice(0, plan.grid.rows), slice(0, plan.grid.columns)
         thickness = [generator.thickness_m(0.0, *whole) for generator in plan.assembly.generators]
-        dense = LookUp(TableReader(tables_of(plan)).at(0.0))
+        dense = LookUp(tables_of(plan).at(0.0))
         radiance = np.empty((len(plan.bands), plan.grid.rows, plan.grid.columns), dtype=np.float32)
         columns = random_columns(plan, POINTS)
         grids = {"native grid": plan.spectral_grid, "1000 wavelengths a band": even_wavelengths(plan, 1000)}

@@ -59,8 +59,9 @@ def to_space(lower_m: float, zenith_deg: float) -> Path:
 Compute = Callable[[Iterable[Leg], dict[Leg, Array]], None]
 """Computes the values (K,) of some legs and stores them in the dictionary."""
 
-_MAX_LEGS = 100_000
-"""Number of legs with cached values: columns with many cloud-top heights share the legs between levels."""
+_MAX_LEGS = 20_000
+"""Number of legs with cached values, about 1 kB each: columns with many cloud-top heights share the legs between
+levels, and data sets meet new altitudes in each frame."""
 
 
 class LegSums:

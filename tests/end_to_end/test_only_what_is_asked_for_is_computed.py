@@ -12,7 +12,6 @@ from hcss_twin.cube.reader import open_cube
 from hcss_twin.engine.compile import compile_tables
 from hcss_twin.engine.simulate import run
 from hcss_twin.engine.stream import stream
-from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.engine.tables.spectrum import choose_spectrum
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.radiance.as_printed import AsPrinted
@@ -88,7 +87,7 @@ def test_terms_that_are_not_asked_for_are_not_looked_up():
         plan = make_plan(Scenario.load("stratus", {**SMALL, **CHEAP, "output.variables": variables}))
         tables = compile_tables(plan)
         assert tables.quantities.names == quantities
-        dense = TableReader(tables).at(0.0)
+        dense = tables.at(0.0)
         assert dense.channels == len(quantities) * len(plan.bands)
 
 

@@ -55,7 +55,7 @@ def test_blocks_of_this_frame_and_the_last_are_not_generated_again():
             cache.load(float(frame), [strip], counting)
         if frame == 0:
             once = sum(filled)
-    assert sum(filled) == once == 19 * 4
+    assert sum(filled) == once == -(-1200 // BLOCK_ROWS) * -(-900 // BLOCK_COLUMNS)
 
 
 def test_a_long_sequence_of_moving_frames_does_not_grow():
@@ -69,8 +69,8 @@ def test_a_long_sequence_of_moving_frames_does_not_grow():
 def test_a_full_store_throws_out_the_oldest(monkeypatch):
     monkeypatch.setattr(blocks, "MAX_BLOCKS", 16)
     cache = BlockCache()
-    for top in range(0, 64 * 100, 64):
-        wanted = window(rows=(top, top + 64), columns=(0, 1024))
+    for top in range(0, BLOCK_ROWS * 100, BLOCK_ROWS):
+        wanted = window(rows=(top, top + BLOCK_ROWS), columns=(0, 4 * BLOCK_COLUMNS))
         (table,) = cache.load(0.0, [wanted], at_once)
         np.testing.assert_array_equal(nodes(cache, table, wanted), expected(0, wanted))
     assert cache.slots == 16
@@ -78,7 +78,7 @@ def test_a_full_store_throws_out_the_oldest(monkeypatch):
 
 def test_a_window_larger_than_the_store_is_held_whole(monkeypatch):
     monkeypatch.setattr(blocks, "MAX_BLOCKS", 16)
-    cache, wanted = BlockCache(), window(rows=(0, 64 * 30), columns=(0, 1024))
+    cache, wanted = BlockCache(), window(rows=(0, BLOCK_ROWS * 30), columns=(0, 4 * BLOCK_COLUMNS))
     (table,) = cache.load(0.0, [wanted], at_once)
     np.testing.assert_array_equal(nodes(cache, table, wanted), expected(0, wanted))
 

@@ -124,9 +124,15 @@ class ElementPaths:
         """Transmittance (V,) of the air above an altitude; above the profile there is none."""
         if altitude_m >= self._setting.profile.altitude_m[-1]:
             return np.ones_like(self._wavenumber)
-        path = to_space(altitude_m, zenith_deg)
-        transmittance: Array = self._setting.transmittance.transmittance(self._wavenumber, [path])[0]
-        return transmittance
+        setting, wavenumber, path = self._setting, self._wavenumber, to_space(altitude_m, zenith_deg)
+
+        def compute() -> tuple[Array]:
+            return (setting.transmittance.transmittance(wavenumber, [path])[0],)
+
+        if setting.air_memory is None:
+            return compute()[0]
+        key = b"above", np.array([altitude_m, zenith_deg]).tobytes(), wavenumber.tobytes()
+        return setting.air_memory.get_or_compute(key, compute)[0]
 
     def _new_air_emission(self, altitude_m: float, zenith_deg: float) -> Array:
         """Thermal radiance (B,) of the air above an altitude."""

@@ -242,11 +242,17 @@ class InstantElements:
             paths.band_mean(cloud),
         )
 
-    def _own_points(self, place: Place) -> list[Thickness]:
-        """Return the thickness (1, 1) of each layer at the point of the scene that a place in the image is in."""
+    def _own_points(self, place: Place, small: WindowPieces | None = None) -> list[Thickness]:
+        """Return the thickness (1, 1) of each layer at the point of the scene that a place in the image is in.
+
+        A window that holds the place knows it, if the cube shows an instant.
+        """
         if place not in self._points_of_places:
             pixel, (i, j) = self._known(place)
-            thickness = self._clouds.thickness_m(_of_pixel(pixel))
+            if small is not None and small.holds(pixel) and self._clouds is self._seen:
+                thickness = small.points_of(pixel, self._plan.samples_per_pixel)
+            else:
+                thickness = self._clouds.thickness_m(_of_pixel(pixel))
             self._points_of_places[place] = [layer[i : i + 1, j : j + 1] for layer in thickness]
         return self._points_of_places[place]
 
@@ -283,7 +289,7 @@ class InstantElements:
         }
         element_truth |= {f"{ELEMENT}_{name}": value for name, value in point.truth.items()}
         changes = dict[tuple[float, ...], Array]()
-        of_place = [] if placed.is_resolved else self._own_points(placed.place)
+        of_place = [] if placed.is_resolved else self._own_points(placed.place, small)
         target = small.large if placed.side > LARGEST_DRAWN else small.drawn
         samples = self._plan.samples_per_pixel
         points, tops = small.points_of(pixel, samples), self._tops_of(self._seen, pixel)

@@ -225,6 +225,10 @@ class WindowPieces:
         (rows, columns), (y, x) = self._window, self._in_part
         return pixel[0] - rows.start + y.start, pixel[1] - columns.start + x.start
 
+    def holds(self, pixel: tuple[int, int]) -> bool:
+        """Whether a pixel of the image is in the window."""
+        return all(pixels.start <= at < pixels.stop for at, pixels in zip(pixel, self._window, strict=True))
+
     def points_of(self, pixel: tuple[int, int], samples: int) -> list[Thickness]:
         """Return the thickness of each layer at the points of a pixel."""
         corner = (at - pixels.start for at, pixels in zip(pixel, self._window, strict=True))

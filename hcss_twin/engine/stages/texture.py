@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -61,9 +60,7 @@ class TextureStage(Stage):
         self._fields = texture.fields(plan.scenario, plan.assembly)
         self._states: list[FrameLookUps] = []
         if tables is not None and of_sea is not None:
-            self._states = [
-                FrameLookUps(plan, _in_state(tables, number), axes) for number in range(len(tables.texture.states))
-            ]
+            self._states = [FrameLookUps(plan, state, axes) for state in tables.in_texture_states]
             self._vapour = _as_arrays(texture.vapour if texture.water_vapour > 0.0 else VapourNodes(()))
             self._square, self._mixed = of_sea.texture.square.ravel(), of_sea.texture.mixed.reshape(2, -1)
         self._look_ups = cached_method(self._look_ups_at, 1)
@@ -125,13 +122,6 @@ class TextureStage(Stage):
     def _look_ups_at(self, time_s: float, key: Hashable) -> list[FrameLookUp]:
         """Return the look-up in each state at a time, seen through the rays of a key."""
         return [state.at(time_s) for state in self._states]
-
-
-def _in_state(tables: RadianceTables, number: int) -> RadianceTables:
-    """Return the tables of a perturbed state."""
-    if tables.over:
-        return replace(tables, over=tuple(_in_state(node, number) for node in tables.over))
-    return replace(tables, tables=tables.texture.states[number])
 
 
 def _as_arrays(nodes: VapourNodes) -> tuple[NDArray[np.float32], NDArray[np.intp], NDArray[np.float32]]:

@@ -13,7 +13,7 @@ from hcss_twin.core.arrays import Array
 from hcss_twin.engine.tables.look_up import LookUp, Thickness
 from hcss_twin.engine.tables.over_views import GridViews, views_of_frame
 from hcss_twin.engine.tables.point_axis import FrameAxis, Group, PointAxis, both
-from hcss_twin.engine.tables.radiance_tables import DenseTable, RadianceTables, TableReader, stacked_tables
+from hcss_twin.engine.tables.radiance_tables import DenseTable, RadianceTables, stacked_tables
 from hcss_twin.engine.tables.tensor_train import LOST, MANY_STATES
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.windows import Window, length, pixel_sums, points_of
@@ -23,7 +23,7 @@ VALUES_AT_ONCE = 2**21
 
 
 class FrameLookUps:
-    """Look-ups of the frames of a scene; request them in the order of time, as of :class:`TableReader`.
+    """Look-ups of the frames of a scene; request them in the order of time: the tables of two nodes are kept.
 
     Parameters
     ----------
@@ -33,11 +33,11 @@ class FrameLookUps:
 
     def __init__(self, plan: Plan, tables: RadianceTables, axes: Sequence[PointAxis[Any]]) -> None:
         self._plan, self._axes = plan, axes
-        self._readers = [TableReader(leaf) for leaf in tables.leaves]
+        self._leaves = tables.leaves
 
     def at(self, time_s: float) -> FrameLookUp:
         """Return the look-up at an instant."""
-        tables, axes = [reader.at(time_s) for reader in self._readers], [axis.in_frame(time_s) for axis in self._axes]
+        tables, axes = [leaf.at(time_s) for leaf in self._leaves], [axis.in_frame(time_s) for axis in self._axes]
         sizes = [len(axis.nodes) for axis in self._axes]
         if self._plan.views.varies:
             views = len(self._plan.views.places)

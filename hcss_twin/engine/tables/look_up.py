@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.core.kernels import kernel
-from hcss_twin.engine.tables.radiance_tables import DenseTable, RadianceTables, TableReader
+from hcss_twin.engine.tables.radiance_tables import DenseTable, RadianceTables
 
 __all__ = ["LookUp"]
 
@@ -67,7 +67,7 @@ class LookUp:
     @classmethod
     def at(cls, tables: RadianceTables, time_s: float) -> LookUp:
         """Return the look-up at a time, in seconds after the start, within the nodes of the tables."""
-        return cls(TableReader(tables).at(time_s))
+        return cls(tables.at(time_s))
 
     def fill(
         self,

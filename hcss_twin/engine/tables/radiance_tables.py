@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -11,7 +12,6 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.cache import TABLES, recall_or_compute, result_key
-from hcss_twin.core.cached_method import cached_method
 from hcss_twin.cube.variables import TOTAL
 from hcss_twin.engine.tables.spectrum import Spectrum
 from hcss_twin.engine.tables.table_key import table_key
@@ -207,7 +207,7 @@ class ShadowTables:
     depth: Array
 
     def at(self, time_s: float, intervals: int) -> tuple[Array, Array]:
-        """Return ``loss`` (Q, B) and ``depth`` (L, N, B) at a time within the nodes, as in :class:`TableReader`.
+        """Return ``loss`` (Q, B) and ``depth`` (L, N, B) at a time within the nodes, as :meth:`RadianceTables.at`.
 
         Parameters
         ----------
@@ -395,25 +395,36 @@ class RadianceTables:
         """Tables at all nodes of all axes, those of the last axis one after another."""
         return tuple(leaf for node in self.over for leaf in node.leaves) or (self,)
 
-
-class TableReader:
-    """Tables for look-up at any time within the nodes."""
-
-    def __init__(self, tables: RadianceTables) -> None:
-        self._tables = tables
-        self._dense = cached_method(self._dense_at_node, 2)
+    @cached_property
+    def in_texture_states(self) -> tuple[RadianceTables, ...]:
+        """Tables of each perturbed state of the texture."""
+        if self.over:
+            of_nodes = zip(*(node.in_texture_states for node in self.over), strict=True)
+            return tuple(replace(self, over=of_state) for of_state in of_nodes)
+        return tuple(replace(self, tables=state) for state in self.texture.states)
 
     def at(self, time_s: float) -> DenseTable:
-        """Return the table at a time within the nodes."""
-        nodes = self._tables.time_s
-        index, weight = interval(nodes, time_s)
-        if len(nodes) == 1:
+        """Return the table at a time within the nodes; those of two nodes are kept, for all scenes that share them."""
+        index, weight = interval(self.time_s, time_s)
+        if len(self.time_s) == 1:
             return self._dense(index)
         return self._dense(index).blend(self._dense(index + 1), weight)
 
-    def _dense_at_node(self, index: int) -> DenseTable:
-        tables, table = self._tables, self._tables.tables[index]
-        axes, quantities = [axis for axis in tables.axes if axis is not None], tables.quantities
+    def _dense(self, node: int) -> DenseTable:
+        kept = self._kept
+        if node not in kept:
+            while len(kept) > 1:
+                del kept[next(iter(kept))]
+            kept[node] = self._dense_at(node)
+        return kept[node]
+
+    @cached_property
+    def _kept(self) -> dict[int, DenseTable]:
+        return {}
+
+    def _dense_at(self, node: int) -> DenseTable:
+        table, quantities = self.tables[node], self.quantities
+        axes = [axis for axis in self.axes if axis is not None]
         columns, clear = table.columns, table.clear.reshape(1, -1)
         if len(axes) == 1:
             terms = np.moveaxis(columns.cores[0][:, 0, 1:, 0], 0, 1)
@@ -424,7 +435,7 @@ class TableReader:
             columns = _quantities_of(columns, quantities).each(
                 lambda which, values: np.concatenate((values[:1], axes[which].linear(values[1:])))
             )
-        nodes_m = tuple(np.empty(0) if axis is None else axis.dense_m for axis in tables.axes)
+        nodes_m = tuple(np.empty(0) if axis is None else axis.dense_m for axis in self.axes)
         whole = set(quantities.wanted) == set(quantities.terms)
         return DenseTable(clear, nodes_m, columns, table.clear.shape[1] if whole else 0)
 

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.kernels import kernel
 
-ROWS, COLUMNS = 32, 512
-"""Size of a tile, in pixels."""
+ROWS, COLUMNS, MARGIN = 32, 576, 32
+"""Size of a tile in pixels, and columns of the first one before the image, for what a sensor needs around it: images
+of 256 or 512 columns need one tile across."""
 
 _LENGTH = 2 * COLUMNS
 _WIDTH = 8
@@ -38,11 +39,13 @@ class PlaneWaveSums:
     """
 
     def __init__(self, k_x: Array, k_y: Array, amplitudes: Array) -> None:
+        from scipy.special import i0  # with scipy.fft, below
+
         self._k_x, self._k_y = k_x, k_y
         position = k_x * (_LENGTH / (2.0 * np.pi))
         self._first = np.ceil(position - 0.5 * _WIDTH).astype(np.int64)
         away = (self._first - position)[:, None] + np.arange(_WIDTH)
-        self._weight = np.i0(_SHAPE * np.sqrt(np.maximum(1.0 - (2.0 * away / _WIDTH) ** 2, 0.0))).astype(np.float32)
+        self._weight = i0(_SHAPE * np.sqrt(np.maximum(1.0 - (2.0 * away / _WIDTH) ** 2, 0.0))).astype(np.float32)
         # The window's transform at each column, counted from the middle of a tile.
         column = np.arange(COLUMNS) - COLUMNS // 2
         root = np.sqrt(_SHAPE**2 - (np.pi * _WIDTH * column / _LENGTH) ** 2)
@@ -65,7 +68,7 @@ class PlaneWaveSums:
 
         sums = np.empty((2, rows.stop - rows.start, columns.stop - columns.start), np.float32)
         grid = np.empty((_LENGTH, ROWS), np.complex64)
-        lefts = range(columns.start // COLUMNS * COLUMNS, columns.stop, COLUMNS)
+        lefts = range((columns.start + MARGIN) // COLUMNS * COLUMNS - MARGIN, columns.stop, COLUMNS)
         across = [np.exp(1j * (phase + self._k_x * (left + COLUMNS // 2))) for left in lefts]
         for top in range(rows.start // ROWS * ROWS, rows.stop, ROWS):
             down = np.exp(1j * self._k_y * top)
@@ -101,7 +104,7 @@ def _spread(grid, first, weight, starts, turns):  # type: ignore[no-untyped-def]
             mirrored[lane] = mirror_real * turn_real + mirror_imaginary * turn_imaginary
             mirrored[lane + 1] = mirror_imaginary * turn_real - mirror_real * turn_imaginary
         for i in range(weight.shape[1]):
-            one, other = grid[(first[n] + i) & (length - 1)], grid[-(first[n] + i) & (length - 1)]
+            one, other = grid[(first[n] + i) % length], grid[-(first[n] + i) % length]
             # Two loops over whole arrays: the compiler vectorises only these.
             for lane in range(wave.size):
                 one[lane] += weight[n, i] * wave[lane]
@@ -116,6 +119,6 @@ def _store(sums, tile, scale, top, left):  # type: ignore[no-untyped-def]
     half = scale.size // 2
     for row in range(max(0, -top), min(rows, sums.shape[1] - top)):
         for column in range(max(0, -left), min(2 * half, sums.shape[2] - left)):
-            value = tile[(column - half) & (length - 1), row]
+            value = tile[(column - half) % length, row]
             sums[0, top + row, left + column] = value.real * scale[column]
             sums[1, top + row, left + column] = value.imag * scale[column]

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,6 +134,7 @@ def cells_of(shape: TextureShape, grid: Grid) -> list[tuple[float, float]]:
     return [(cell_m, share) for cell_m, share in shape.cells if grid.pixel_size_m <= cell_m <= 0.5 * size_m]
 
 
+@lru_cache(maxsize=64)
 def octaves_of(shape: TextureShape, grid: Grid) -> tuple[Octave, ...]:
     """Return the octaves of a field averaged over square pixels."""
     correlation = KernelCorrelation.tabulate()

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -132,13 +133,13 @@ class WaveSpectrum:
         """Return the mean-square slope of the waves below a cut-off frequency (deep water)."""
         if self.wind_speed_m_s == 0.0:
             return 0.0
-        omega, step = self._frequencies(cutoff_rad_s)
-        return float((omega**4 * self.density_m2_s(omega)) @ step) / pierson_moskowitz.GRAVITY_M_S2**2
+        _, step, of_slope = _below(self, cutoff_rad_s)
+        return float(of_slope @ step) / pierson_moskowitz.GRAVITY_M_S2**2
 
     def slope_frequencies_rad_s(self, count: int, cutoff_rad_s: float) -> NDArray[np.float64]:
         """Return ascending frequencies (count,), medians of equal shares of the resolved mean-square slope."""
-        omega, step = self._frequencies(cutoff_rad_s)
-        share = np.cumsum(omega**4 * self.density_m2_s(omega) * step)
+        omega, step, of_slope = _below(self, cutoff_rad_s)
+        share = np.cumsum(of_slope * step)
         middle = (np.arange(count) + 0.5) / count
         return np.asarray(np.interp(middle, share / share[-1], omega * np.exp(0.5 * step / omega)))
 
@@ -149,3 +150,11 @@ class WaveSpectrum:
         width = math.log(cutoff_rad_s / low) / _STEPS
         omega = low * np.exp((np.arange(_STEPS) + 0.5) * width)
         return omega, omega * width
+
+
+@lru_cache(maxsize=16)
+def _below(spectrum: WaveSpectrum, cutoff_rad_s: float) -> tuple[NDArray[np.float64], ...]:
+    """Return frequencies below a cut-off, their widths, and g^2 times the spectrum of slope, which seeds share."""
+    omega, step = spectrum._frequencies(cutoff_rad_s)
+    of_slope: NDArray[np.float64] = omega**4 * spectrum.density_m2_s(omega)
+    return omega, step, of_slope

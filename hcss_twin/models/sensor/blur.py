@@ -57,6 +57,11 @@ class Weights(NamedTuple):
     reach: tuple[int, int]
 
 
+_NONE = np.zeros((0, TAPS_AT_ONCE), np.float32)
+UNBLURRED = Weights(_NONE, _NONE, (0, 0))
+"""No blur: of images that have passed the optics, or are dark."""
+
+
 def _weights(kernels: Sequence[Array]) -> Weights | None:
     """Return the weights of neighbours for kernels that are applied in turn; None if they are too many."""
     terms = separated(kernels, MOST_WEIGHTS) if kernels else ([], [])
@@ -165,6 +170,8 @@ class Blur:
         Where these are too many, the image is blurred by transforms in double precision, and there are no weights.
         """
         weights = self.weights[band.name]
+        if not image.any():
+            return image, UNBLURRED
         if weights is not None:
             return image, weights
         if self._parameters.psf == "file":
@@ -174,24 +181,17 @@ class Blur:
             if key not in self._transfers:
                 self._transfers[key] = mirrored_transfer(self._kernels[band.name], (image.shape[0], image.shape[1]))
             blurred = idctn(dctn(image.astype(np.float64)) * self._transfers[key], overwrite_x=True)
-        none = np.zeros((0, TAPS_AT_ONCE), np.float32)
-        return blurred.astype(np.float32), Weights(none, none, (0, 0))
+        return blurred.astype(np.float32), UNBLURRED
 
     def _kernels_of(self, band: SensorBand) -> tuple[Array, ...]:
         """Return the kernels of the transfer functions, one for each axis where they separate."""
         if not self._blurs:
             return ()
-        still = np.array(0.0)
-        if self._parameters.psf == "airy":
-            planes = [_airy_kernel(self._cutoff(band))]
-            along_x, cut_x = line_kernel(lambda frequency: self._motion(still, frequency))
-            along_y, cut_y = line_kernel(lambda frequency: self._motion(frequency, still))
-            cut_y += planes[0][1]
-        else:
-            planes = []
-            along_x, cut_x = line_kernel(lambda frequency: self._transfer(band, still, frequency))
-            along_y, cut_y = line_kernel(lambda frequency: self._transfer(band, frequency, still))
-        self._cut = max(self._cut, cut_x + cut_y)
+        given = self._parameters
+        planes = [_airy_kernel(self._cutoff(band))] if given.psf == "airy" else []
+        sigmas = (given.jitter, given.psf_sigma or 0.0) if given.psf == "gaussian" else (given.jitter,)
+        (along_x, cut_x), (along_y, cut_y) = (_line_kernel(smear, sigmas) for smear in (self._smear, 0.0))
+        self._cut = max(self._cut, cut_x + cut_y + sum(cut for _, cut in planes))
         kernels = (*(plane for plane, _ in planes), along_y[:, None], along_x[None, :])
         return tuple(kernel for kernel in kernels if kernel.size > 1)
 
@@ -214,6 +214,21 @@ class Blur:
         if given.psf == "airy":
             return factor * airy_mtf(np.hypot(along_y, along_x), self._cutoff(band))
         return factor + 0.0 * along_y
+
+
+@lru_cache(maxsize=128)
+def _line_kernel(smear: float, sigmas: tuple[float, ...]) -> tuple[Array, float]:
+    """Return the kernel of smear and Gaussian spreads along one axis; cached as that of an aperture."""
+
+    def transfer(frequency: Array) -> Array:
+        factor = smear_mtf(frequency, smear)
+        for sigma in sigmas:
+            factor = factor * gaussian_mtf(frequency, sigma)
+        return factor
+
+    kernel, cut = line_kernel(transfer)
+    kernel.flags.writeable = False
+    return kernel, cut
 
 
 @lru_cache(maxsize=128)

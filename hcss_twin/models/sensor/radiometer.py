@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.models.sensor.blur import Blur, Weights
+from hcss_twin.models.sensor.blur import UNBLURRED, Blur, Weights
 from hcss_twin.models.sensor.detector import (
     Readout,
     band_radiance,
@@ -75,6 +75,25 @@ class Radiometer:
         self.measure_into(np.ascontiguousarray(radiance, dtype=np.float32), frame, found, added=added, time_s=time_s)
         return Measured(**found)
 
+    def measure_blurred(
+        self, blurred: NDArray[np.float32], points: Points | None, frame: int, time_s: float, place: tuple[int, int]
+    ) -> Measured:
+        """Return the measurement of a part of a frame that has passed the optics, with points drawn into it.
+
+        Parameters
+        ----------
+        blurred : ndarray of float32 (B, y, x)
+            As :meth:`measure` returns it without noise.
+        points : Points, optional
+            Their rows and columns count from the first pixel of the part.
+        place : (int, int)
+            Row and column in the frame of this pixel.
+        """
+        added = None if points is None else self.blur.of_points(points, *blurred.shape[1:])
+        found = self.arrays(blurred.shape)
+        self.measure_into(np.ascontiguousarray(blurred), frame, found, added=added, time_s=time_s, place=place)
+        return Measured(**found)
+
     def arrays(self, shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
         """Return arrays for the measurement of frames of a shape (B, y, x)."""
         return {name: np.empty(shape, _TYPES[name]) for name in ("radiance", *self.variables)}
@@ -93,18 +112,31 @@ class Radiometer:
         lines: tuple[int, int] | None = None,
         added: NDArray[np.float32] | None = None,
         time_s: float = 0.0,
+        place: tuple[int, int] | None = None,
     ) -> None:
         """Write the measurement by rows of ``clean`` (B, y, x), or of some bands and rows, into :meth:`arrays`.
 
-        ``added`` (B, y, x), if any, is not blurred. The time counts for drift alone.
+        ``added`` (B, y, x), if any, is not blurred, nor is a part of a frame at a ``place``. The time counts for drift
+        alone.
         """
         none = {name: np.empty((0, 0), dtype) for name, dtype in _TYPES.items()}
         for index in range(len(self.channels))[bands]:
             channel = self.channels[index]
-            image, weights = self.blur.by_rows(clean[index], channel.band)
+            image, weights = clean[index], UNBLURRED
+            if place is None:
+                image, weights = self.blur.by_rows(image, channel.band)
             results = {name: values[index] for name, values in found.items()}
             more = none["radiance"] if added is None else added[index]
-            channel.measure_rows(image, weights, more, frame, time_s, lines or (0, len(image)), {**none, **results})
+            written = lines or (0, len(image))
+            channel.measure_rows(image, weights, more, frame, time_s, written, {**none, **results}, place or (0, 0))
+
+
+def _part(pattern: NDArray[np.float32], place: tuple[int, int], shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Return the part of a pattern (Y, X), (Y, 1) or (0, 0) that the detectors of an image have."""
+    if not pattern.size or place == (0, 0):
+        return pattern
+    columns = slice(place[1], place[1] + shape[1]) if pattern.shape[1] > 1 else slice(None)
+    return np.ascontiguousarray(pattern[place[0] : place[0] + shape[0], columns])
 
 
 @dataclass(frozen=True)
@@ -311,12 +343,15 @@ class _Channel:
         time_s: float,
         lines: tuple[int, int],
         results: Mapping[str, NDArray[Any]],
+        place: tuple[int, int] = (0, 0),
     ) -> None:
-        """Write some rows of the results (Y, X) for a frame (Y, X) that is not blurred yet."""
+        """Write some rows of the results (Y, X) for an image (Y, X) at a place in the frame, and weights of blur."""
         keys = tuple(np.uint64(self._key(stage, frame)) for stage in ("rows", "shot"))
         names = ("radiance", "photon_rate", "digital_number", "saturated")
         written = (results[name] for name in names)
-        behind = (*self.pattern_at(time_s), self.detector, keys, self.inputs.corner, lines)
+        pattern = (_part(of_frame, place, image.shape) for of_frame in self.pattern_at(time_s))
+        corner = self.inputs.corner[0] + place[0], self.inputs.corner[1] + place[1]
+        behind = (*pattern, self.detector, keys, corner, lines)
         if not measure(image, *weights, added, *behind, *written):
             raise too_many_electrons(float(image.max()) * self.detector.per_radiance + self.detector.dark)
 

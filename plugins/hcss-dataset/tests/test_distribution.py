@@ -159,3 +159,32 @@ def test_a_sequence_is_not_cut():
     assert draws_of(12, 4) == 3
     with pytest.raises(ValueError, match="closest valid choice is 12"):
         draws_of(13, 4)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"base": {"clouds.top": 200e3}}, "clouds.top"),
+        ({"targets": {"margin": 400.0}}, "margin = 400 leaves no pixel"),
+        ({"targets": {"strength": {"temperature": 300.0, "area": 1e8}}}, "a side of"),
+        ({"targets": {"strength": {"temperature": 300.0, "area": 1e9}}}, "area = 1000000000.0; allowed"),
+        ({"draw": {"clouds": {"coverage": {"distribution": "beta", "a": 2.0, "c": 1.0}}}}, "scipy.stats.beta"),
+    ],
+)
+def test_mistakes_that_no_draw_changes_are_refused_at_once(monkeypatch, wrong, words):
+    given = keys(draw=wrong.get("draw", COVER), base=wrong.get("base", {}))
+    given["targets"] |= {"count": 1, **wrong.get("targets", {})}
+    studio, attempts = Studio(Distribution.load(given)), []
+    attempted = Studio._attempt
+    monkeypatch.setattr(Studio, "_attempt", lambda *given: attempts.append(1) or attempted(*given))
+    with pytest.raises(ScenarioError) as refused:
+        studio.sequence(0)
+    assert words in str(refused.value)
+    assert "in a row" not in str(refused.value)
+    assert len(attempts) <= 2
+
+
+def test_a_wrong_one_of_several_values_is_drawn_again():
+    targets = keys()["targets"] | {"count": 1, "strength": {"temperature": 300.0, "area": [1e9, 10.0]}}
+    studio = Studio(Distribution.load(keys(draw=COVER, targets=targets)))
+    assert sum(len(studio.sequence(number).refused) for number in range(4)) > 0

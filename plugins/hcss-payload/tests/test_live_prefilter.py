@@ -12,7 +12,6 @@ from scipy.special import ndtr
 import hcss_twin
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.tables.look_up import LookUp
-from hcss_twin.engine.tables.radiance_tables import TableReader
 from hcss_twin.models.clouds.fractal.field import FractalField
 from hcss_twin.models.clouds.fractal.generator import FractalClouds
 from hcss_twin.models.clouds.fractal.octaves import Octave
@@ -27,7 +26,7 @@ def neighbour_contrast(image):
 
 def field_radiance(plan):
     """The radiance (B, N) of values (N,) of the field."""
-    table = TableReader(tables_of(plan)).at(0.0)
+    table = tables_of(plan).at(0.0)
     look_up, exponent = LookUp(table), shape_of(plan).brightness_exponent
 
     def radiance(field):

@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 from hcss_twin.core.kernels import kernel
 from hcss_twin.models.clouds.fractal.lattice import fill_row
 
-BLOCK_ROWS, BLOCK_COLUMNS = 64, 256
-"""Block size: 64 KiB. Powers of two, so that no block straddles a multiple of 2**32, where row keys change."""
+BLOCK_ROWS, BLOCK_COLUMNS = 16, 128
+"""Block size: 8 KiB, as of large cells a small image needs a few nodes. Powers of two, so that no block straddles a
+multiple of 2**32, where row keys change."""
 
-MAX_BLOCKS = 1 << 12
+MAX_BLOCKS = 1 << 15
 """Largest number of blocks in memory: 256 MiB."""
 
-_FEWEST_SLOTS = 16
+_FEWEST_SLOTS = 128
 
 
 @dataclass(frozen=True)

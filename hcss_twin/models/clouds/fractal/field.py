@@ -25,7 +25,7 @@ _X, _Y, _T = 0, 1, 2
 _FEWEST_ROWS = 256
 """Number of tile rows that justifies another thread: to start it takes as long as 64 of a small image."""
 
-_FEWEST_BLOCKS = 16
+_FEWEST_BLOCKS = 128
 """The same of blocks of nodes."""
 
 _GATHER_ROWS_UNTIL = 1.25

@@ -65,7 +65,8 @@ def split(coordinate: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[n
 def _blend_stored(pool: Any, slots: Any, weights: Any, row: Any, first: Any, line: Any) -> None:
     """Blend the stored time planes of one row of nodes into ``line`` (N,).
 
-    ``row`` and ``first`` count from the corner of the first block in ``slots`` (planes, block rows, block columns).
+    ``row`` and ``first`` count from the corner of the first block in ``slots`` (planes, block rows, block columns). The
+    size of blocks is a constant of the compiled loop: kept code is that of this file alone.
     """
     by, r = row // BLOCK_ROWS, row % BLOCK_ROWS
     done, x = 0, first

@@ -203,6 +203,18 @@ class Distribution:
                 return name
         return next(name for name in reversed(SPLITS) if self.shares[name] > 0.0)
 
+    def is_constant(self, problem: Problem) -> bool:
+        """Whether a problem of targets, or of a description of draws, is that of a key that is not drawn.
+
+        Problems of all targets begin with the name of their key.
+        """
+        section, _, path = problem.field.partition(".")
+        if section == "draw":
+            return path in self.draw
+        first = problem.message.partition(" ")[0]
+        paths = [path] if path else [first, f"strength.{first}"]
+        return any(key in paths and not is_draw(value) for key, value in _leaves(self.targets))
+
     def values(self, draw: int, attempt: int) -> tuple[dict[str, Any], int]:
         """Return the drawn keys with their values, and the number of the state.
 

@@ -22,6 +22,7 @@ from hcss_dataset.errors import DatasetError
 from hcss_dataset.noise import noise_rms
 from hcss_dataset.targets import Target, all_tracks, draw_targets, seen_at
 from hcss_twin import CatalogError, Scenario, make_plan
+from hcss_twin.core.kernels import kernel
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.stages.element_paths import ElementPaths
@@ -66,14 +67,22 @@ class Scale:
 
     def numbers(self, radiance: NDArray[Any]) -> Image:
         """Return the numbers (B, y, x) of radiance, within the range."""
-        step, offset = (each[:, None, None] for each in (self.step, self.offset))
-        numbers = np.rint((radiance.astype(np.float64) - offset) / step)
-        return np.clip(numbers, 0, self.largest).astype(np.uint16)
+        numbers = np.empty(radiance.shape, np.uint16)
+        for of_band, image, step, offset in zip(numbers, radiance, self.step, self.offset, strict=True):
+            _fill_numbers(of_band.ravel(), np.ascontiguousarray(image).ravel(), step, offset, self.largest)
+        return numbers
 
     def radiance(self, numbers: Image) -> Array:
         """Return the radiance (B, y, x) of numbers."""
         result: Array = self.offset[:, None, None] + self.step[:, None, None] * numbers.astype(np.float64)
         return result
+
+
+@kernel()
+def _fill_numbers(numbers, radiance, step, offset, largest):  # type: ignore[no-untyped-def]
+    for n in range(numbers.size):
+        value = np.rint((np.float64(radiance[n]) - offset) / step)
+        numbers[n] = np.uint16(min(max(value, 0.0), np.float64(largest)))
 
 
 @dataclass(frozen=True)
@@ -171,18 +180,49 @@ class Studio:
             If too many draws in a row are refused; names the last reason.
         """
         refused: list[str] = []
+        before: list[Problem] = []
         skies = of_targets = 0
         for attempt in range(MAX_ATTEMPTS):
             try:
                 return self._attempt(draw, (skies, attempt), tuple(refused))
             except (ScenarioError, CatalogError) as error:
-                problems = error.problems if isinstance(error, ScenarioError) else (error,)
+                problems = error.problems if isinstance(error, ScenarioError) else (Problem("draw", str(error)),)
+                self._refuse_constant(problems, before)
+                before = list(problems)
                 refused.append("; ".join(map(str, problems)))
-                hidden = all(isinstance(each, Problem) and each.field.startswith("targets") for each in problems)
+                hidden = all(each.field.startswith("targets") for each in problems)
                 of_targets = of_targets + 1 if hidden else 0
                 skies += not hidden or of_targets % TARGETS_OF_A_SKY == 0
         message = f"draw {draw}: {MAX_ATTEMPTS} draws in a row are refused, the last because of: {refused[-1]}"
         raise ScenarioError([Problem("draw", message)], self.distribution.origin)
+
+    def _refuse_constant(self, problems: Sequence[Problem], before: Sequence[Problem]) -> None:
+        """Refuse the file at once where its constant parts are wrong, as no other draw would help.
+
+        They are planned without what is drawn. A description of a draw is wrong if its problem is the same with other
+        random numbers, and so is a key of targets that is not drawn.
+
+        Raises
+        ------
+        ScenarioError
+            With the problems of the constant parts.
+        """
+        ours = [each for each in problems if each.field.partition(".")[0] in ("targets", "draw")]
+        wrong = [each for each in ours if each in before and self.distribution.is_constant(each)]
+        if not ours:
+            wrong = [each for each in problems if each in self._constant_problems]
+        if wrong:
+            raise ScenarioError(wrong, self.distribution.origin)
+
+    @cached_property
+    def _constant_problems(self) -> Sequence[Problem]:
+        try:
+            self.plan(self._scenario({}), {})
+        except ScenarioError as error:
+            return error.problems
+        except CatalogError:
+            pass  # of keys that are drawn
+        return ()
 
     def frames_per_draw(self) -> int:
         """Return the number of frames of each draw."""
@@ -296,6 +336,11 @@ class _State:
     optics: _Optics
     _with_targets: dict[str, Plan] = field(default_factory=dict)
 
+    @cached_property
+    def paths(self) -> ElementPaths:
+        """Air before targets."""
+        return ElementPaths(self.plan)
+
     def drawn(self, draw: int, values: Mapping[str, Any], targets: Sequence[Target]) -> Plan:
         """Return the plan of a draw."""
         distribution, elements = self.studio.distribution, _elements(targets).get("elements", [])
@@ -322,8 +367,11 @@ class _Optics:
         """Return the image (B, y, x) of a scene without targets."""
         if self.whole is None:
             return scene
-        image: NDArray[Any] = self.whole.measure(scene, number, time_s)["radiance"]
-        return image
+        provider: Any = self.whole.stages[0].provider
+        rows, columns = _inner(self.whole)
+        found = provider.arrays(scene.shape)
+        provider.measure_into(scene, number, found, lines=(rows.start, rows.stop), time_s=time_s)
+        return np.ascontiguousarray(found["radiance"][:, rows, columns])
 
     def own_image(self, pieces: Sequence[Any], place: tuple[float, float], bands: int) -> OwnImage:
         """Return the image of the pieces of a target that appears at a place."""
@@ -361,7 +409,7 @@ class DrawnSequence:
         self, studio: Studio, draw: int, state: _State, targets: tuple[Target, ...], about: Mapping[str, Any]
     ) -> None:
         self._studio, self.draw, self.targets, self._about = studio, draw, targets, about
-        self._optics, self.tables = state.optics, state.tables
+        self._optics, self.tables, self._paths = state.optics, state.tables, state.paths
         self.plan = state.drawn(draw, about["values"], targets)
         self._maker = PartMaker(self.plan, self.tables)
         self._scene: tuple[int, NDArray[np.float32], Any, dict[str, NDArray[Any]]] | None = None
@@ -414,10 +462,6 @@ class DrawnSequence:
         stages = self.plan.sensor.stages
         return bool(stages) and stages[-1].as_dict()["parameters"].get("bits") is not None
 
-    @cached_property
-    def _paths(self) -> ElementPaths:
-        return ElementPaths(self.plan)
-
     def _set_strengths(self) -> None:
         """Give the targets the intensities that give the wanted SCR in the first frame.
 
@@ -454,11 +498,7 @@ class DrawnSequence:
     def clean_radiance(self, index: int) -> NDArray[np.float32]:
         """Return the radiance (B, y, x) of a frame at the sensor, without targets."""
         scene, _, _ = self._rendered(index)
-        inner = [
-            slice(part.start - whole.start, part.stop - whole.start)
-            for part, whole in zip(self.plan.extent, self._window, strict=True)
-        ]
-        return scene[:, *inner]
+        return scene[:, *_inner(self.plan.sensor)] if self.plan.sensor.stages else scene
 
     @property
     def _window(self) -> tuple[slice, slice]:
@@ -508,20 +548,19 @@ class DrawnSequence:
 
     def _measured(self, index: int, points: Points | None) -> tuple[Image, NDArray[np.bool_]]:
         """Return the numbers (B, y, x) of a frame as measured, and which pixels are saturated."""
-        scene, _, _ = self._rendered(index)
-        plan, number = self.plan, self.plan.scenario.frames.first + index
-        time_s = float(plan.frame_times_s[index])
+        plan, clean = self.plan, self._clean(index)
         if not plan.sensor.stages:
-            shown = scene if points is None else _with_points(scene, points)
-            numbers = self.scale.numbers(shown)
+            numbers = self.scale.numbers(clean if points is None else _with_points(clean, points))
             return numbers, numbers == self.scale.largest
+        provider: Any = plan.sensor.stages[0].provider
+        rows, columns = _inner(plan.sensor)
+        at = plan.scenario.frames.first + index, float(plan.frame_times_s[index])
+        measured = provider.measure_blurred(clean, points, *at, (rows.start, columns.start))
         if not self._has_converter:
-            numbers = self.scale.numbers(plan.sensor.measure(scene, number, time_s, points)["radiance"])
+            numbers = self.scale.numbers(measured.radiance)
             return numbers, numbers == self.scale.largest
-        asked = plan.sensor.measuring(("digital_number", "saturated"))
-        measured = asked.measure(scene, number, time_s, points)
-        saturated = measured.get("saturated", np.zeros(1))
-        numbers = measured["digital_number"]
+        saturated, numbers = measured.saturated, measured.digital_number
+        saturated = np.zeros(1) if saturated is None else saturated
         return numbers.astype(np.uint16), (saturated != 0) | (numbers >= self.scale.largest)
 
     def _clean(self, index: int) -> NDArray[np.float32]:
@@ -560,7 +599,7 @@ class DrawnSequence:
         plan = self.plan
         _, _, truth = self._rendered(index)
         clean, pieces = self._clean(index), self._pieces(index)
-        points = _points(pieces, (*self._factors, 1.0), self._window)
+        points = _points(pieces, (*self._factors, 1.0), plan.extent)
         image, saturated = self._measured(index, points)
         own = self._own_images(index)
         noise = self._noise(clean)
@@ -697,6 +736,15 @@ class DrawnSequence:
         for at, pixels in zip(place, self._window, strict=True):
             share *= max(min(at + half, pixels.stop) - max(at - half, pixels.start), 0.0) / (2.0 * half)
         return share
+
+
+def _inner(sensor: Any) -> tuple[slice, slice]:
+    """Return the rows and columns of a measured area that are in the cube."""
+    rows, columns = (
+        slice(part.start - whole.start, part.stop - whole.start)
+        for part, whole in zip(sensor.cube, sensor.given, strict=True)
+    )
+    return rows, columns
 
 
 def _elements(targets: Sequence[Target]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -100,7 +101,7 @@ def _number(key: str, given: Mapping[str, Any], random: np.random.Generator) -> 
             raise ValueError(f"{word} = {Problem.shown(value)}; allowed: a number; units are given by unit = 'km'")
     # Of whole numbers, the lower end belongs to the range.
     under = math.ceil(low) - 1 if is_whole and math.isfinite(low) else low
-    below, above = float(found.cdf(under, **parameters)), float(found.cdf(high, **parameters))
+    below, above = _cumulative(found, tuple(parameters.items()), under, high)
     value = float(found.ppf(below + random.random() * (above - below), **parameters))
     if math.isnan(below) or math.isnan(above):
         shown = ", ".join(f"{word} = {Problem.shown(content)}" for word, content in parameters.items())
@@ -111,6 +112,12 @@ def _number(key: str, given: Mapping[str, Any], random: np.random.Generator) -> 
         raise ValueError(f"scipy.stats.{name} gave {value}; allowed: finite ends from and to")
     number: float | int = int(value) if is_whole else float(f"{value:.{DIGITS}g}")
     return f"{number} {given['unit']}" if "unit" in given else number
+
+
+@lru_cache(maxsize=256)
+def _cumulative(found: Any, parameters: tuple[tuple[str, float], ...], *at: float) -> tuple[float, ...]:
+    """Return the distribution function of scipy.stats at numbers: kept, as it takes longer than a draw."""
+    return tuple(float(found.cdf(each, **dict(parameters))) for each in at)
 
 
 def _closest(name: str, names: Sequence[str]) -> str:

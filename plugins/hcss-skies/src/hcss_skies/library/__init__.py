@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 from hcss_twin.providers import Catalog, CatalogError, choose_from
@@ -17,6 +18,7 @@ def shipped() -> dict[str, Path]:
     return _within(Path(__file__).parent)
 
 
+@cache
 def shipped_films() -> dict[str, Path]:
     """Return the files of the shipped films by name."""
     return _within(Path(__file__).parent / "films")
