@@ -38,9 +38,9 @@ def test_an_error_in_the_tables_is_seen(folder, monkeypatch):
     """What recomputes the pixels is not what made them."""
     from dataclasses import replace
 
-    from hcss_twin.engine import simulate as simulation
+    from hcss_twin.engine import compile as compilation
 
-    original = simulation.tables_of
+    original = compilation.tables_of
 
     def cloudier(_, values):
         return np.concatenate((values[:1], 1.003 * values[1:]))
@@ -50,7 +50,7 @@ def test_an_error_in_the_tables_is_seen(folder, monkeypatch):
         changed = (replace(each, columns=each.columns.each(cloudier)) for each in tables.tables)
         return replace(tables, tables=tuple(changed))
 
-    monkeypatch.setattr(simulation, "tables_of", wrong)
+    monkeypatch.setattr("hcss_twin.engine.compile.tables_of", wrong)
     ((row,), _) = checks.check(2, [1e-3], folder, most_pixels=100)
     assert row.achieved == pytest.approx(3e-3, rel=0.05)
     assert row.exceeding > 0

@@ -41,7 +41,7 @@ def test_the_kelvin_achieved_are_those_of_the_worst_pixel(monkeypatch):
         tables = compile_tables(plan)
         return replace(tables, tables=tuple(replace(each, clear=1.01 * each.clear) for each in tables.tables))
 
-    monkeypatch.setattr("hcss_twin.engine.simulate.tables_of", wrong)
+    monkeypatch.setattr("hcss_twin.engine.compile.tables_of", wrong)
     with pytest.warns(CertificateWarning, match="NOT as specified"):
         made = simulate(Scenario.load("stratus", {**SMALL, "accuracy": "0.1 K", "output.certificate": 48}))
     clear = made.radiance.isel(time=0).to_numpy().reshape(2, -1).max(axis=1, keepdims=True)

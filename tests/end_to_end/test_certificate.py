@@ -12,7 +12,6 @@ from click.testing import CliRunner
 from hcss_twin import Scenario, make_plan, open_cube, simulate
 from hcss_twin.cli.main import cli
 from hcss_twin.core.errors import CertificateWarning, CubeError, ScenarioError
-from hcss_twin.engine import simulate as simulation
 from hcss_twin.engine.certificate import reference_columns
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
@@ -57,7 +56,7 @@ def tampered(monkeypatch):
             changed.append(replace(table, columns=TensorTrain((core,))))
         return replace(tables, tables=tuple(changed))
 
-    monkeypatch.setattr(simulation, "tables_of", wrong)
+    monkeypatch.setattr("hcss_twin.engine.compile.tables_of", wrong)
 
 
 def test_a_correct_cube_passes_and_says_what_was_requested_estimated_and_achieved():
@@ -298,7 +297,7 @@ def test_a_wrong_term_is_found_though_the_total_is_right(monkeypatch):
         clear[5] -= 3.0 * plan.accuracy.relative * clear[0]
         return replace(tables, tables=(replace(table, clear=clear), *tables.tables[1:]))
 
-    monkeypatch.setattr(simulation, "tables_of", wrong)
+    monkeypatch.setattr("hcss_twin.engine.compile.tables_of", wrong)
     with pytest.warns(CertificateWarning, match="clear"):
         made = cube(output__variables=["radiance", "terms"], frames__count=1)
     assert max(json.loads(made.attrs["hcss_certificate_terms"]).values()) == pytest.approx(3e-3, rel=0.05)

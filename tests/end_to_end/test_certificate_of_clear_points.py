@@ -9,7 +9,6 @@ from surface_files import write_half
 
 from hcss_twin import Scenario, make_plan
 from hcss_twin.core.errors import CertificateWarning
-from hcss_twin.engine import simulate as simulation
 from hcss_twin.engine.certificate.certificate_pixels import PixelSample
 from hcss_twin.engine.certificate.certify import certify
 from hcss_twin.engine.certificate.clear_points import ClearPoint, ClearPoints, changes
@@ -110,7 +109,7 @@ def wrong(kind, factor):
     [("waves", 1.1, "clear"), ("loss", 0.95, "clear in shadow"), ("depth", 0.7, "clear in shadow")],
 )
 def test_a_wrong_table_of_waves_or_shadows_fails_and_names_the_stratum(kind, factor, named, monkeypatch):
-    monkeypatch.setattr(simulation, "tables_of", wrong(kind, factor))
+    monkeypatch.setattr("hcss_twin.engine.compile.tables_of", wrong(kind, factor))
     with pytest.warns(CertificateWarning, match=rf"NOT as specified: .*{named} \(\d"):
         made = simulate(Scenario.load("cumulus", LIT | {"output.certificate": 60}))
     assert "thick (" not in made.attrs["hcss_certificate"].split(";")[0]

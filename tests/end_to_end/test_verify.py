@@ -74,7 +74,6 @@ def test_a_fresh_cube_is_identical_and_nothing_is_written_or_taken_from_earlier_
     cache = tmp_path / "cache"
     monkeypatch.setenv("HCSS_CACHE_DIR", str(cache))
     monkeypatch.setattr("hcss_twin.engine.compile.tables_of", None)
-    monkeypatch.setattr("hcss_twin.engine.simulate.tables_of", None)
     before = cube.read_bytes()
     done = command(cube)
     assert done.exit_code == 0

@@ -19,6 +19,7 @@ from hcss_twin.core.files import draft_of
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.engine import compile
 from hcss_twin.models.atmosphere.band_model import provider as band_model
+from hcss_twin.plan.accuracy import RequestedAccuracy
 
 SMALL = {
     **CHEAP,
@@ -193,6 +194,7 @@ def test_a_cube_that_misses_its_accuracy_is_kept_told_and_not_made_again(tmp_pat
     class Failed:
         passed = False
         lines = ("NOT as specified: by 2e-2",)
+        requested, achieved, achieved_K = RequestedAccuracy(1e-2), {"lwir": 2e-2}, {}
 
     run = hcss_sweep.points.run
     monkeypatch.setattr(
@@ -202,6 +204,7 @@ def test_a_cube_that_misses_its_accuracy_is_kept_told_and_not_made_again(tmp_pat
     scene = SMALL | {"output.certificate": 1}
     result = swept(tmp_path / "sweep", {"seed": [1, 2]}, scene)
     assert [record.error for record in result.failed] == ["certificate NOT as specified: by 2e-2"] * 2
+    assert [record.certified for record in result.failed] == [2.0, 2.0]
     assert result.cube(0).is_file()
     assert swept(tmp_path / "sweep", {"seed": [1, 2]}, scene).computed == ()
     assert computed[0] == [0, 1]
