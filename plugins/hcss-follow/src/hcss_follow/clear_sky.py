@@ -105,7 +105,8 @@ def fit_clear_sky(scenario: Mapping[str, Any], measured_K: Sequence[float], pixe
         return np.where(inside, -0.5 * (misfit.sum(axis=1) + prior), -np.inf)
 
     rng = np.random.default_rng(_SEED)
-    first = np.stack([sea + rng.normal(0.0, 0.5, _WALKERS), np.exp(rng.normal(0.0, 0.1, _WALKERS))], axis=1)
+    vapour = np.exp(rng.uniform(np.log(scales[0]), np.log(scales[-1]), _WALKERS))  # inside the limits
+    first = np.stack([sea + rng.normal(0.0, 0.5, _WALKERS), vapour], axis=1)
     sampler = emcee.EnsembleSampler(_WALKERS, 2, log_posterior, vectorize=True)
     sampler.random_state = np.random.RandomState(_SEED).get_state()
     sampler.run_mcmc(first, _STEPS)

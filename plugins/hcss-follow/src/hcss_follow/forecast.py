@@ -1,7 +1,7 @@
 """Forecast of a followed sky in the frame that moves with it: regression by scale, and members of an ensemble.
 
 The image and its tendency (what changed since the image before, moved along) are split into bands of scale. The
-forecast is their sum with coefficients that depend on band and lead. How much of a band stays depends on the place, too:
+forecast is their sum with coefficients that depend on band and lead. How much of a band stays depends on the place:
 q = E / (E + B), with the local energies of the tendency E and of the image B, is large where the last image was moved
 badly.
 
@@ -85,7 +85,7 @@ def _parts_of(state: State) -> _Parts:
 
 
 def displaced(image: Field, energy: Field, seed: int) -> Field:
-    """Return bands (7, rows, columns) of local energy 1 from another place of the image, continued by its mirror images."""
+    """Return bands (7, rows, columns) of local energy 1 from another place of the mirrored image."""
     rng = np.random.default_rng([seed, 0xF0110])
     rows, columns = image.shape[1:]
     ratio = image / np.sqrt(energy + np.float32(LEAST_K2))

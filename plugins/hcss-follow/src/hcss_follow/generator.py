@@ -94,7 +94,7 @@ class FollowedClouds:
         last = of.leads_s[-1] / 60.0
         notes = [
             f"State {state.number} of {state.time.isoformat()}: {state.source} ({state.rights or 'no terms stated'}).",
-            f"Coefficients of the forecast are those of {of.data}, for leads to {last:.0f} min; other weather has others.",
+            f"Coefficients of the forecast are those of {of.data}, to {last:.0f} min; other weather has others.",
             "mean forecast: smoother the later it is" if self._parameters.member is None
             else f"member {self._parameters.member} of the ensemble",
             "Beyond the image the sky has the image's statistics, not its clouds.",
