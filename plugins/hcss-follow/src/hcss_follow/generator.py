@@ -85,8 +85,7 @@ class FollowedClouds:
         self._cells = RefinedCells(inputs.grid, state.pixel_size_m, self._pace, inputs.seed, detail)
         self.cloud_top_range_m = self._hanging.range_m
         self._last: tuple[tuple[float, ...], Field] | None = None
-        whole = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
-        self.image_coverage = float(np.mean(self.thickness_m(0.0, *whole) > 0.0))
+        self.image_coverage = float(np.mean(state.kelvin < self._kelvin[0]))
         self.declares = CloudDeclaration(depends_on=frozenset({"time"}), evolves=True, notes=self._notes(state, detail))
 
     def _notes(self, state: State, detail: Detail) -> tuple[str, ...]:

@@ -114,8 +114,8 @@ def scenario_of(
         scenario["atmosphere"] = {"water_vapour_scale": round(float(vapour), 4)}
         lines = (
             f"sea {sea:.2f} +- {spread[0]:.2f} K, vapour {vapour:.2f} +- {spread[1]:.2f} of the climatology's, "
-            f"correlation {correlation:.2f}, from {fitted.pixels} clear pixels in {len(measured)} channels; the scene's sea is "
-            f"{scenario['sea']['temperature']:.2f} K, the warmest of the image.",
+            f"correlation {correlation:.2f}, from {fitted.pixels} clear pixels in {len(measured)} channels; the "
+            f"scene's sea is {scenario['sea']['temperature']:.2f} K, the warmest of the image.",
         )
         notes += fitted.notes
     else:
