@@ -56,7 +56,7 @@ class Forecast:
         mean, variance = self._of.at(abs(lead_s))
         out, parts = np.empty(self._parts.kelvin.shape, np.float32), self._parts
         _combine(
-            out, parts.predictors, parts.changes, parts.energy, self._texture, parts.warmest, mean.astype(np.float32),
+            out, np.float32(parts.level_K), parts.predictors, parts.changes, parts.energy, self._texture, parts.warmest, mean.astype(np.float32),
             np.maximum(variance, 0.0).astype(np.float32),
         )  # fmt: skip
         return out
@@ -64,9 +64,10 @@ class Forecast:
 
 @dataclass(frozen=True)
 class _Parts:
-    """What all members of a state share: predictors (4, 7, y, x), local energies (7, y, x), and limits (y, x)."""
+    """What all members of a state share: image, its mean, predictors (4, 7, y, x), local energies, and limits (y, x)."""
 
     kelvin: Field
+    level_K: float
     predictors: Field
     changes: Field
     energy: Field
@@ -76,12 +77,13 @@ class _Parts:
 @lru_cache(maxsize=4)
 def _parts_of(state: State) -> _Parts:
     scale = 0.0 if state.number < 2 else PER_S / state.interval_s
-    image, tendency = bands_of(state.kelvin), np.float32(scale) * bands_of(state.tendency_K)
+    level = float(state.kelvin.mean(dtype=np.float64))
+    image, tendency = bands_of(state.kelvin - np.float32(level)), np.float32(scale) * bands_of(state.tendency_K)
     changes, energy = local_energy(tendency), local_energy(image)
     uncertain = changes / (changes + energy + np.float32(LEAST_K2))
     predictors = np.stack([image, tendency, image * uncertain, tendency * uncertain])
     nearby = maximum_filter(state.kelvin, _WARM_WINDOW, mode="nearest")
-    return _Parts(state.kelvin, predictors, changes, energy, np.maximum(state.clear_K, nearby))
+    return _Parts(state.kelvin, level, predictors, changes, energy, np.maximum(state.clear_K, nearby))
 
 
 def displaced(image: Field, energy: Field, seed: int) -> Field:
@@ -99,12 +101,20 @@ def displaced(image: Field, energy: Field, seed: int) -> Field:
 
 @kernel(fastmath={"contract"})
 def _combine(
-    out: Any, predictors: Any, changes: Any, energy: Any, texture: Any, warmest: Any, mean: Any, variance: Any
+    out: Any,
+    level: Any,
+    predictors: Any,
+    changes: Any,
+    energy: Any,
+    texture: Any,
+    warmest: Any,
+    mean: Any,
+    variance: Any,
 ) -> None:
     zero = np.float32(0.0)
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
-            out[i, j] = zero
+            out[i, j] = level
         for k in range(mean.shape[1]):
             for p in range(mean.shape[0]):
                 part = mean[p, k]
