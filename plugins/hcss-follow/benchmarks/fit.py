@@ -22,7 +22,7 @@ USED = [n for n in range(4 * COUNT) if n not in (3 * COUNT - 1, 4 * COUNT - 1)]
 
 
 def stacks(state, lead_s, pixel_size_m):
-    """Return the predictors (28, rows, columns) and local energies (14, rows, columns), moved along; without the mean."""
+    """Return predictors (28, rows, columns) without the mean and local energies (14, rows, columns), moved along."""
     image, tendency = bands_of(state.kelvin - state.kelvin.mean()), bands_of(state.tendency_K)
     changes, energy = local_energy(tendency), local_energy(image)
     uncertain = changes / (changes + energy + np.float32(LEAST_K2))

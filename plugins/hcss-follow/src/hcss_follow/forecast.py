@@ -56,7 +56,8 @@ class Forecast:
         mean, variance = self._of.at(abs(lead_s))
         out, parts = np.empty(self._parts.kelvin.shape, np.float32), self._parts
         _combine(
-            out, np.float32(parts.level_K), parts.predictors, parts.changes, parts.energy, self._texture, parts.warmest, mean.astype(np.float32),
+            out, np.float32(parts.level_K), parts.predictors, parts.changes, parts.energy, self._texture, parts.warmest,
+            mean.astype(np.float32),
             np.maximum(variance, 0.0).astype(np.float32),
         )  # fmt: skip
         return out
@@ -64,7 +65,7 @@ class Forecast:
 
 @dataclass(frozen=True)
 class _Parts:
-    """What all members of a state share: image, its mean, predictors (4, 7, y, x), local energies, and limits (y, x)."""
+    """What all members of a state share: image, its mean, predictors (4, 7, y, x), local energies, and limits."""
 
     kelvin: Field
     level_K: float
