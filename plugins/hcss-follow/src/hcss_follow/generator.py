@@ -31,8 +31,8 @@ _COLDEST_K = 180.0
 _EXCESSES_M = np.array([0.0, 12_000.0])
 """Range of the excess of cloud tops."""
 
-_HIGHEST_M = 17_000.0
-"""Altitude of the highest tops that are tried; the coldest one counts."""
+_HIGHEST_M, _ALTITUDES = 17_000.0, 33
+"""Altitude of the highest tops that are tried, of which the coldest counts, and the number of altitudes."""
 
 _VISIBLE = 0.63
 """What an optical thickness of about 1 hides of the sea."""
@@ -174,7 +174,7 @@ class FollowedClouds:
         knots = band.clear_K - self._kelvin[1] * np.arange(_KNOTS)
         half = band.clear_K - _VISIBLE * (band.clear_K - band.coldest_K)
         self._visible_m = max(float(band.thickness_m(np.array(half))), 1e-3 * inputs.layer.thickness_max_m)
-        return hanging_clouds(band, inputs.layer, knots, _EXCESSES_M, _HIGHEST_M)
+        return hanging_clouds(band, inputs.layer, knots, _EXCESSES_M, _HIGHEST_M, _ALTITUDES)
 
     def _window(self, time_s: float, rows: slice, columns: slice) -> Field:
         """Return thickness and top (2, y, x) of a window; the last one is kept, as the engine asks for both."""
