@@ -44,7 +44,7 @@ Two options are not listed below: `--force` replaces existing files, and `--json
 (it is listed where it takes a value). `hcss plugins` lists the commands of installed plugins.
 The tab key completes commands and scenario names after `eval "$(_HCSS_COMPLETE=bash_source hcss)"` (also `zsh_source`,
 `fish_source`). Commands of hcss-dataset, hcss-explore,
-hcss-light, hcss-payload and hcss-skies are described in their READMEs.
+hcss-follow, hcss-light, hcss-payload and hcss-skies are described in their READMEs.
 """
 
 _SEVERAL = 3

@@ -15,6 +15,7 @@ COMMANDS: Mapping[str, str] = {
     "explore": "hcss-explore",
     "export": "hcss-export",
     "fit": "hcss-evaluate",
+    "follow": "hcss-follow",
     "import": "hcss-evaluate",
     "match": "hcss-evaluate",
     "new-plugin": "hcss-author",
@@ -32,6 +33,7 @@ COMMANDS: Mapping[str, str] = {
 PROVIDERS: Mapping[str, str] = {
     **dict.fromkeys(("example", "fall-streaks", "simulation", "surrogate", "volume"), "hcss-skies"),
     **dict.fromkeys(("bad-pixels", "detector-drift", "integration", "non-linearity", "stray-light"), "hcss-payload"),
+    "followed": "hcss-follow",
     "fractal-relief": "hcss-light",
     "lowtran7": "hcss-lowtran7",
 }

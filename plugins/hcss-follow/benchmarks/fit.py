@@ -22,8 +22,8 @@ USED = [n for n in range(4 * COUNT) if n not in (3 * COUNT - 1, 4 * COUNT - 1)]
 
 
 def stacks(state, lead_s, pixel_size_m):
-    """Return the predictors (28, rows, columns) and local energies (14, rows, columns), moved along."""
-    image, tendency = bands_of(state.kelvin), bands_of(state.tendency_K)
+    """Return predictors (28, rows, columns) without the mean and local energies (14, rows, columns), moved along."""
+    image, tendency = bands_of(state.kelvin - state.kelvin.mean()), bands_of(state.tendency_K)
     changes, energy = local_energy(tendency), local_energy(image)
     uncertain = changes / (changes + energy + np.float32(LEAST_K2))
     fields = np.concatenate([image, tendency, image * uncertain, tendency * uncertain, changes, energy])
@@ -48,10 +48,8 @@ def fit_lead(collected):
     equations, sums = [], []
     for stack, truth in collected:
         known = np.isfinite(truth)
-        level = float(stack[COUNT - 1].mean())
         a = stack[USED][:, known].astype(np.float64)
-        a[COUNT - 1] -= level
-        t = truth[known].astype(np.float64) - level
+        t = truth[known].astype(np.float64)
         equations.append((a @ a.T, a @ t, t @ t, t.size))
     best = solved(equations)
     alone = np.zeros(4 * COUNT)
@@ -103,7 +101,7 @@ def main():
     for number, images in blocks(given):
         state = state_of(images, (first, second), given.pixel_size)
         for minute in later:
-            truth = inside(images[minute])
+            truth = inside(images[minute]) - state.kelvin.mean()
             if np.isfinite(truth).mean() > 0.1:
                 collected[minute].append((stacks(state, 60.0 * (minute - second), given.pixel_size), truth))
                 states[minute].append(state)

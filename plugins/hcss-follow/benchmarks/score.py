@@ -1,12 +1,13 @@
 """Score forecasts of image sequences: mean, ensemble and texture, beside pysteps' S-PROG and STEPS with the same flow.
 
-``python benchmarks/score.py FILE --variables A B C --minutes 0 15 30 --blocks 0 4 8 [--peers] [--auc] [--pictures DIR]``
-forecasts every later image from the first two. CRPS is the fair one of the members. Spread over error is that of the
+``python benchmarks/score.py FILE --variables A B C --minutes 0 15 30 [--peers] [--auc] [--pictures DIR]`` forecasts
+every later image from the first two. CRPS is the fair one of the members. Spread over error is that of the
 ensemble: sqrt((N + 1) / N) times the root of the mean variance, over the RMSE of their mean. The rank distance is the
-mean absolute deviation of the rank histogram's cumulative shares from even ones, times 2. Spectra are ratios of octaves,
-member over measured. --auc needs hcss-evaluate[realism] and ten blocks or more.
+mean absolute deviation of the rank histogram's cumulative shares from even ones, times 2. Spectra are ratios of
+octaves, member over measured. --auc needs hcss-evaluate[realism] and ten blocks or more.
 """
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +39,7 @@ def octaves(image):
     power = np.abs(np.fft.fft2((image - image.mean()) * window)) ** 2
     k = np.hypot(*np.meshgrid(*(np.fft.fftfreq(side) for side in image.shape), indexing="ij"))
     edges = 0.5 / 2.0 ** np.arange(7)
-    return np.array([power[(k > low) & (k <= high)].sum() for high, low in zip(edges[:-1], edges[1:], strict=True)])
+    return np.array([power[(k > low) & (k <= high)].sum() for high, low in pairwise(edges)])
 
 
 def ours(state, lead_s, count):

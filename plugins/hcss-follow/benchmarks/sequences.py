@@ -46,9 +46,3 @@ def state_of(images, minutes, pixel_size_m):
 def inside(array):
     """Return an array without the margin of its last two axes."""
     return array[..., MARGIN:-MARGIN, MARGIN:-MARGIN]
-
-
-def leads(minutes):
-    """Return triples of minutes: two images, and a later one to forecast."""
-    ordered = sorted(minutes)
-    return [(before, now, later) for before, now in zip(ordered, ordered[1:]) for later in ordered if later > now]

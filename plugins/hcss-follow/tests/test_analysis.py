@@ -55,7 +55,7 @@ def test_wrong_images_name_what_is_allowed(tmp_path):
         advance(state, Image(field(128) - 200.0, later))
     holes = field(128)
     holes[:64] = np.nan
-    with pytest.raises(ImageError, match="50.0% of the pixels are missing; allowed: 5%"):
+    with pytest.raises(ImageError, match=r"50\.0% of the pixels are missing; allowed: 5%"):
         advance(state, Image(holes, later))
     (tmp_path / "no.nc").write_bytes(b"\x89HDF nothing")
     with pytest.raises(CatalogError, match=r"no\.nc"):

@@ -14,7 +14,8 @@ def hcss_register_cloud_generators() -> list[ProviderSpec]:
             3,
             "the sky of the latest measured image, moved on and changed as forecast from it",
             (
-                "T. Kroeger, R. Timofte, D. Dai and L. Van Gool, Fast Optical Flow using Dense Inverse Search, ECCV (2016)",
+                "T. Kroeger, R. Timofte, D. Dai and L. Van Gool, Fast Optical Flow using Dense Inverse Search, "
+                "ECCV (2016)",
             ),
         )
     ]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
@@ -22,7 +24,7 @@ def smooth(field: Field, sigma: float) -> Field:
 def bands_of(field: Field) -> Field:
     """Return the bands (7, rows, columns) of a field, finest first, whose sum is the field."""
     levels = [field, *(smooth(field, sigma) for sigma in SIGMAS)]
-    return np.stack([*(fine - coarse for fine, coarse in zip(levels, levels[1:], strict=False)), levels[-1]])
+    return np.stack([*(fine - coarse for fine, coarse in pairwise(levels)), levels[-1]])
 
 
 def local_energy(bands: Field) -> Field:

@@ -26,7 +26,9 @@ CHANNEL_K, PRIOR_SEA_K, PRIOR_VAPOUR = 0.25, 2.0, 0.3
 """Standard deviations: of a channel's calibration and the model's gas, and of the climatology's sea and (natural
 logarithm of) vapour."""
 
-_SEA_K, _VAPOUR = np.linspace(-6.0, 6.0, 4), np.array([0.4, 0.7, 1.0, 1.4, 2.0])
+_SEA_K = np.linspace(-6.0, 6.0, 3)
+_DRIEST, _WETTEST, _LESS, _SCALES = 0.4, 2.0, 0.92, 4
+"""Range of the vapour's scale, and by which factor the wettest is reduced until the air of the plan holds it."""
 
 _WALKERS, _STEPS, _BURNT, _SEED = 24, 1200, 400, 7
 
@@ -79,15 +81,16 @@ def fit_clear_sky(scenario: Mapping[str, Any], measured_K: Sequence[float], pixe
 
     start = hcss_twin.make_plan(hcss_twin.Scenario.from_dict(_clear(scenario, None, 1.0)))
     sea = float(start.assembly.sea_temperature_K)
-    table = [[_clear_K(_clear(scenario, sea + by, scale)) for scale in _VAPOUR] for by in _SEA_K]
+    scales = np.geomspace(_DRIEST, _wettest(scenario), _SCALES)
+    table = [[_clear_K(_clear(scenario, sea + by, scale)) for scale in scales] for by in _SEA_K]
     grid = np.array([[kelvin for _, kelvin in row] for row in table])  # (sea, vapour, band)
     bands = table[0][0][0]
     count = len(measured_K)
 
     def predicted(at: Array) -> Array:
         position = np.interp(at[:, 0] - sea, _SEA_K, np.arange(_SEA_K.size))
-        other = np.interp(np.log(at[:, 1]), np.log(_VAPOUR), np.arange(_VAPOUR.size))
-        i, j = np.minimum(position.astype(int), _SEA_K.size - 2), np.minimum(other.astype(int), _VAPOUR.size - 2)
+        other = np.interp(np.log(at[:, 1]), np.log(scales), np.arange(scales.size))
+        i, j = np.minimum(position.astype(int), _SEA_K.size - 2), np.minimum(other.astype(int), scales.size - 2)
         fi, fj = (position - i)[:, None], (other - j)[:, None]
         low = (1.0 - fj) * grid[i, j] + fj * grid[i, j + 1]
         high = (1.0 - fj) * grid[i + 1, j] + fj * grid[i + 1, j + 1]
@@ -95,19 +98,34 @@ def fit_clear_sky(scenario: Mapping[str, Any], measured_K: Sequence[float], pixe
         return result
 
     def log_posterior(at: Array) -> Array:
-        inside = (np.abs(at[:, 0] - sea) < _SEA_K[-1]) & (at[:, 1] > _VAPOUR[0]) & (at[:, 1] < _VAPOUR[-1])
+        inside = (np.abs(at[:, 0] - sea) < _SEA_K[-1]) & (at[:, 1] > scales[0]) & (at[:, 1] < scales[-1])
         safe = np.where(inside[:, None], at, [sea, 1.0])
         misfit = ((predicted(safe)[:, :count] - np.array(measured_K)) / CHANNEL_K) ** 2
         prior = ((safe[:, 0] - sea) / PRIOR_SEA_K) ** 2 + (np.log(safe[:, 1]) / PRIOR_VAPOUR) ** 2
         return np.where(inside, -0.5 * (misfit.sum(axis=1) + prior), -np.inf)
 
     rng = np.random.default_rng(_SEED)
-    first = np.stack([sea + rng.normal(0.0, 0.5, _WALKERS), np.exp(rng.normal(0.0, 0.1, _WALKERS))], axis=1)
+    vapour = np.exp(rng.uniform(np.log(scales[0]), np.log(scales[-1]), _WALKERS))  # inside the limits
+    first = np.stack([sea + rng.normal(0.0, 0.5, _WALKERS), vapour], axis=1)
     sampler = emcee.EnsembleSampler(_WALKERS, 2, log_posterior, vectorize=True)
     sampler.random_state = np.random.RandomState(_SEED).get_state()
     sampler.run_mcmc(first, _STEPS)
     draws = sampler.get_chain(discard=_BURNT, thin=4, flat=True)
     return ClearSky(draws, predicted(draws), bands, pixels)
+
+
+def _wettest(scenario: Mapping[str, Any]) -> float:
+    """Return a scale of the vapour that the plan allows: limits of the sampler are those of the scene."""
+    scale = _WETTEST
+    while True:
+        try:
+            hcss_twin.make_plan(hcss_twin.Scenario.from_dict(_clear(scenario, None, scale)))
+        except hcss_twin.ScenarioError:
+            scale *= _LESS
+            if scale < 1.0:
+                raise
+        else:
+            return scale
 
 
 def _clear(scenario: Mapping[str, Any], sea_K: float | None, scale: float) -> dict[str, Any]:

@@ -6,6 +6,4 @@ from hcss_twin.providers import CommandSpec, hookimpl
 @hookimpl
 def hcss_commands() -> list[CommandSpec]:
     """Return the command ``follow``."""
-    return [
-        CommandSpec("follow", "hcss_follow.command:follow", "Make a scenario whose sky is that of measured images.")
-    ]
+    return [CommandSpec("follow", "hcss_follow.command:follow", "Make a scenario with the sky of measured images.")]

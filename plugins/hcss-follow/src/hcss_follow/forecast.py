@@ -1,7 +1,7 @@
 """Forecast of a followed sky in the frame that moves with it: regression by scale, and members of an ensemble.
 
 The image and its tendency (what changed since the image before, moved along) are split into bands of scale. The
-forecast is their sum with coefficients that depend on band and lead. How much of a band stays depends on the place, too:
+forecast is their sum with coefficients that depend on band and lead. How much of a band stays depends on the place:
 q = E / (E + B), with the local energies of the tendency E and of the image B, is large where the last image was moved
 badly.
 
@@ -56,7 +56,8 @@ class Forecast:
         mean, variance = self._of.at(abs(lead_s))
         out, parts = np.empty(self._parts.kelvin.shape, np.float32), self._parts
         _combine(
-            out, parts.predictors, parts.changes, parts.energy, self._texture, parts.warmest, mean.astype(np.float32),
+            out, np.float32(parts.level_K), parts.predictors, parts.changes, parts.energy, self._texture, parts.warmest,
+            mean.astype(np.float32),
             np.maximum(variance, 0.0).astype(np.float32),
         )  # fmt: skip
         return out
@@ -64,9 +65,10 @@ class Forecast:
 
 @dataclass(frozen=True)
 class _Parts:
-    """What all members of a state share: predictors (4, 7, y, x), local energies (7, y, x), and limits (y, x)."""
+    """What all members of a state share: image, its mean, predictors (4, 7, y, x), local energies, and limits."""
 
     kelvin: Field
+    level_K: float
     predictors: Field
     changes: Field
     energy: Field
@@ -76,16 +78,17 @@ class _Parts:
 @lru_cache(maxsize=4)
 def _parts_of(state: State) -> _Parts:
     scale = 0.0 if state.number < 2 else PER_S / state.interval_s
-    image, tendency = bands_of(state.kelvin), np.float32(scale) * bands_of(state.tendency_K)
+    level = float(state.kelvin.mean(dtype=np.float64))
+    image, tendency = bands_of(state.kelvin - np.float32(level)), np.float32(scale) * bands_of(state.tendency_K)
     changes, energy = local_energy(tendency), local_energy(image)
     uncertain = changes / (changes + energy + np.float32(LEAST_K2))
     predictors = np.stack([image, tendency, image * uncertain, tendency * uncertain])
     nearby = maximum_filter(state.kelvin, _WARM_WINDOW, mode="nearest")
-    return _Parts(state.kelvin, predictors, changes, energy, np.maximum(state.clear_K, nearby))
+    return _Parts(state.kelvin, level, predictors, changes, energy, np.maximum(state.clear_K, nearby))
 
 
 def displaced(image: Field, energy: Field, seed: int) -> Field:
-    """Return bands (7, rows, columns) of local energy 1 from another place of the image, continued by its mirror images."""
+    """Return bands (7, rows, columns) of local energy 1 from another place of the mirrored image."""
     rng = np.random.default_rng([seed, 0xF0110])
     rows, columns = image.shape[1:]
     ratio = image / np.sqrt(energy + np.float32(LEAST_K2))
@@ -99,12 +102,20 @@ def displaced(image: Field, energy: Field, seed: int) -> Field:
 
 @kernel(fastmath={"contract"})
 def _combine(
-    out: Any, predictors: Any, changes: Any, energy: Any, texture: Any, warmest: Any, mean: Any, variance: Any
+    out: Any,
+    level: Any,
+    predictors: Any,
+    changes: Any,
+    energy: Any,
+    texture: Any,
+    warmest: Any,
+    mean: Any,
+    variance: Any,
 ) -> None:
     zero = np.float32(0.0)
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
-            out[i, j] = zero
+            out[i, j] = level
         for k in range(mean.shape[1]):
             for p in range(mean.shape[0]):
                 part = mean[p, k]

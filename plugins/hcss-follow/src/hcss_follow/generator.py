@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from hcss_skies.blending import put_in_layer
@@ -18,7 +19,7 @@ from hcss_follow.coefficients import read_coefficients
 from hcss_follow.parameters import FollowedParameters
 from hcss_follow.sky import FollowedSky
 from hcss_follow.state import Field, State, read_state
-from hcss_twin.providers import Array, CloudDeclaration, CloudInputs, ProviderError
+from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs, CloudLayer, ProviderError
 
 _DETAIL = Detail(0.31, 2.3)
 """Detail of images with too little cloud to tell, from SEVIRI and Landsat images."""
@@ -31,8 +32,8 @@ _COLDEST_K = 180.0
 _EXCESSES_M = np.array([0.0, 12_000.0])
 """Range of the excess of cloud tops."""
 
-_HIGHEST_M = 17_000.0
-"""Altitude of the highest tops that are tried; the coldest one counts."""
+_HIGHEST_M, _ALTITUDES = 17_000.0, 33
+"""Altitude of the highest tops that are tried, of which the coldest counts, and the number of altitudes."""
 
 _VISIBLE = 0.63
 """What an optical thickness of about 1 hides of the sea."""
@@ -77,7 +78,8 @@ class FollowedClouds:
         self._skies = [(self._sky_of(read_state(inputs.catalog.file(parameters.state))), (-math.inf, 0.0))]
         state = self._skies[0][0].state
         self._start = state.time
-        self._hanging = self._tables()
+        tables = _tables(inputs.inversion, inputs.layer, parameters.limits_um)
+        self._hanging, self._kelvin, self._visible_m = tables
         self._pace = replace(Pace.of(inputs.motion), rate=1.0)
         detail = self._skies[0][0].example.detail or _DETAIL
         if parameters.detail is not None:
@@ -85,8 +87,7 @@ class FollowedClouds:
         self._cells = RefinedCells(inputs.grid, state.pixel_size_m, self._pace, inputs.seed, detail)
         self.cloud_top_range_m = self._hanging.range_m
         self._last: tuple[tuple[float, ...], Field] | None = None
-        whole = slice(0, inputs.grid.rows), slice(0, inputs.grid.columns)
-        self.image_coverage = float(np.mean(self.thickness_m(0.0, *whole) > 0.0))
+        self.image_coverage = float(np.mean(state.kelvin < self._kelvin[0]))
         self.declares = CloudDeclaration(depends_on=frozenset({"time"}), evolves=True, notes=self._notes(state, detail))
 
     def _notes(self, state: State, detail: Detail) -> tuple[str, ...]:
@@ -94,7 +95,7 @@ class FollowedClouds:
         last = of.leads_s[-1] / 60.0
         notes = [
             f"State {state.number} of {state.time.isoformat()}: {state.source} ({state.rights or 'no terms stated'}).",
-            f"Coefficients of the forecast are those of {of.data}, for leads to {last:.0f} min; other weather has others.",
+            f"Coefficients of the forecast are those of {of.data}, to {last:.0f} min; other weather has others.",
             "mean forecast: smoother the later it is" if self._parameters.member is None
             else f"member {self._parameters.member} of the ensemble",
             "Beyond the image the sky has the image's statistics, not its clouds.",
@@ -166,17 +167,6 @@ class FollowedClouds:
     def _sky_of(self, state: State) -> FollowedSky:
         return FollowedSky(state, self._inputs.seed, self._parameters.member)
 
-    def _tables(self) -> HangingClouds:
-        """Return thickness and top by brightness temperature and excess, for this and any later state."""
-        inputs = self._inputs
-        assert inputs.inversion is not None
-        band = inputs.inversion.in_band(self._parameters.limits_um)
-        self._kelvin = band.clear_K, (band.clear_K - _COLDEST_K) / (_KNOTS - 1)
-        knots = band.clear_K - self._kelvin[1] * np.arange(_KNOTS)
-        half = band.clear_K - _VISIBLE * (band.clear_K - band.coldest_K)
-        self._visible_m = max(float(band.thickness_m(np.array(half))), 1e-3 * inputs.layer.thickness_max_m)
-        return hanging_clouds(band, inputs.layer, knots, _EXCESSES_M, _HIGHEST_M)
-
     def _window(self, time_s: float, rows: slice, columns: slice) -> Field:
         """Return thickness and top (2, y, x) of a window; the last one is kept, as the engine asks for both."""
         if not math.isfinite(time_s):
@@ -245,3 +235,18 @@ class FollowedClouds:
             total = seen if total is None or share == 1.0 else total + part * (seen - total)
         assert total is not None
         return total
+
+
+@lru_cache(maxsize=2)
+def _tables(inversion: BrightnessInversion, layer: CloudLayer, limits_um: Span) -> tuple[HangingClouds, Span, float]:
+    """Return thickness and top by brightness temperature and excess, for any state; plans make a generator repeatedly.
+
+    With them: the warmest brightness temperature and the step, and the thickness with an optical thickness of about 1.
+    """
+    band = inversion.in_band(limits_um)
+    step = (band.clear_K - _COLDEST_K) / (_KNOTS - 1)
+    half = band.clear_K - _VISIBLE * (band.clear_K - band.coldest_K)
+    visible_m = max(float(band.thickness_m(np.array(half))), 1e-3 * layer.thickness_max_m)
+    knots = band.clear_K - step * np.arange(_KNOTS)
+    hanging = hanging_clouds(band, layer, knots, _EXCESSES_M, _HIGHEST_M, _ALTITUDES)
+    return hanging, (band.clear_K, step), visible_m

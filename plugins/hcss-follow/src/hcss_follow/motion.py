@@ -21,8 +21,8 @@ STEP_S = 900.0
 def flow_between(before: Field, after: Field) -> Field:
     """Return the displacement (2, rows, columns), pixels along rows and columns, from one image to the next.
 
-    Dense inverse search of OpenCV (T. Kroeger et al., "Fast optical flow using dense inverse search", ECCV 2016) down to
-    single pixels.
+    Dense inverse search of OpenCV (T. Kroeger et al., "Fast optical flow using dense inverse search", ECCV 2016) down
+    to single pixels.
     """
     import cv2
 

@@ -113,9 +113,9 @@ def scenario_of(
         scenario["sea"] = {"temperature": round(float(sea + max(above, 0.0) / max(slope, 0.3)), 3)}
         scenario["atmosphere"] = {"water_vapour_scale": round(float(vapour), 4)}
         lines = (
-            f"sea {sea:.2f} +- {spread[0]:.2f} K, vapour {vapour:.2f} +- {spread[1]:.2f} of the climatology's, correlation "
-            f"{correlation:.2f}, from {fitted.pixels} clear pixels in {len(measured)} channels; the scene's sea is "
-            f"{scenario['sea']['temperature']:.2f} K, the warmest of the image.",
+            f"sea {sea:.2f} +- {spread[0]:.2f} K, vapour {vapour:.2f} +- {spread[1]:.2f} of the climatology's, "
+            f"correlation {correlation:.2f}, from {fitted.pixels} clear pixels in {len(measured)} channels; the "
+            f"scene's sea is {scenario['sea']['temperature']:.2f} K, the warmest of the image.",
         )
         notes += fitted.notes
     else:
