@@ -71,7 +71,7 @@ def follow(
     """Make a scenario whose sky is that of IMAGE..., brightness temperature near 10.8 um at one or more times.
 
     An IMAGE is FILE or FILE:VARIABLE. Two or more, some minutes apart, give motion and change. Beside the scenario a
-    state file (.nc) is written. hcss run, plan and serve take the scenario.
+    state file (.nc) is written. The scenario is one for hcss plan and run.
     """
     from hcss_follow.analysis import analyse, doubts
     from hcss_follow.images import read_images
