@@ -6,6 +6,7 @@ them are dropped, and what is no command is answered with an error.
 
 from __future__ import annotations
 
+import importlib
 import json
 import re
 from collections.abc import Mapping, Sequence
@@ -67,7 +68,7 @@ class Gateway:
     def __init__(self, endpoint: str) -> None:
         self.frames_endpoint = frames_endpoint_of(endpoint)
         try:
-            import zmq
+            zmq: Any = importlib.import_module("zmq")
         except ImportError as error:
             raise PayloadError("zmq: pyzmq is missing; allowed: pip install 'hcss-payload[zmq]'") from error
         self._zmq = zmq

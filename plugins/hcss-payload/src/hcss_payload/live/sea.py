@@ -115,7 +115,8 @@ def over_field(value: Callable[[int], Array], allowed: Array) -> Array:
     given, tried = (
         [size * row + column for row in range(start, size, 2) for column in range(start, size, 2)] for start in (0, 1)
     )
-    values: Array = weights @ np.stack([value(node) for node in given])
+    at_given: Array = np.stack([value(node) for node in given])
+    values: Array = np.matmul(weights, at_given)
     errors = np.stack([value(node) for node in tried]) - values[tried]
     if np.all(np.abs(errors) <= allowed):
         return values
