@@ -187,7 +187,8 @@ class LightStage(Stage):
             values = between
         values = values.reshape(-1, *shape)
         if self._ground is None:
-            return values[0]
+            alike: Array = values[0]
+            return alike
         number = self._ground.at(time_s, extent).number.astype(np.intp)
         of_ground: Array = np.take_along_axis(values, number[None, None], axis=0)[0]
         return of_ground

@@ -11,7 +11,7 @@ import click
 from hcss_twin.cli.options import Existing, Number, Output, Shared
 
 
-class _Time(click.ParamType):
+class _Time(click.ParamType):  # type: ignore[type-arg]  # generic in the latest click alone
     name = "TIME"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> datetime:

@@ -78,7 +78,7 @@ class FollowedClouds:
         self._skies = [(self._sky_of(read_state(inputs.catalog.file(parameters.state))), (-math.inf, 0.0))]
         state = self._skies[0][0].state
         self._start = state.time
-        tables = _tables(inputs.inversion, inputs.layer, parameters.limits_um)
+        tables = _tables(inputs.inversion, inputs.layer, parameters.limits_um)  # type: ignore[arg-type]  # hashed by identity
         self._hanging, self._kelvin, self._visible_m = tables
         self._pace = replace(Pace.of(inputs.motion), rate=1.0)
         detail = self._skies[0][0].example.detail or _DETAIL
@@ -154,15 +154,17 @@ class FollowedClouds:
 
     def thickness_m(self, time_s: float, rows: slice, columns: slice) -> Field:
         """Return the thickness (y, x) of a window; 0 is clear sky."""
-        return self._window(time_s, rows, columns)[0]
+        thickness: Field = self._window(time_s, rows, columns)[0]
+        return thickness
 
     def thickness_around_m(self, time_s: float, rows: slice, columns: slice, summary: None = None) -> Field:
         """Return the thickness (y, x) of a window that may reach outside the image."""
-        return self._window(time_s, rows, columns)[0]
+        return self.thickness_m(time_s, rows, columns)
 
     def cloud_top_m(self, time_s: float, rows: slice, columns: slice) -> Field:
         """Return the altitude of the cloud top (y, x) of any window."""
-        return self._window(time_s, rows, columns)[1]
+        top: Field = self._window(time_s, rows, columns)[1]
+        return top
 
     def _sky_of(self, state: State) -> FollowedSky:
         return FollowedSky(state, self._inputs.seed, self._parameters.member)
@@ -247,6 +249,6 @@ def _tables(inversion: BrightnessInversion, layer: CloudLayer, limits_um: Span) 
     step = (band.clear_K - _COLDEST_K) / (_KNOTS - 1)
     half = band.clear_K - _VISIBLE * (band.clear_K - band.coldest_K)
     visible_m = max(float(band.thickness_m(np.array(half))), 1e-3 * layer.thickness_max_m)
-    knots = band.clear_K - step * np.arange(_KNOTS)
+    knots = band.clear_K - step * np.arange(_KNOTS, dtype=np.float64)
     hanging = hanging_clouds(band, layer, knots, _EXCESSES_M, _HIGHEST_M, _ALTITUDES)
     return hanging, (band.clear_K, step), visible_m

@@ -87,9 +87,8 @@ def read_images(
     if times and len(times) != len(texts):
         raise CatalogError(f"--time: {len(times)} given; allowed: one for each of the {len(texts)} images, or none")
     read = [(*named(text), read_plane(*named(text), at)) for text in texts]
-    stated = [
-        when or _stated(plane, path) for when, (path, _, plane) in zip(times or [None] * len(read), read, strict=True)
-    ]
+    of_images: Sequence[datetime | None] = times or [None] * len(read)
+    stated = [when or _stated(plane, path) for when, (path, _, plane) in zip(of_images, read, strict=True)]
     order = sorted(range(len(read)), key=lambda n: stated[n])
     latest = read[order[-1]]
     extra = None if second is None else read_plane(*named(second), at).kelvin

@@ -53,7 +53,7 @@ def write_page(path: Path, scenario: Path, state: State, image: Image, made: Mad
     ]
     if made.clear_sky is not None:
         uncertain.append(_posterior(made.clear_sky))
-    at_once = [table, *(_beside(*pair) for pair in pairs)]
+    at_once: list[Markup.Block] = [table, *(_beside(*pair) for pair in pairs)]
     Page(
         f"Followed sky of {state.time.isoformat()}",
         f"{state.source}; {rows} x {columns} pixels of {state.pixel_size_m:g} m",

@@ -20,7 +20,7 @@ class FollowedParameters(BaseModel):
         0.0,
         ge=-21600.0,
         le=21600.0,
-        description="Time of the scenario's start after the latest image, s; negative for images taken while it was live.",
+        description="Time of the scenario's start after the latest image, s; negative for those taken while live.",
     )
     limits_um: tuple[float, float] = Field(
         (10.3, 11.3), description="Limits of the images' band, of equal response in wavenumber, um."

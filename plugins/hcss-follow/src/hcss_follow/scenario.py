@@ -106,7 +106,7 @@ def scenario_of(
     if measured:
         fitted = fit_clear_sky(scenario, measured, int(clear.sum()))
         sea, vapour = np.median(fitted.draws, axis=0)
-        spread, correlation = fitted.draws.std(axis=0), float(np.corrcoef(fitted.draws.T)[0, 1])
+        spread, correlation = fitted.draws.std(axis=0), float(np.asarray(np.corrcoef(fitted.draws.T))[0, 1])
         # per kelvin of the sea the clear sky warms by less
         slope = np.polyfit(fitted.draws[:, 0], fitted.predicted_K[:, 0], 1)[0] if len(measured) < 2 else 0.8
         above = float(np.percentile(state.kelvin, _WARMEST)) - measured[0]

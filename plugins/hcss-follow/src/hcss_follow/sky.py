@@ -13,6 +13,7 @@ import numpy as np
 from hcss_skies.blended import BlendedExample
 from hcss_skies.example import Example, make_example
 from hcss_skies.importing import CLEAR_K, detail_of
+from numpy.typing import NDArray
 
 from hcss_follow.analysis import LAPSE_K_M
 from hcss_follow.coefficients import Coefficients
@@ -101,7 +102,7 @@ class FollowedSky:
         if last is None or last[0] != lead_s:
             last = self._last = lead_s, self._forecast.kelvin(lead_s)
         sides = self.state.shape
-        places = [np.arange(first, end) for first, end in zip(low, high, strict=True)]
+        places = [np.arange(first, end, dtype=np.intp) for first, end in zip(low, high, strict=True)]
         mirrored = [_mirrored(place, side) for place, side in zip(places, sides, strict=True)]
         fields = [image[np.ix_(*mirrored)] for image in (last[1], self.state.excess_m)]
         beyond = [
@@ -109,9 +110,8 @@ class FollowedSky:
         ]
         far = np.minimum(np.maximum(beyond[0][:, None], beyond[1][None, :]) / _FADE, 1.0).astype(np.float32)
         if far.any():
-            blended = self._beyond(
-                lead_s, *(place - 0.5 * (side - 1) for place, side in zip(places, sides, strict=True))
-            )
+            y, x = (place.astype(np.float64) - 0.5 * (side - 1) for place, side in zip(places, sides, strict=True))
+            blended = self._beyond(lead_s, y, x)
             part = far * far * (np.float32(3.0) - np.float32(2.0) * far)
             fields = [own + part * (other - own) for own, other in zip(fields, blended, strict=True)]
         return np.ascontiguousarray(fields[0]), np.ascontiguousarray(fields[1])
@@ -128,8 +128,8 @@ class FollowedSky:
         return [out[..., 0], out[..., 1]]
 
 
-def _mirrored(place: Array, side: int) -> Array:
+def _mirrored(place: NDArray[np.intp], side: int) -> NDArray[np.intp]:
     """Return pixels inside an image for places beyond its edge."""
     folded = np.mod(place, 2 * side)
-    inside: Array = np.where(folded < side, folded, 2 * side - 1 - folded)
+    inside: NDArray[np.intp] = np.where(folded < side, folded, 2 * side - 1 - folded)
     return inside

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from datetime import UTC, datetime
 from pathlib import Path
@@ -114,7 +115,9 @@ def read_state(path: Path) -> State:
             if str(entry.type) == "Field":
                 values[entry.name] = np.asarray(file[entry.name][:], np.float32)
             else:
-                convert = {"int": int, "float": float, "bool": bool, "datetime": datetime.fromisoformat}
+                convert: dict[str, Callable[[Any], Any]] = {
+                    "int": int, "float": float, "bool": bool, "datetime": datetime.fromisoformat
+                }  # fmt: skip
                 values[entry.name] = convert.get(str(entry.type), str)(getattr(file, entry.name))
     state = State(**values)
     _check(path, state)

@@ -141,7 +141,8 @@ def _cover_of_sheet(scores: Array, chance: Array, coverage: float, of_film: floa
     of_example, others = math.sqrt(_OF_EXAMPLE), math.sqrt(1.0 - _OF_EXAMPLE)
 
     def cover(mean: float) -> Array:
-        return np.minimum(ndtr((of_example * scores + mean) / others), fullest)
+        found: Array = np.minimum(ndtr((of_example * scores + mean) / others), fullest)
+        return found
 
     return cover(float(brentq(lambda mean: float(chance @ cover(mean)) - coverage, -20.0, 20.0)))
 

@@ -116,7 +116,7 @@ class SimulatedClouds:
         self.film, self._reel = reel.film, reel
         scale = _scale_of(reel.film, inputs.grid.pixel_size_m, parameters.film)
         self._cell_m, self._scale = scale * reel.film.cell_m, scale
-        skies = _SKIES if scale < _COARSE else _COARSE_SKIES
+        skies: tuple[int, ...] = _SKIES if scale < _COARSE else _COARSE_SKIES
         if reel.film.sheet:  # where an example decides, large pixels show no more of a sheet of four times the size
             skies = (1 if parameters.where is not None and scale >= _COARSE else 4), 1
         self._magnified = [min(times, scale) for times in skies]
