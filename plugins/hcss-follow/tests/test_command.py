@@ -91,7 +91,7 @@ def test_from_files_to_a_plan(tmp_path):
     given = [f"{tmp_path}/i.nc:IR_108_00", f"{tmp_path}/i.nc:IR_108_15", "-o", str(tmp_path / "t.toml")]
     result = CliRunner().invoke(follow, given, catch_exceptions=False)
     assert result.exit_code == 0
-    state = read_state(tmp_path / "t.nc")
+    state = read_state(tmp_path / "t.state.nc")
     assert state.pixel_size_m == pytest.approx(3000.0, rel=0.01)
     assert (state.latitude, state.longitude) == (pytest.approx(4.15, abs=0.02), pytest.approx(-19.15, abs=0.02))
     np.testing.assert_allclose(state.kelvin, field(64, shift=(1.5, 1.0)) + 3.0, atol=1e-4)

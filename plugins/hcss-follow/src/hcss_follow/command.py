@@ -79,7 +79,7 @@ def follow(
     from hcss_twin.core.files import Writing
     from hcss_twin.providers import CatalogError
 
-    state_path = output.with_suffix(".nc")
+    state_path = output.with_suffix(".state.nc")  # `hcss run` writes the cube to .nc
     Output.require_writable([output], force, form="TOML")
     Output.require_writable([state_path], force, form="NetCDF")
     if page is not None:

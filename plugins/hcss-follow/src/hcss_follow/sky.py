@@ -7,7 +7,7 @@ clouds. Both parts move along the same velocities, those at the edge beyond it.
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from hcss_skies.blended import BlendedExample
@@ -31,8 +31,9 @@ _REACH = 2
 _WARM_PERCENTILE = 99.9
 
 
+@lru_cache(maxsize=4)
 def example_of(state: State) -> Example:
-    """Return the example of a state, for places beyond its edge."""
+    """Return the example of a state, for places beyond its edge; plans make a generator repeatedly."""
     kelvin = state.kelvin.astype(np.float64)
     warm = float(np.percentile(kelvin, _WARM_PERCENTILE))
     return make_example(
