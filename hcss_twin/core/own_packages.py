@@ -58,6 +58,7 @@ PAGES_OF_FOLDERS: Mapping[str, str] = {"index.json": "hcss-sweep"}
 
 NEEDS: Mapping[str, tuple[str, ...]] = {
     "hcss-dataset": ("hcss-sweep",),
+    "hcss-follow": ("hcss-skies",),
     "hcss-paper": ("hcss-evaluate",),
     "hcss-uncertainty": ("hcss-sweep", "hcss-evaluate"),
 }

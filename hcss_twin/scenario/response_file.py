@@ -354,7 +354,8 @@ def _in_order(rows: _Rows, unit: Unit, words: list[str], faults: _Faults) -> _Ro
         if faults:
             return rows
         raise CatalogError(": one row of numbers; allowed: at least two")
-    sign = 1.0 if sum(after[1] > before[1] for before, after in itertools.pairwise(rows)) * 2 >= len(rows) - 1 else -1.0
+    rises = sum(1 if after[1] > before[1] else -1 for before, after in itertools.pairwise(rows))
+    sign = 1.0 if (rises or rows[-1][1] - rows[0][1]) >= 0 else -1.0  # as many of both: the ends decide
     kept, twice = [rows[0]], []
     for line, at, value in rows[1:]:
         _, before, value_before = kept[-1]

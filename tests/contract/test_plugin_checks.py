@@ -27,7 +27,7 @@ def install(monkeypatch):
         entries = [(Origin(name, "visitor", "1.2"), EntryPoint(name, target, "-")) for name, target in targets.items()]
         monkeypatch.setattr("hcss_twin.scenario.file_checks.installed", lambda group: entries)
 
-    def check(source, overrides):
+    def check(source, overrides, shown):
         if overrides:
             raise ScenarioError([Problem("visits", f"not with {overrides}")], source)
         return "3 visits", {"visits": 3}

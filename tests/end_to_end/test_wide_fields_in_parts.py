@@ -125,18 +125,22 @@ def test_a_changed_coordinate_of_a_window_is_found_where_it_is(tmp_path, small_t
 
 
 def test_the_certificate_of_a_window_follows_the_views_of_the_whole_image():
-    # A corner, which is seen otherwise than the same rows and columns of a smaller image would be.
-    corner = {"image.window": {"rows": [24, 30], "columns": [32, 40]}}
-    plan = planned(**{"output.certificate": 24, "frames.count": 1, "view.zenith": 45.0}, **corner)
-    tables, sample = tables_of(plan), PixelSample(plan)
+    # Pixels of one corner are not certified as those of another one, which is seen otherwise.
+    settings = {"output.certificate": 24, "frames.count": 1, "view.zenith": 45.0}
+    plan, other = (
+        planned(**settings, **{"image.window": {"rows": [row, row + 6], "columns": [column, column + 8]}})
+        for row, column in ((24, 32), (0, 0))
+    )
+    tables, sample, of_other = tables_of(plan), PixelSample(plan), PixelSample(other)
     list(stream(plan, tables, sample))
     certificate = certify(plan, tables, sample.frames)
     assert sum(stratum.checked for stratum in certificate.strata) == 24
     assert certificate.passed
-    for pixels in sample.frames:
-        pixels.row[:] -= plan.extent[0].start
-        pixels.column[:] -= plan.extent[1].start
-    assert not certify(plan, tables, sample.frames).passed
+    list(stream(other, tables_of(other), of_other))
+    for pixels in of_other.frames:
+        pixels.row[:] += 24
+        pixels.column[:] += 32
+    assert not certify(plan, tables, of_other.frames).passed
 
 
 def test_a_sensor_measures_a_platform_that_says_its_pixels_and_speed_by_optics_and_orbit(tmp_path):

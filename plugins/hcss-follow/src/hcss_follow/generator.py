@@ -75,10 +75,13 @@ class FollowedClouds:
         if inputs.inversion is None:
             raise ProviderError("followed: brightness temperature is that of a scene; allowed: in a scenario")
         # newest first: when the state came into force, and over how long
-        self._skies = [(self._sky_of(inputs.catalog.parsed(inputs.catalog.file(parameters.state), read_state)), (-math.inf, 0.0))]
+        self._skies = [
+            (self._sky_of(inputs.catalog.parsed(inputs.catalog.file(parameters.state), read_state)), (-math.inf, 0.0))
+        ]
         state = self._skies[0][0].state
         self._start = state.time
-        tables = _tables(inputs.inversion, inputs.layer, parameters.limits_um)  # type: ignore[arg-type]  # hashed by identity
+        # inversions are hashed by identity
+        tables = _tables(inputs.inversion, inputs.layer, parameters.limits_um)  # type: ignore[arg-type]
         self._hanging, self._kelvin, self._visible_m = tables
         self._pace = replace(Pace.of(inputs.motion), rate=1.0)
         detail = self._skies[0][0].example.detail or _DETAIL
