@@ -19,7 +19,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 
-MOST = {"guide": 53050, "plugins": 13150}
+MOST = {"guide": 53000, "plugins": 13150}
 """Words that the tests allow; the goals are 45 000 and 62 000 in all."""
 
 
