@@ -102,5 +102,6 @@ def test_light_of_several_layers_along_rays_agrees_with_monte_carlo():
     for light in ("source", "columns"):
         plan = make_plan(scene(light, 8, clouds={"layers": layers}, sea=EVEN), rays=lambda *_: Arc(0.1))
         (error[light],) = check(plan, tables_of(plan), 0)["bands"].values()
-    assert abs(error["source"]["bias"]) < 2e-3 + 2.0 * error["source"]["noise"]
-    assert error["source"]["rms"] < 0.5 * error["columns"]["rms"]
+    # Cirrus over its neighbours' gaps: columns err by 11 %, light between them by 1.0 +- .3 %.
+    assert abs(error["source"]["bias"]) < 0.1 * abs(error["columns"]["bias"]) + 2.0 * error["source"]["noise"]
+    assert error["source"]["rms"] < 0.1 * error["columns"]["rms"]
