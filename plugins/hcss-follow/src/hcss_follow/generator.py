@@ -75,7 +75,9 @@ class FollowedClouds:
         if inputs.inversion is None:
             raise ProviderError("followed: brightness temperature is that of a scene; allowed: in a scenario")
         # newest first: when the state came into force, and over how long
-        self._skies = [(self._sky_of(inputs.catalog.parsed(inputs.catalog.file(parameters.state), read_state)), (-math.inf, 0.0))]
+        self._skies = [
+            (self._sky_of(inputs.catalog.parsed(inputs.catalog.file(parameters.state), read_state)), (-math.inf, 0.0))
+        ]
         state = self._skies[0][0].state
         self._start = state.time
         tables = _tables(inputs.inversion, inputs.layer, parameters.limits_um)  # type: ignore[arg-type]  # hashed by identity
