@@ -12,7 +12,7 @@ SIDE = 16
 
 @pytest.mark.long
 def test_the_cube_of_lead_0_is_the_image(tmp_path):
-    """Thin cloud at the sea's surface to deep cloud; the sky is that of a band of the scene, so nothing else differs."""
+    """From thin to deep cloud, in the band of the inversion, so that nothing else differs."""
     kelvin = field(64, fine=6.0)
     kelvin = np.where(kelvin < 286.0, kelvin - 40.0 * (286.0 - kelvin) / 8.0, kelvin)
     state_of([Image(kelvin, TIME)]).write(tmp_path / "sky.nc")
