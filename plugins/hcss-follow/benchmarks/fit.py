@@ -7,18 +7,23 @@ those of the variance.
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from hcss_follow.bands import COUNT, bands_of, local_energy
-from hcss_follow.coefficients import PREDICTORS, VARIANCES, Coefficients
-from hcss_follow.forecast import LEAST_K2, Forecast
+from hcss_follow.coefficients import DEPTHS_K, PREDICTORS, VARIANCES, Coefficients
+from hcss_follow.forecast import LEAST_K2
 from hcss_follow.motion import departures, interpolate
+from hcss_follow.sky import FollowedSky
 from scipy.optimize import nnls
-from sequences import MARGIN, blocks, inside, parser, state_of
+from sequences import EDGES_K, MARGIN, blocks, inside, parser, state_of
 
 USED = [n for n in range(4 * COUNT) if n not in (3 * COUNT - 1, 4 * COUNT - 1)]
 """Predictors of the fit: without those of the largest scale where uncertain, which are the mean of the image."""
+
+MEMBERS, ROUNDS = 6, 3
+"""For the factors of spread."""
 
 
 def stacks(state, lead_s, pixel_size_m):
@@ -78,16 +83,43 @@ def fit_lead(collected):
     return best.reshape(4, COUNT), variance, np.sqrt(total[:2] / total[2]), sums
 
 
-def inflation(coefficients, states, errors, lead_s):
-    """Return by how much the variance of members is to be multiplied to be that of the errors, over all blocks.
+def spread_of(states, truths, coefficients, lead_s):
+    """Return mean squares (block, class) of the errors of the mean and of the spread of members, and pixels."""
+    errors, spreads, counts = (np.zeros((len(states), len(DEPTHS_K))) for _ in range(3))
+    for number, (state, truth) in enumerate(zip(states, truths, strict=True)):
+        at = [np.arange(MARGIN, side - MARGIN) - 0.5 * (side - 1) for side in state.shape]
+        mean, *members = (
+            FollowedSky(state, 1, seed, coefficients).at(lead_s, *at)[..., 0] for seed in (None, *range(MEMBERS))
+        )
+        variance, depth = np.var(members, axis=0, ddof=1), inside(state.clear_K) - mean
+        known, classes = np.isfinite(truth), np.digitize(depth, EDGES_K)
+        for one in range(len(DEPTHS_K)):
+            these = known & (classes == one)
+            counts[number, one] = these.sum()
+            errors[number, one] = np.sum((mean - truth)[these] ** 2)
+            spreads[number, one] = np.sum(variance[these])
+    return errors, spreads, counts
 
-    Bands overlap, so that variances of bands do not add up, for errors and members alike, but not to the same degree.
+
+def factors_of(states, truths, coefficients, lead_s):
+    """Return factors (3,) of the variance with which members spread as much as the mean errs, and a line of text.
+
+    The limits of clear sky take a part of the spread away, so that factors are found in a few rounds. The ratios of the
+    last round leave out the block that they judge.
     """
-    drawn = []
-    for state in states:
-        mean = Forecast(state, None, coefficients).kelvin(lead_s)
-        drawn += [np.mean(inside(Forecast(state, seed, coefficients).kelvin(lead_s) - mean) ** 2) for seed in range(3)]
-    return float(np.mean(errors) / np.mean(drawn))
+    factors = np.ones(len(DEPTHS_K))
+    for _ in range(ROUNDS):
+        of = replace(coefficients, spread=np.stack([np.ones_like(factors), factors]))
+        errors, spreads, counts = spread_of(states, truths, of, lead_s)
+        left_out = (errors.sum(0) - errors) / np.maximum(spreads.sum(0) - spreads, 1e-9)
+        ratios = np.sqrt((left_out * spreads).sum(0) / errors.sum(0))
+        factors = factors * errors.sum(0) / spreads.sum(0)
+    shares = counts.sum(0) / counts.sum()
+    text = ", ".join(
+        f"{name} ({share:.0%}) {ratio:.2f}"
+        for name, share, ratio in zip(("clear", "thin", "cold"), shares, ratios, strict=True)
+    )
+    return factors, f"spread/error of blocks left out: {text}"
 
 
 def main():
@@ -106,7 +138,7 @@ def main():
                 collected[minute].append((stacks(state, 60.0 * (minute - second), given.pixel_size), truth))
                 states[minute].append(state)
         print("block", number, flush=True)
-    leads, means, variances = [], [], []
+    leads, means, variances, spreads = [], [], [], []
     for minute, pairs in collected.items():
         mean, variance, rmse, sums = fit_lead(pairs)
         worst = max(np.sqrt(one / two) for one, two, _ in sums)
@@ -118,18 +150,19 @@ def main():
         start = np.zeros_like(mean)
         start[0] = 1.0
         of = Coefficients(
-            np.array([0.0, lead_s]), np.stack([start, mean]), np.stack([0.0 * variance, variance]), "", ""
+            np.array([0.0, lead_s]), np.stack([start, mean]), np.stack([0.0 * variance, variance]),
+            np.ones((2, len(DEPTHS_K))), "", "",
         )
-        errors = [
-            np.nanmean((truth - np.tensordot(mean.ravel(), stack[: 4 * COUNT], 1)) ** 2) for stack, truth in pairs
-        ]
-        factor = inflation(of, states[minute], errors, lead_s)
-        print(f"variance of members times {factor:.3f}")
+        truths = [truth + state.kelvin.mean() for (_, truth), state in zip(pairs, states[minute], strict=True)]
+        factors, text = factors_of(states[minute], truths, of, lead_s)
+        print(text)
         leads.append(lead_s)
         means.append(dict(zip(PREDICTORS, np.round(mean, 4).tolist(), strict=True)))
-        variances.append(dict(zip(VARIANCES, np.round(factor * variance, 4).tolist(), strict=True)))
+        variances.append(dict(zip(VARIANCES, np.round(variance, 4).tolist(), strict=True)))
+        spreads.append(np.round(factors, 4).tolist())
     command = " ".join(["python", *(Path(text).name if text == given.file else text for text in sys.argv)])
-    written = {"data": given.data, "command": command, "leads_s": leads, "mean": means, "variance": variances}
+    written = {"data": given.data, "command": command, "leads_s": leads, "mean": means}
+    written |= {"variance": variances, "spread": spreads}
     given.output.write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
 
 

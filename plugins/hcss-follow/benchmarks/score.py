@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 from hcss_follow.sky import FollowedSky
-from sequences import MARGIN, blocks, inside, parser, state_of
+from sequences import EDGES_K, MARGIN, blocks, inside, parser, state_of
 
-PEERS = "S-PROG", "STEPS"
+CLASSES = "clear", "thin", "cold"
+"""By the mean forecast, see ``sequences.py``."""
 
 
 def crps(members, truth):
@@ -132,6 +133,11 @@ def main():
                         "crps": crps(ensemble, truth).mean(), "variance": ensemble.var(axis=0, ddof=1).mean(),
                         "error2": np.mean(bias**2), "rank": rank_distance(ensemble, truth),
                     }  # fmt: skip
+                    classes = np.digitize(inside(state.clear_K) - mean, EDGES_K)
+                    for one, word in enumerate(CLASSES):
+                        these = classes == one
+                        values[f"{word} variance"] = np.sum(ensemble.var(axis=0, ddof=1)[these]) / truth.size
+                        values[f"{word} error2"] = np.sum(bias[these] ** 2) / truth.size
                     values |= {
                         f"octave {2 * 2**n} px": ratio for n, ratio in enumerate(octaves(ensemble[0]) / measured)
                     }
@@ -150,6 +156,9 @@ def main():
         if "crps" in mean:
             ratio = np.sqrt((given.members + 1) / given.members * mean["variance"] / mean["error2"])
             text.append(f"CRPS {mean['crps']:.3f} K, spread/error {ratio:.2f}, rank distance {mean['rank']:.3f}")
+            for word in CLASSES:
+                part = np.sqrt((given.members + 1) / given.members * mean[f"{word} variance"] / mean[f"{word} error2"])
+                text.append(f"{word} {part:.2f}")
             medians = [np.median([entry[key] for entry in entries]) for key in mean if key.startswith("octave")]
             text.append("octaves from 2 px (median) " + " ".join(f"{value:.2f}" for value in medians))
         print(", ".join(text))

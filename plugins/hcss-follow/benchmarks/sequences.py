@@ -11,6 +11,9 @@ from hcss_twin.providers import NetcdfFile
 MARGIN = 64
 """Pixels around what is scored, from where clouds come."""
 
+EDGES_K = 2.0, 20.0
+"""How far below the clear sky the mean forecast is where it is thin, and where it is cold."""
+
 START = datetime(2000, 1, 1, tzinfo=UTC)
 
 

@@ -34,6 +34,26 @@ _WALKERS, _STEPS, _BURNT, _SEED = 24, 1200, 400, 7
 
 
 @dataclass(frozen=True)
+class _Table:
+    """Brightness temperature of the clear sky (S, V, B) by the temperature of the sea and the scale of the vapour."""
+
+    sea_K: Array
+    scales: Array
+    grid_K: Array
+
+    def kelvin(self, at: Array) -> Array:
+        """Return brightness temperatures (N, B) at (N, 2): bilinear, in the logarithm of the scale."""
+        position = np.interp(at[:, 0], self.sea_K, np.arange(self.sea_K.size))
+        other = np.interp(np.log(at[:, 1]), np.log(self.scales), np.arange(self.scales.size))
+        i, j = np.minimum(position.astype(int), self.sea_K.size - 2), np.minimum(other.astype(int), self.scales.size - 2)
+        fi, fj = (position - i)[:, None], (other - j)[:, None]
+        low = (1.0 - fj) * self.grid_K[i, j] + fj * self.grid_K[i, j + 1]
+        high = (1.0 - fj) * self.grid_K[i + 1, j] + fj * self.grid_K[i + 1, j + 1]
+        result: Array = (1.0 - fi) * low + fi * high
+        return result
+
+
+@dataclass(frozen=True)
 class ClearSky:
     """What the clear sky says of sea and vapour.
 
@@ -46,12 +66,21 @@ class ClearSky:
     bands : tuple of str
     pixels : int
         That were clear.
+    table : _Table
     """
 
     draws: Array
     predicted_K: Array
     bands: tuple[str, ...]
     pixels: int
+    table: _Table
+
+    def warm_sea_K(self, kelvin: float) -> float:
+        """Return the temperature of the sea with a brightness temperature in the first band, under the median vapour."""
+        vapour = float(np.median(self.draws[:, 1]))
+        sea_K = np.array([self.table.sea_K[0], self.table.sea_K[-1]])
+        seen = self.table.kelvin(np.stack([sea_K, np.full(2, vapour)], axis=1))[:, 0]
+        return float(sea_K[0] + (kelvin - seen[0]) * (sea_K[1] - sea_K[0]) / (seen[1] - seen[0]))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -82,25 +111,15 @@ def fit_clear_sky(scenario: Mapping[str, Any], measured_K: Sequence[float], pixe
     start = hcss_twin.make_plan(hcss_twin.Scenario.from_dict(_clear(scenario, None, 1.0)))
     sea = float(start.assembly.sea_temperature_K)
     scales = np.geomspace(_DRIEST, _wettest(scenario), _SCALES)
-    table = [[_clear_K(_clear(scenario, sea + by, scale)) for scale in scales] for by in _SEA_K]
-    grid = np.array([[kelvin for _, kelvin in row] for row in table])  # (sea, vapour, band)
-    bands = table[0][0][0]
+    seen = [[_clear_K(_clear(scenario, sea + by, scale)) for scale in scales] for by in _SEA_K]
+    table = _Table(sea + _SEA_K, scales, np.array([[kelvin for _, kelvin in row] for row in seen]))
+    bands = seen[0][0][0]
     count = len(measured_K)
-
-    def predicted(at: Array) -> Array:
-        position = np.interp(at[:, 0] - sea, _SEA_K, np.arange(_SEA_K.size))
-        other = np.interp(np.log(at[:, 1]), np.log(scales), np.arange(scales.size))
-        i, j = np.minimum(position.astype(int), _SEA_K.size - 2), np.minimum(other.astype(int), scales.size - 2)
-        fi, fj = (position - i)[:, None], (other - j)[:, None]
-        low = (1.0 - fj) * grid[i, j] + fj * grid[i, j + 1]
-        high = (1.0 - fj) * grid[i + 1, j] + fj * grid[i + 1, j + 1]
-        result: Array = (1.0 - fi) * low + fi * high
-        return result
 
     def log_posterior(at: Array) -> Array:
         inside = (np.abs(at[:, 0] - sea) < _SEA_K[-1]) & (at[:, 1] > scales[0]) & (at[:, 1] < scales[-1])
         safe = np.where(inside[:, None], at, [sea, 1.0])
-        misfit = ((predicted(safe)[:, :count] - np.array(measured_K)) / CHANNEL_K) ** 2
+        misfit = ((table.kelvin(safe)[:, :count] - np.array(measured_K)) / CHANNEL_K) ** 2
         prior = ((safe[:, 0] - sea) / PRIOR_SEA_K) ** 2 + (np.log(safe[:, 1]) / PRIOR_VAPOUR) ** 2
         return np.where(inside, -0.5 * (misfit.sum(axis=1) + prior), -np.inf)
 
@@ -111,7 +130,7 @@ def fit_clear_sky(scenario: Mapping[str, Any], measured_K: Sequence[float], pixe
     sampler.random_state = np.random.RandomState(_SEED).get_state()
     sampler.run_mcmc(first, _STEPS)
     draws = sampler.get_chain(discard=_BURNT, thin=4, flat=True)
-    return ClearSky(draws, predicted(draws), bands, pixels)
+    return ClearSky(draws, table.kelvin(draws), bands, pixels, table)
 
 
 def _wettest(scenario: Mapping[str, Any]) -> float:

@@ -20,6 +20,9 @@ PREDICTORS = "image", "tendency", "image_where_uncertain", "tendency_where_uncer
 VARIANCES = "of_tendency", "of_image"
 """Local energies that give the variance of what is not known."""
 
+DEPTHS_K = 0.5, 8.0, 40.0
+"""How far below the clear sky the factors of spread hold, linear between: clear, thin and cold."""
+
 PER_S = 900.0
 """Interval of the images to which the tendency refers."""
 
@@ -36,6 +39,8 @@ class Coefficients:
         Of each predictor and band, finest first.
     variance : ndarray (L, 2, 7)
         Of each local energy and band.
+    spread : ndarray (L, 3)
+        Factor of the variance by depth, see ``DEPTHS_K``.
     data : str
         Images to which they were fitted.
     command : str
@@ -45,11 +50,12 @@ class Coefficients:
     leads_s: Array
     mean: Array
     variance: Array
+    spread: Array
     data: str
     command: str
 
-    def at(self, lead_s: float) -> tuple[Array, Array]:
-        """Return the coefficients of the mean (4, 7) and of the variance (2, 7) at a lead.
+    def at(self, lead_s: float) -> tuple[Array, Array, Array]:
+        """Return the coefficients of the mean (4, 7) and of the variance (2, 7), and its factors (3,), at a lead.
 
         Linear between leads. Beyond the last one, what is left of the image falls as between the last two leads, and
         what falls away becomes variance.
@@ -66,7 +72,8 @@ class Coefficients:
             mean[0] *= part
             mean[2] *= part
             variance[1] += last**2 * (1.0 - part**2)
-        return mean, variance
+        factors = np.array([np.interp(lead, self.leads_s, of) for of in self.spread.T])
+        return mean, variance, factors
 
 
 @cache
@@ -80,4 +87,5 @@ def read_coefficients(path: Path = SHIPPED) -> Coefficients:
     variance = np.stack(
         [np.zeros((2, COUNT)), *(np.array([of[name] for name in VARIANCES]) for of in stored["variance"])]
     )
-    return Coefficients(leads, mean, variance, stored["data"], stored["command"])
+    spread = np.concatenate((np.ones((1, len(DEPTHS_K))), stored["spread"]))
+    return Coefficients(leads, mean, variance, spread, stored["data"], stored["command"])

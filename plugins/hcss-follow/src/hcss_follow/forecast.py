@@ -5,7 +5,8 @@ forecast is their sum with coefficients that depend on band and lead. How much o
 q = E / (E + B), with the local energies of the tendency E and of the image B, is large where the last image was moved
 badly.
 
-What the forecast does not know has, by band and place, a variance that is a sum of E and B. A member of an ensemble
+What the forecast does not know has, by band and place, a variance that is a sum of E and B, times a factor that depends
+on how far the pixel is below the clear sky. A member of an ensemble
 fills it with the image's own bands from a place that its seed chooses, with their local energy set to 1: edges, streets
 and cells stay together.
 """
@@ -20,7 +21,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter
 
 from hcss_follow.bands import bands_of, local_energy
-from hcss_follow.coefficients import PER_S, Coefficients, read_coefficients
+from hcss_follow.coefficients import DEPTHS_K, PER_S, Coefficients, read_coefficients
 from hcss_follow.state import Field, State
 from hcss_twin.core.kernels import kernel
 
@@ -53,11 +54,11 @@ class Forecast:
         """Return the forecast (rows, columns); the image itself at lead 0."""
         if lead_s == 0.0:
             return self._parts.kelvin
-        mean, variance = self._of.at(abs(lead_s))
+        mean, variance, factors = self._of.at(abs(lead_s))
         out, parts = np.empty(self._parts.kelvin.shape, np.float32), self._parts
         _combine(
             out, np.float32(parts.level_K), parts.predictors, parts.changes, parts.energy, self._texture, parts.warmest,
-            mean.astype(np.float32),
+            np.interp(parts.depth_K, DEPTHS_K, np.sqrt(factors)).astype(np.float32), mean.astype(np.float32),
             np.maximum(variance, 0.0).astype(np.float32),
         )  # fmt: skip
         return out
@@ -73,6 +74,7 @@ class _Parts:
     changes: Field
     energy: Field
     warmest: Field
+    depth_K: Field
 
 
 @lru_cache(maxsize=4)
@@ -84,7 +86,7 @@ def _parts_of(state: State) -> _Parts:
     uncertain = changes / (changes + energy + np.float32(LEAST_K2))
     predictors = np.stack([image, tendency, image * uncertain, tendency * uncertain])
     nearby = maximum_filter(state.kelvin, _WARM_WINDOW, mode="nearest")
-    return _Parts(state.kelvin, level, predictors, changes, energy, np.maximum(state.clear_K, nearby))
+    return _Parts(state.kelvin, level, predictors, changes, energy, np.maximum(state.clear_K, nearby), state.clear_K - state.kelvin)
 
 
 def displaced(image: Field, energy: Field, seed: int) -> Field:
@@ -109,6 +111,7 @@ def _combine(
     energy: Any,
     texture: Any,
     warmest: Any,
+    factor: Any,
     mean: Any,
     variance: Any,
 ) -> None:
@@ -125,6 +128,6 @@ def _combine(
             if texture.shape[0]:
                 for j in range(out.shape[1]):
                     unknown = variance[0, k] * changes[k, i, j] + variance[1, k] * energy[k, i, j]
-                    out[i, j] += np.sqrt(unknown) * texture[k, i, j]
+                    out[i, j] += factor[i, j] * np.sqrt(unknown) * texture[k, i, j]
         for j in range(out.shape[1]):
             out[i, j] = min(out[i, j], warmest[i, j])

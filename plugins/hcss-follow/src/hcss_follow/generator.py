@@ -11,11 +11,12 @@ from hcss_skies.blending import put_in_layer
 from hcss_skies.example import Detail
 from hcss_skies.pace import Pace
 from hcss_skies.refined import RefinedCells
-from hcss_skies.tops import HangingClouds, between_cells, hanging_clouds, look_up_pairs
+from hcss_skies.tops import between_cells
 from numpy.typing import NDArray
 
 from hcss_follow.analysis import doubts
 from hcss_follow.coefficients import read_coefficients
+from hcss_follow.hanging import HangingClouds, hanging_clouds
 from hcss_follow.parameters import FollowedParameters
 from hcss_follow.sky import FollowedSky
 from hcss_follow.state import Field, State, read_state
@@ -24,23 +25,13 @@ from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, Cl
 _DETAIL = Detail(0.31, 2.3)
 """Detail of images with too little cloud to tell, from SEVIRI and Landsat images."""
 
-_KNOTS = 1024
-"""Of thickness by brightness temperature."""
+_HEIGHTS_M = 3000.0, 6000.0, 9000.0, 12_000.0
+"""Limits of the tops of a scene, of which the lowest that holds its clouds counts; above the last there is none."""
 
-_COLDEST_K = 180.0
-
-_EXCESSES_M = np.array([0.0, 12_000.0])
-"""Range of the excess of cloud tops."""
-
-_HIGHEST_M, _ALTITUDES = 17_000.0, 33
-"""Altitude of the highest tops that are tried, of which the coldest counts, and the number of altitudes."""
-
-_VISIBLE = 0.63
-"""What an optical thickness of about 1 hides of the sea."""
+_COLDER_K, _HIGHER_M = 4.0, 500.0
+"""By how much the clouds of the hours to come may be colder and higher than those of the image."""
 
 _TILE = 512
-
-Span = tuple[float, float]
 
 
 class FollowedClouds:
@@ -81,16 +72,15 @@ class FollowedClouds:
         state = self._skies[0][0].state
         self._start = state.time
         # inversions are hashed by identity
-        tables = _tables(inputs.inversion, inputs.layer, parameters.limits_um)  # type: ignore[arg-type]
-        self._hanging, self._kelvin, self._visible_m = tables
+        self._hanging = _hanging(inputs.inversion, inputs.layer, inputs.catalog, parameters.limits_um, state)  # type: ignore[arg-type]
         self._pace = replace(Pace.of(inputs.motion), rate=1.0)
         detail = self._skies[0][0].example.detail or _DETAIL
         if parameters.detail is not None:
             detail = Detail(parameters.detail, detail.exponent)
         self._cells = RefinedCells(inputs.grid, state.pixel_size_m, self._pace, inputs.seed, detail)
-        self.cloud_top_range_m = self._hanging.range_m
+        self.cloud_top_range_m = float(self._hanging.altitude_m[0]), float(self._hanging.altitude_m[-1])
         self._last: tuple[tuple[float, ...], Field] | None = None
-        self.image_coverage = float(np.mean(state.kelvin < self._kelvin[0]))
+        self.image_coverage = float(np.mean(state.kelvin < self._hanging.clear_K))
         self.declares = CloudDeclaration(depends_on=frozenset({"time"}), evolves=True, notes=self._notes(state, detail))
 
     def _notes(self, state: State, detail: Detail) -> tuple[str, ...]:
@@ -198,7 +188,7 @@ class FollowedClouds:
             y, x = (np.arange(*ends, dtype=np.float64) + 0.5 for ends in zip(low, high, strict=True))
             pairs = self._clouds(time_s, y, x)
             most = float(np.float32(layer.thickness_max_m))
-            out[0] = cells.means(np.ascontiguousarray(pairs[..., 0]), list(low), edges, time_s, most, self._visible_m)
+            out[0] = cells.means(np.ascontiguousarray(pairs[..., 0]), list(low), edges, time_s, most, self._hanging.visible_m)
             y, x = (0.5 * (edge[1:] + edge[:-1]) - 0.5 for edge in edges)
             out[1] = between_cells(pairs[..., 1].astype(np.float64), y, x, low)
             np.minimum(out[0], out[1], out=out[0])
@@ -218,9 +208,7 @@ class FollowedClouds:
     def _clouds(self, time_s: float, y: Array, x: Array) -> Field:
         """Return thickness and top (y, x, 2) at positions in pixels of the image from its middle."""
         pairs = self._seen(time_s, y, x)
-        warmest, step = self._kelvin
-        pairs[..., 0] = (np.float32(warmest) - pairs[..., 0]) / np.float32(step)
-        look_up_pairs(pairs, self._hanging.fields, self._hanging.step_m)
+        self._hanging.look_up(pairs, self._inputs.layer)
         return pairs
 
     def _seen(self, time_s: float, y: Array, x: Array) -> Field:
@@ -243,15 +231,16 @@ class FollowedClouds:
 
 
 @lru_cache(maxsize=2)
-def _tables(inversion: BrightnessInversion, layer: CloudLayer, limits_um: Span) -> tuple[HangingClouds, Span, float]:
-    """Return thickness and top by brightness temperature and excess, for any state; plans make a generator repeatedly.
+def _hanging(
+    inversion: BrightnessInversion, layer: CloudLayer, catalog: Catalog, limits_um: tuple[float, float], state: State
+) -> HangingClouds:
+    """Return the clouds of a scene up to the tops of a state and of those to come; plans make a generator repeatedly."""
+    whole = hanging_clouds(inversion.in_band(limits_um), layer, catalog)
+    return whole.up_to(_highest_m(whole, state))
 
-    With them: the warmest brightness temperature and the step, and the thickness with an optical thickness of about 1.
-    """
-    band = inversion.in_band(limits_um)
-    step = (band.clear_K - _COLDEST_K) / (_KNOTS - 1)
-    half = band.clear_K - _VISIBLE * (band.clear_K - band.coldest_K)
-    visible_m = max(float(band.thickness_m(np.array(half))), 1e-3 * layer.thickness_max_m)
-    knots = band.clear_K - step * np.arange(_KNOTS, dtype=np.float64)
-    hanging = hanging_clouds(band, layer, knots, _EXCESSES_M, _HIGHEST_M, _ALTITUDES)
-    return hanging, (band.clear_K, step), visible_m
+
+def _highest_m(clouds: HangingClouds, state: State) -> float:
+    """Return the limit of tops that holds those of a state."""
+    tops_m = clouds.tops_m(state.kelvin.astype(np.float64) - _COLDER_K) + state.excess_m
+    highest = float(tops_m.max()) + _HIGHER_M
+    return next((limit for limit in _HEIGHTS_M if limit >= highest), math.inf)

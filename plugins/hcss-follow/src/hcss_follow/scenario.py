@@ -107,10 +107,8 @@ def scenario_of(
         fitted = fit_clear_sky(scenario, measured, int(clear.sum()))
         sea, vapour = np.median(fitted.draws, axis=0)
         spread, correlation = fitted.draws.std(axis=0), float(np.asarray(np.corrcoef(fitted.draws.T))[0, 1])
-        # per kelvin of the sea the clear sky warms by less
-        slope = np.polyfit(fitted.draws[:, 0], fitted.predicted_K[:, 0], 1)[0] if len(measured) < 2 else 0.8
-        above = float(np.percentile(state.kelvin, _WARMEST)) - measured[0]
-        scenario["sea"] = {"temperature": round(float(sea + max(above, 0.0) / max(slope, 0.3)), 3)}
+        warmest = max(float(np.percentile(state.kelvin, _WARMEST)), measured[0])
+        scenario["sea"] = {"temperature": round(fitted.warm_sea_K(warmest), 3)}
         scenario["atmosphere"] = {"water_vapour_scale": round(float(vapour), 4)}
         lines = (
             f"sea {sea:.2f} +- {spread[0]:.2f} K, vapour {vapour:.2f} +- {spread[1]:.2f} of the climatology's, "
