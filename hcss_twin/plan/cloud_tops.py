@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
+from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.plan.accuracy import RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
@@ -21,6 +23,7 @@ from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.effects import Effect
 from hcss_twin.plan.few_columns import few_columns
 from hcss_twin.plan.point_nodes import WAVENUMBERS, place_point_nodes
+from hcss_twin.plan.scene_analysis import inputs_of_analysis
 from hcss_twin.providers import Sun
 from hcss_twin.scenario.scenario import Scenario
 
@@ -111,10 +114,18 @@ def _extent(assembly: Assembly, index: int) -> tuple[float, float]:
     return max(low - layer.thickness_max_m, 0.0), high
 
 
+@dataclass(frozen=True)
+class _Nodes:
+    """What is cached of a placed axis: the nodes of its segments, and the error."""
+
+    segments: tuple[Array, ...]
+    error: float
+
+
 def plan_tops(
-    scenario: Scenario, assembly: Assembly, which: int, accuracy: RequestedAccuracy, sun: Sun | None
+    scenario: Scenario, assembly: Assembly, which: int, accuracy: RequestedAccuracy, sun: Sun | None, catalog: Catalog
 ) -> CloudTops:
-    """Choose the altitudes of a layer's tops with tables.
+    """Choose the altitudes of a layer's tops with tables, from the cache if possible.
 
     Raises
     ------
@@ -138,4 +149,12 @@ def plan_tops(
 
     axis = Axis(low, high, levels[(levels > low + _SHORTEST_M) & (levels < high - _SHORTEST_M)].tolist())
     what = f"cloud tops of '{layer.name}' from {low:g} to {high:g} m"
-    return CloudTops(which, layer.name, place_point_nodes(scenario, accuracy, axis, at, what, _ORDERS, MAX_NODES))
+
+    def compute() -> _Nodes:
+        placed = place_point_nodes(scenario, accuracy, axis, at, what, _ORDERS, MAX_NODES)
+        return _Nodes(placed.segments, placed.error)
+
+    parts = {"for": "cloud tops", "layer": which, "range": [low, high], "accuracy": repr(accuracy), "sun": repr(sun)}
+    key = result_key({**inputs_of_analysis(scenario, assembly, catalog), **parts}, catalog.shelf)
+    nodes = recall_or_compute(PLANS, key, catalog, compute, (_Nodes,))
+    return CloudTops(which, layer.name, PlacedAxis(axis, nodes.segments, nodes.error))

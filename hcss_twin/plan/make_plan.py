@@ -186,7 +186,7 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
         planned_surfaces.append(plan_surfaces(scenario, assembly, surfaces, accuracy))
     highest = suns.track.at(float(suns.time_s[np.argmin(suns.zenith_deg)]))
     sun = highest if highest.is_up else None
-    tops = _cloud_tops(scenario, assembly, analysis.accuracy, sun)
+    tops = _cloud_tops(scenario, assembly, analysis.accuracy, sun, catalog)
     planned = tuple(plan_point_effect(scenario, assembly, effect, analysis.accuracy, sun) for effect in effects)
     by_place = tuple(of_places.planned(scenario, assembly, analysis.accuracy, sun) for of_places in airs)
     assembly = assembly.at_level(analysis.numerics.level).on_grid(analysis.spectral_grid.refinement)
@@ -305,13 +305,13 @@ def _at_extreme_tops(assembly: Assembly) -> list[Assembly]:
 
 
 def _cloud_tops(
-    scenario: Scenario, assembly: Assembly, accuracy: RequestedAccuracy, sun: Sun | None
+    scenario: Scenario, assembly: Assembly, accuracy: RequestedAccuracy, sun: Sun | None, catalog: Catalog
 ) -> tuple[CloudTops, ...]:
     if not assembly.tops_vary:
         return ()
     from hcss_twin.plan.cloud_tops import plan_tops
 
-    return tuple(plan_tops(scenario, assembly, index, accuracy, sun) for index in assembly.hanging_layers)
+    return tuple(plan_tops(scenario, assembly, index, accuracy, sun, catalog) for index in assembly.hanging_layers)
 
 
 def _texture(

@@ -150,8 +150,12 @@ def main():
         start = np.zeros_like(mean)
         start[0] = 1.0
         of = Coefficients(
-            np.array([0.0, lead_s]), np.stack([start, mean]), np.stack([0.0 * variance, variance]),
-            np.ones((2, len(DEPTHS_K))), "", "",
+            np.array([0.0, lead_s]),
+            np.stack([start, mean]),
+            np.stack([0.0 * variance, variance]),
+            np.ones((2, len(DEPTHS_K))),
+            "",
+            "",
         )
         truths = [truth + state.kelvin.mean() for (_, truth), state in zip(pairs, states[minute], strict=True)]
         factors, text = factors_of(states[minute], truths, of, lead_s)

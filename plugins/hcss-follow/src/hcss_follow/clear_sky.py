@@ -45,7 +45,10 @@ class _Table:
         """Return brightness temperatures (N, B) at (N, 2): bilinear, in the logarithm of the scale."""
         position = np.interp(at[:, 0], self.sea_K, np.arange(self.sea_K.size))
         other = np.interp(np.log(at[:, 1]), np.log(self.scales), np.arange(self.scales.size))
-        i, j = np.minimum(position.astype(int), self.sea_K.size - 2), np.minimum(other.astype(int), self.scales.size - 2)
+        i, j = (
+            np.minimum(position.astype(int), self.sea_K.size - 2),
+            np.minimum(other.astype(int), self.scales.size - 2),
+        )
         fi, fj = (position - i)[:, None], (other - j)[:, None]
         low = (1.0 - fj) * self.grid_K[i, j] + fj * self.grid_K[i, j + 1]
         high = (1.0 - fj) * self.grid_K[i + 1, j] + fj * self.grid_K[i + 1, j + 1]
@@ -76,7 +79,7 @@ class ClearSky:
     table: _Table
 
     def warm_sea_K(self, kelvin: float) -> float:
-        """Return the temperature of the sea with a brightness temperature in the first band, under the median vapour."""
+        """Return the temperature of the sea with a brightness temperature in the first band; vapour: the median."""
         vapour = float(np.median(self.draws[:, 1]))
         sea_K = np.array([self.table.sea_K[0], self.table.sea_K[-1]])
         seen = self.table.kelvin(np.stack([sea_K, np.full(2, vapour)], axis=1))[:, 0]

@@ -86,7 +86,15 @@ def _parts_of(state: State) -> _Parts:
     uncertain = changes / (changes + energy + np.float32(LEAST_K2))
     predictors = np.stack([image, tendency, image * uncertain, tendency * uncertain])
     nearby = maximum_filter(state.kelvin, _WARM_WINDOW, mode="nearest")
-    return _Parts(state.kelvin, level, predictors, changes, energy, np.maximum(state.clear_K, nearby), state.clear_K - state.kelvin)
+    return _Parts(
+        state.kelvin,
+        level,
+        predictors,
+        changes,
+        energy,
+        np.maximum(state.clear_K, nearby),
+        state.clear_K - state.kelvin,
+    )
 
 
 def displaced(image: Field, energy: Field, seed: int) -> Field:

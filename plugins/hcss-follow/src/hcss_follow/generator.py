@@ -20,7 +20,15 @@ from hcss_follow.hanging import HangingClouds, hanging_clouds
 from hcss_follow.parameters import FollowedParameters
 from hcss_follow.sky import FollowedSky
 from hcss_follow.state import Field, State, read_state
-from hcss_twin.providers import Array, BrightnessInversion, CloudDeclaration, CloudInputs, CloudLayer, ProviderError
+from hcss_twin.providers import (
+    Array,
+    BrightnessInversion,
+    Catalog,
+    CloudDeclaration,
+    CloudInputs,
+    CloudLayer,
+    ProviderError,
+)
 
 _DETAIL = Detail(0.31, 2.3)
 """Detail of images with too little cloud to tell, from SEVIRI and Landsat images."""
@@ -188,7 +196,9 @@ class FollowedClouds:
             y, x = (np.arange(*ends, dtype=np.float64) + 0.5 for ends in zip(low, high, strict=True))
             pairs = self._clouds(time_s, y, x)
             most = float(np.float32(layer.thickness_max_m))
-            out[0] = cells.means(np.ascontiguousarray(pairs[..., 0]), list(low), edges, time_s, most, self._hanging.visible_m)
+            out[0] = cells.means(
+                np.ascontiguousarray(pairs[..., 0]), list(low), edges, time_s, most, self._hanging.visible_m
+            )
             y, x = (0.5 * (edge[1:] + edge[:-1]) - 0.5 for edge in edges)
             out[1] = between_cells(pairs[..., 1].astype(np.float64), y, x, low)
             np.minimum(out[0], out[1], out=out[0])
@@ -234,7 +244,7 @@ class FollowedClouds:
 def _hanging(
     inversion: BrightnessInversion, layer: CloudLayer, catalog: Catalog, limits_um: tuple[float, float], state: State
 ) -> HangingClouds:
-    """Return the clouds of a scene up to the tops of a state and of those to come; plans make a generator repeatedly."""
+    """Return the clouds of a scene up to the tops of a state and those to come; plans make a generator repeatedly."""
     whole = hanging_clouds(inversion.in_band(limits_um), layer, catalog)
     return whole.up_to(_highest_m(whole, state))
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -109,7 +110,7 @@ Curves = dict[float, tuple[Array, Array]]
 
 def _tables(inversion: BrightnessInversion, layer: CloudLayer, altitude_m: Array, known: Curves) -> HangingClouds:
     """Ask for curves at more altitudes until those between are known, and return the tables."""
-    pending = list(zip(_FIRST_M, _FIRST_M[1:], strict=False))
+    pending = list(pairwise(_FIRST_M))
     for top_m in _FIRST_M[:-1]:
         known[top_m] = inversion.hanging_K(top_m)
     while pending and len(known) < _MOST_ALTITUDES:
@@ -145,11 +146,16 @@ class _Between:
         opaque_K = np.array([kelvin[-1] for _, kelvin in curves])
         below_K = opaque_K - inversion.air_temperature_K(self._altitude_m)
         self._below_K = PchipInterpolator(self._altitude_m, below_K)
-        self._log_v = [self._of_curve(*curve) for curve in curves]
+        told = [
+            (top_m, *self._of_curve(*curve)) for top_m, curve in zip(self._altitude_m.tolist(), curves, strict=True)
+        ]
+        told = [(top_m, log_v, log_m) for top_m, log_v, log_m in told if log_v.size > 1]  # else as warm as clear sky
+        self._told_m = np.array([top_m for top_m, _, _ in told])
+        self._log_v = [(log_v, log_m) for _, log_v, log_m in told]
 
     def _of_curve(self, thickness_m: Array, kelvin: Array) -> tuple[Array, Array]:
         """Return the logarithms of v and thickness of one curve, ascending, without clear sky and opaque cloud."""
-        share = (self.clear_K - kelvin[1:]) / (self.clear_K - kelvin[-1])
+        share = (self.clear_K - kelvin[1:]) / max(self.clear_K - kelvin[-1], 1e-6)
         v = -np.log1p(-np.clip(share, 0.0, 1.0 - np.exp(-_LARGEST_V)))
         rises = (v > 0.0) & (v > np.maximum.accumulate(np.concatenate(([0.0], v[:-1]))))
         return np.log(v[rises]), np.log(thickness_m[1:][rises])
@@ -162,9 +168,9 @@ class _Between:
     def log_thickness(self, altitude_m: Array, v: Array) -> Array:
         """Return the logarithm of the thickness (N, V); beyond the opaque cloud proportional to v."""
         at_nodes = np.array([_extended(np.log(v), *curve) for curve in self._log_v])
-        position = np.clip(np.searchsorted(self._altitude_m, altitude_m) - 1, 0, self._altitude_m.size - 2)
-        low, high = self._altitude_m[position], self._altitude_m[position + 1]
-        share = ((altitude_m - low) / (high - low))[:, None]
+        position = np.clip(np.searchsorted(self._told_m, altitude_m) - 1, 0, self._told_m.size - 2)
+        low, high = self._told_m[position], self._told_m[position + 1]
+        share = np.clip((altitude_m - low) / (high - low), 0.0, 1.0)[:, None]
         log: Array = (1.0 - share) * at_nodes[position] + share * at_nodes[position + 1]
         return log
 
@@ -212,9 +218,9 @@ def _look_up(
             up = at - z
             cold = opaque[z] + up * (opaque[z + 1] - opaque[z])
             top = np.float32(lowest + step * at)
-            left = (kelvin - cold) / (clear - cold)
+            left = (kelvin - cold) / max(clear - cold, 1e-6)
             deep = thickest
-            if left >= 1.0:
+            if kelvin >= clear:
                 deep = np.float32(0.0)
             elif left > 0.0:
                 v = -np.log(left) * per_v
