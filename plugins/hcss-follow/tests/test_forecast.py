@@ -1,5 +1,7 @@
 """The forecast against closed forms: what only moves, what stays, and energies of what is drawn."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import field, images, state_of
@@ -16,7 +18,7 @@ def staying():
     mean[:, 0] = 1.0
     variance = np.zeros((3, 2, COUNT))
     variance[1:, 1, :-1] = 0.5
-    return Coefficients(np.array([0.0, 900.0, 1800.0]), mean, variance, "made", "none")
+    return Coefficients(np.array([0.0, 900.0, 1800.0]), mean, variance, np.ones((3, 3)), "made", "none")
 
 
 def test_bands_sum_to_the_field():
@@ -81,7 +83,7 @@ def test_what_is_drawn_has_energy_1():
 def test_beyond_the_last_lead_energy_is_kept():
     of = staying()
     of.mean[1, 0], of.mean[2, 0] = 0.9, 0.8
-    mean, variance = of.at(3600.0)
+    mean, variance, _ = of.at(3600.0)
     assert np.all(mean[0] < 0.8)
     np.testing.assert_allclose(mean[0] ** 2 + variance[1], 0.8**2 + of.variance[2, 1])
 
@@ -92,3 +94,16 @@ def test_shipped_coefficients_say_where_they_come_from():
     assert "fit.py" in of.command
     np.testing.assert_array_equal(of.at(0.0)[0][0], 1.0)
     np.testing.assert_array_equal(of.at(0.0)[1], 0.0)
+
+
+def test_members_spread_more_where_the_factor_of_their_depth_says_so():
+    """Four times the variance of thin cloud is twice the spread there, and changes no clear sky."""
+    state = state_of(images(fine=8.0))
+    plain, wide = staying(), replace(staying(), spread=np.array([[1.0, 1.0, 1.0], [1.0, 4.0, 4.0], [1.0, 4.0, 4.0]]))
+    mean = Forecast(state, None, plain).kelvin(900.0)
+    one, other = (Forecast(state, 3, of).kelvin(900.0) - mean for of in (plain, wide))
+    depth = state.clear_K - state.kelvin
+    thin = (depth > 8.0) & (one < 0.0) & (other < 0.0)  # above, the clear sky limits both
+    assert thin.sum() > 20
+    np.testing.assert_allclose(other[thin], 2.0 * one[thin], rtol=1e-3, atol=1e-3)
+    np.testing.assert_allclose(other[depth < 0.5], one[depth < 0.5], atol=1e-4)
