@@ -25,12 +25,12 @@ from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array, BrightnessInversion, Catalog, CloudLayer
 
 LOWEST_M, HIGHEST_M = 100.0, 18_500.0
-"""Altitudes of tops that are tried; the coldest is the highest that is used."""
+"""Altitudes of tops; the highest is that of the coldest air between them."""
 
-ERROR_K = 0.02
-"""Largest error between altitudes at which the scene was asked, estimated halfway between them."""
+ERROR_K = 0.08
+"""Largest error halfway between two altitudes, before the one there is added: about a quarter of it is left."""
 
-_FIRST_M = LOWEST_M, 1500.0, 4000.0, 9000.0, HIGHEST_M
+_FIRST_M = LOWEST_M, 1500.0, 4000.0, 9000.0
 _MOST_ALTITUDES = 40
 
 _STEP_M = 25.0
@@ -92,15 +92,17 @@ def hanging_clouds(inversion: BrightnessInversion, layer: CloudLayer, catalog: C
     inversion : BrightnessInversion
         In the band of the images.
     """
-    thickness_m, kelvin = inversion.hanging_K(HIGHEST_M)
     altitude_m = np.arange(LOWEST_M, HIGHEST_M + _STEP_M, _STEP_M)
     air_K = inversion.air_temperature_K(altitude_m)
+    altitude_m = altitude_m[: max(int(np.argmin(air_K)), 2) + 1]
+    highest_m = float(altitude_m[-1])
+    thickness_m, kelvin = inversion.hanging_K(highest_m)
     # The light of the sea, of the whole air, and of clouds of all thicknesses: other scenes have others.
     seen = hashlib.sha256(b"".join(array.tobytes() for array in (thickness_m, kelvin, air_K)))
     key = result_key({"hanging clouds": [1, seen.hexdigest(), repr(layer)]}, catalog.shelf)
 
     def compute() -> HangingClouds:
-        return _tables(inversion, layer, altitude_m, {HIGHEST_M: (thickness_m, kelvin)})
+        return _tables(inversion, layer, altitude_m, {highest_m: (thickness_m, kelvin)})
 
     return recall_or_compute(PLANS, key, catalog, compute, (HangingClouds,))
 
@@ -110,8 +112,9 @@ Curves = dict[float, tuple[Array, Array]]
 
 def _tables(inversion: BrightnessInversion, layer: CloudLayer, altitude_m: Array, known: Curves) -> HangingClouds:
     """Ask for curves at more altitudes until those between are known, and return the tables."""
-    pending = list(pairwise(_FIRST_M))
-    for top_m in _FIRST_M[:-1]:
+    first = [top_m for top_m in _FIRST_M if top_m < altitude_m[-1]]
+    pending = list(pairwise([*first, float(altitude_m[-1])]))
+    for top_m in first:
         known[top_m] = inversion.hanging_K(top_m)
     while pending and len(known) < _MOST_ALTITUDES:
         guesses = _Between(inversion, known)
