@@ -30,21 +30,18 @@ with hcss_twin.open_cube("cube.nc") as cube:
 
 * A file with its final name is complete: until the last frame it has a hidden name ending in `.partial`. The global
   attribute `{FORMAT_ATTRIBUTE}` = {FORMAT_VERSION} also marks a complete file.
-* Azimuths are bearings from the surface point toward sensor or sun, clockwise from north; zenith angles are
-  those at the surface point.
-* x points east and y north from the centre of each frame; `{GRID_MAPPING}` describes the plane.
+* Angles and axes follow the [conventions](conventions.md); `{GRID_MAPPING}` describes the plane of x and y.
 * A cube of a window of a larger image (`image.window`) has the coordinates of that image, and its centre in
   `latitude` and `longitude`; `hcss_window` (JSON) gives the position. Frames of more than 256 MB have one chunk per
   tile ([large scenes](../how-to/large-scenes.md)).
 * Variables of plugins (`[[output.derived]]`) name in their attribute `hcss_inputs` what they are derived from; a
   measured cube leaves out those derived from clean radiance.
-* A name that ends in `.zarr` makes a Zarr store with the same variables and attributes.
 * A pixel is the mean over `image.samples_per_pixel` squared points of its footprint; by default it is the value
   at its centre. Radiance and its terms are averaged, not the state from which they are computed.
 * `cloud_layer_thickness`, the dimension `layer` and its coordinates are in a cube only if requested: by name, or by
   `all` or `truth` if the scene has two layers. Layers are ordered from lowest to highest; select them by cloud type:
   `cube.cloud_layer_thickness.sel(layer="cirrus")`.
-* NaN occurs only in the variables marked below, and negative radiance only in measured cubes.
+* NaN (undefined) occurs only in the variables marked below, and negative radiance only in measured cubes.
 * Band-integrated radiance has no CF standard name, because those for radiance at the top of the atmosphere
   are per unit wavelength.
 """
@@ -96,7 +93,6 @@ def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
     term = term_variable("term", "One term of the radiance; the radiance model defines the terms.")
     term_row = _row(term).replace(f"{TERM_PREFIX}term", f"{TERM_PREFIX}<term>")
-    defaults = [f"* `{name}`: {text}" for name, text in sorted(DEFAULTS.items()) if text != _UNKNOWN]
     words = [f"| `{word}` | {meaning} |" for word, meaning in _WORDS.items()]
     yield from (
         _INTRODUCTION.replace("{GENERATED}", generated),
@@ -112,27 +108,28 @@ def lines(generated: str) -> Iterator[str]:
         *(_row(spec) for spec in (MEASURED_RADIANCE, *SENSOR_VARIABLES)),
         _STORAGE,
         "## Coordinates\n",
-        _HEADER,
+        _HEADER_OF_ONE,
         *(_row(spec) for spec in COORDINATES),
         "\n## Viewing geometry of every pixel\n",
         _VIEWING,
-        _HEADER,
+        _HEADER_OF_ONE,
         *(_row(spec) for spec in GEOMETRY),
         "\n## Global attributes of provenance\n",
-        *map(_attribute_row, PROVENANCE),
+        *map(_attribute_row, (spec for spec in PROVENANCE if not spec.when.startswith(_CHECKED))),
+        f"\nIf {_CHECKED} (`output.certificate`):\n",
+        *map(_attribute_row, (spec for spec in PROVENANCE if spec.when.startswith(_CHECKED))),
         '\nJSON is stored as text: `json.loads(cube.attrs["hcss_table_errors"])`.',
         "\n## Other global attributes\n",
-        "Defaults of ACDD and CF, which can be replaced:\n",
-        *defaults,
-        f"* unknown by default: {_names(name for name, text in DEFAULTS.items() if text == _UNKNOWN)}",
-        "* `id`, a hash of scenario and coordinates, and `history`",
-        f"\nComputed: {_names(spec.name for spec in COMPUTED)}.",
-        "\nTwo runs of a scenario differ in `date_created` and `history`, which contain the time of writing. The\n"
-        "environment variable `SOURCE_DATE_EPOCH` (seconds since 1970) fixes it and makes the files byte-identical.",
+        f"ACDD and CF, with defaults: {_names(name for name, text in DEFAULTS.items() if text != _UNKNOWN)}; unknown\n"
+        f"by default: {_names(name for name, text in DEFAULTS.items() if text == _UNKNOWN)}.",
+        f"\nComputed: `id` (a hash of scenario and coordinates), `history`, {_names(spec.name for spec in COMPUTED)}.",
+        "\n`date_created` and `history` contain the time of writing. The environment variable `SOURCE_DATE_EPOCH`\n"
+        "(seconds since 1970) fixes it and makes files byte-identical.",
     )
 
 
 _UNKNOWN = "unknown"
+_CHECKED = "pixels are checked"
 
 
 def _names(names: Iterable[str]) -> str:
@@ -140,28 +137,30 @@ def _names(names: Iterable[str]) -> str:
 
 
 _HEADER = "| name | dimensions | units | kind | standard name | meaning |\n|---|---|---|---|---|---|"
+_HEADER_OF_ONE = "| name | dimensions | units | standard name | meaning |\n|---|---|---|---|---|"
+_ONE_KIND = ("coordinate", "geometry")
+"""Kinds whose variables have tables of their own."""
+
+_STILL = " The same in every frame."
 
 _IMAGES = {("time", "y", "x"): "image", ("time", "band", "y", "x"): "bands"}
 
 
 def _attribute_row(spec: AttributeSpec) -> str:
-    when = "" if spec.when == ALWAYS else f", if {spec.when}"
-    return f"* `{spec.name}` ({spec.type}{when}): {spec.description}"
+    when = spec.when.removeprefix(_CHECKED).removeprefix(" and ") if spec.when != ALWAYS else ""
+    return f"* `{spec.name}` ({spec.type}{f', if {when}' if when else ''}): {spec.description}"
 
 
 def _row(spec: VariableSpec) -> str:
-    low, high = ("" if limit is None else f"{limit:g}" for limit in (spec.lowest, spec.highest))
-    limits = [
-        f"{low}..{high}" if high else f"≥{low}" if low else "",
-        "NaN where undefined" if spec.may_be_missing else "",
-    ]
-    rules = ", ".join(limit for limit in limits if limit)
+    limits = f"{spec.lowest:g}..{spec.highest:g}" if spec.lowest is not None and spec.highest is not None else ""
+    rules = ", ".join(filter(None, (limits, "NaN" if spec.may_be_missing else "")))
+    standard = "same" if spec.standard_name == spec.name else f"`{spec.standard_name}`" if spec.standard_name else ""
     cells = [
         f"`{spec.name}`",
         _IMAGES.get(spec.dims, ", ".join(spec.dims) or "scalar"),
         spec.units or "",
-        spec.kind,
-        f"`{spec.standard_name}`" if spec.standard_name else "",
-        spec.description + (f" ({rules})" if rules else ""),
+        *([spec.kind] if spec.kind not in _ONE_KIND else []),
+        standard,
+        spec.description.removesuffix(_STILL) + (f" ({rules})" if rules else ""),
     ]
     return "| " + " | ".join(cells) + " |"

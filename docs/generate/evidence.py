@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Iterator, Sequence
 
 from hcss_twin.reports.evidence import KINDS, Comparison, EvidenceCatalog
@@ -14,10 +15,10 @@ _INTRODUCTION = """# Evidence
 
 {generated}
 
-Comparisons of the models with references. `hcss report --evidence CUBE` selects those of a scene
-([how](../how-to/trust.md#evidence)). *Blind*: no constant, limit or input of what was compared was chosen with the
-data of the reference. Conditions are in the sources, and on the page of a scene. Consistency of own codes is no test
-of accuracy. *Failed*: the model missed the goal of the comparison, which supports nothing.
+Comparisons of the models with references; `hcss report --evidence CUBE` selects [those of a
+scene](../how-to/trust.md#evidence), with their conditions. *Blind*: no constant, limit or input was chosen with the data
+of the reference. *Failed*: the model missed the goal of the comparison, which supports nothing. Consistency of own codes
+is no test of accuracy.
 """
 
 
@@ -35,12 +36,14 @@ def lines(generated: str) -> Iterator[str]:
         if not any(row.kind == "measurement" for row in rows):
             yield "No measurement.\n" if rows else "No measurement, and no other comparison."
         for group in _alike(rows):
-            yield _title(group[0])
-            yield from (_line(row) for row in group)
+            shared = _shared(group)
+            yield _title(group[0], shared)
+            yield from (_line(row, shared) for row in group)
             yield ""
-    yield "\n## Not measured\n\n| effect | source |\n|---|---|"
-    for effect in catalog.unmeasured:
-        yield f"| {effect.what} | `{effect.source}` |"
+    yield "\n## Not measured\n"
+    for source, effects in itertools.groupby(catalog.unmeasured, lambda effect: effect.source):
+        yield f"`{source}`:\n"
+        yield from (f"* {effect.what}" for effect in effects)
 
 
 def _alike(rows: Sequence[Comparison]) -> Iterator[list[Comparison]]:
@@ -49,12 +52,23 @@ def _alike(rows: Sequence[Comparison]) -> Iterator[list[Comparison]]:
         yield list(group)
 
 
-def _title(row: Comparison) -> str:
+def _shared(group: Sequence[Comparison]) -> tuple[str, str]:
+    """Return how all references of a group begin, up to a comma, and the number that all compare."""
+    if len(group) == 1:
+        return "", ""
+    begin = os.path.commonprefix([row.reference for row in group]).rpartition(", ")[0]
+    counts = {row.count for row in group}
+    return begin, counts.pop() if len(counts) == 1 else ""
+
+
+def _title(row: Comparison, shared: tuple[str, str]) -> str:
     kind = {"measurement": "Measurement", "own code": "Own codes"}.get(row.kind, KINDS[row.kind].capitalize())
     needs = f"; for {', '.join(row.when)}" if row.when else ""
-    return f"{kind}{', blind' if row.blind else ''} (`{row.source}`{needs}):\n"
+    return f"{kind}{', blind' if row.blind else ''} (`{row.source}`{needs})" + "".join(f", {each}" for each in shared if each) + ":\n"
 
 
-def _line(row: Comparison) -> str:
+def _line(row: Comparison, shared: tuple[str, str]) -> str:
+    begin, count = shared
+    reference = row.reference.removeprefix(f"{begin}, ")
     um = "" if row.um is None else f" ({row.um[0]:g}-{row.um[1]:g} um)"
-    return f"* {row.reference}{um}, {row.count}: {failed_figure(row)}"
+    return f"* {reference}{um}{'' if count else f', {row.count}'}: {failed_figure(row)}"
