@@ -124,9 +124,7 @@ def _merged(texts: dict[str, str]) -> dict[str, str]:
     """Return one text for each two options that differ by REAL and SIM alone."""
     pairs = {text: text.replace("--real-", "--sim-").replace("REAL", "SIM") for text in texts}
     pairs = {real: sim for real, sim in pairs.items() if real != sim and sim in texts}
-    both = {
-        real: real.replace("`--real", f"`{texts[real]}`, `--sim", 1).replace("REAL", "REAL, SIM") for real in pairs
-    }
+    both = {real: real.replace("`--real", f"`{texts[real]}`, `--sim", 1).replace("REAL", "REAL, SIM") for real in pairs}
     return {both.get(text, text): name for text, name in texts.items() if text not in pairs.values()}
 
 

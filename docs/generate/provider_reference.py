@@ -17,16 +17,16 @@ _INTRODUCTION = """# Provider reference
 
 {GENERATED}
 
-All that a plugin can import from `hcss_twin.providers`: the contract between providers and the engine, and what they can
-build on. [Write a plugin](../how-to/write-a-plugin.md) explains how to use it, [provider API](provider-api.md) what stays
-stable. Docstrings have the range of every attribute, and what follows without an optional member:
+All that a plugin can import from `hcss_twin.providers`: the contract between providers and the engine, and what they
+can build on. [Write a plugin](../how-to/write-a-plugin.md) explains how to use it, [provider API](provider-api.md) what
+stays stable. Docstrings have the range of every attribute, and what follows without an optional member:
 
 ```sh
 python -c "from hcss_twin import providers; help(providers.SeaModel)"
 ```
 
-Attributes without a type are floats, `(N,)` is an array of floats. A provider has all members of its Protocol; the members
-of `...Options` are optional. Each `...Declaration` also has `notes` and `own_errors`.
+Attributes without a type are floats, `(N,)` is an array of floats. A provider has all members of its Protocol; those of
+`...Options` are optional. Each `...Declaration` also has `notes` and `own_errors`.
 """
 
 _HELPERS = [name for name in providers.HOMES if not name.startswith("providers.")]
