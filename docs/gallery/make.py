@@ -158,9 +158,7 @@ def page() -> str:
     for entry in ENTRIES:
         title = (FOLDER / f"{entry.name}.toml").read_text(encoding="utf-8").split('"')[1]
         scenario = f"[{entry.name}.toml](gallery/{entry.name}.toml)"
-        text.append(
-            f"## {title}\n\n![{entry.name}](gallery/{entry.name}.png)\n\n{entry.caption} Scenario: {scenario}.\n"
-        )
+        text.append(f"## {title}\n\n![{entry.name}](gallery/{entry.name}.png)\n\n{entry.caption} {scenario}\n")
     return "\n".join(text)
 
 

@@ -25,8 +25,8 @@ stays stable. Docstrings have the range of every attribute, and what follows wit
 python -c "from hcss_twin import providers; help(providers.SeaModel)"
 ```
 
-Attributes without a type are floats, `(N,)` is an array of floats. A provider has all members of its Protocol; those of
-`...Options` are optional. Each `...Declaration` also has `notes` and `own_errors`.
+The first line lists attributes; those without a type are floats, `(N,)` is an array of floats. A provider has all
+members of its Protocol; those of `...Options` are optional. Each `...Declaration` also has `notes` and `own_errors`.
 """
 
 _HELPERS = [name for name in providers.HOMES if not name.startswith("providers.")]
@@ -79,13 +79,14 @@ def _class(node: ast.ClassDef) -> Iterator[str]:
         for names, kind in re.findall(r"(?m)^(\w[\w, ]*) : (.*)$", listed.partition("\n\n")[0])
         for name in names.split(", ")
     }
-    kinds |= {name: _source(each.annotation) for name, each in by_name.items() if name not in kinds}
+    public = {name: each for name, each in by_name.items() if not name.startswith("_")}
+    kinds |= {name: _source(each.annotation) for name, each in public.items() if name not in kinds}
     if kinds:
         shown = [f"`{name}`{_kind(kind, by_name.get(name))}" for name, kind in kinds.items()]
-        yield f"Attributes: {', '.join(shown)}."
+        yield f"{', '.join(shown)}."
         yield ""
     for each in node.body:
-        if isinstance(each, ast.FunctionDef) and not each.name.startswith("_"):
+        if isinstance(each, ast.FunctionDef) and not each.name.startswith("_") and each.name not in kinds:
             is_property = any(_source(mark) == "property" for mark in each.decorator_list)
             call = each.name if is_property else f"{each.name}({', '.join(_arguments(each))})"
             yield f"* `{call}`: {_first(ast.get_docstring(each) or '').removeprefix('Return ')}"
@@ -95,9 +96,9 @@ _NAMED = re.compile(r"Optional members of a|What an? [\w ]+ declares, besides|In
 """Descriptions that say what the name says."""
 
 _TYPES = (
-    (r"tuple\[(\w+)(?:\[\w+\])?, \.\.\.\]|tuple of (\S+)", r"tuple[\1\2]"),
-    (r"mapping of (\S+) to (?:ndarray of )?(.*)", r"{\1: \2}"),
-    (r"(?:set|sequence|collection) of (.*)", r"{\1}"),
+    (r"tuple\[(\w+)(?:\[\w+\])?, \.\.\.\]|tuple of (\S+)", r"tuple[\1\2, ...]"),
+    (r"mapping of (\S+) to (?:ndarray of )?(.*)", r"mapping[\1, \2]"),
+    (r"(set|sequence|collection) of (.*)", r"\1[\2]"),
     (r"ndarray of int ", "int "),
     (r"ndarray ", ""),
     (r" or None$", " | None"),

@@ -1,10 +1,7 @@
 """What authors of plugins import: the contract between providers and the engine, and what they can build on.
 
-Any installed package can provide cloud generators, sea models, optics and transmittance providers; radiance models,
-which combine their results; elements, which are other things in the scene; surfaces, which are maps of sea and land;
-variables, which are derived from radiance, truth and geometry; and sensors, which convert radiance to measurements. A
-provider is called as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an instance
-of the parameter model in its spec, or None without one. A class that has the parameter ``scene`` gets the
+A provider is called as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an
+instance of the parameter model in its spec, or None without one. A class that has the parameter ``scene`` gets the
 :class:`SceneInfo` of its scene in addition. Providers need not inherit from the Protocols.
 
 Principles:
