@@ -136,7 +136,7 @@ def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
     yield _INTRODUCTION.replace("{GENERATED}", generated)
     ours = sum(len(import_module(name).__all__) for topic in TOPICS if topic.ours for name in topic.modules)
-    yield f"There are {count()} names, {ours} of them ours alone."
+    yield f"{count()} names, {ours} of them ours alone."
     for topic in TOPICS:
         yield f"\n## {topic.title}{' (ours alone)' if topic.ours else ''}"
         for name in topic.modules:

@@ -208,11 +208,11 @@ def _table(model: type[BaseModel], skip_models: bool = False) -> Iterator[str]:
             continue
         text = field_text(name, field)
         allowed = re.sub(r"(?:≥ |(> ?))(\S+), (?:≤ |(< ?))(\S+)", _range, text.allowed)
-        value = allowed if text.type == "number" else ", ".join(filter(None, (text.type, allowed)))
+        value = allowed or text.type if text.type == "number" else ", ".join(filter(None, (text.type, allowed)))
         choices = re.findall(r'`("[^`]+")`', text.type)
         if choices and all(choice in text.description for choice in choices):
-            value = "choice" if text.type.startswith("`") else "number, or text"
-        value = _shorter(value or text.type)
+            value = "" if text.type.startswith("`") else "number, or text"
+        value = _shorter(value)
         default = "" if text.default in ("none", "empty") else text.default
         cells = (f"`{name}`", value, default, text.description.replace(" (see `hcss plugins`)", ""))
         yield f"| {' | '.join(cells)} |"
