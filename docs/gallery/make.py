@@ -41,8 +41,8 @@ and in radiance beyond 5 um.
 hcss run docs/gallery/{first}.toml && hcss preview {first}.nc
 ```
 
-Clouds of `cumulus`, `stratocumulus` and `cirrus` are those of the plugin [`hcss-skies`](../plugins/hcss-skies/README.md);
-without it they are fractal.
+Clouds of `cumulus`, `stratocumulus` and `cirrus` are those of the plugin
+[`hcss-skies`](../plugins/hcss-skies/README.md); without it they are fractal.
 """
 
 

@@ -40,11 +40,11 @@ file of `hcss run` ([variables](cube.md)). `hcss COMMAND --help` shows the same 
 | 2 | wrong scenario or command line |
 | 130, 143 | interrupted, terminated |
 
-Options of many commands are described here alone:
+Options that are described here alone:
 
-* `--set` `KEY=VALUE`: Change a key of the scenario, for example `view.zenith=40`; repeat.
-* `--workers` `1..1024`: Processes; the result is the same. Default: `1`.
-* `--json`: Print the result as JSON for scripts. `--json` `FILE`: write it to a file; - prints it instead of the table.
+* `--set` `KEY=VALUE`, of all commands with SCENARIO or SWEEP: Change a key, for example `view.zenith=40`; repeat.
+* `--workers` `1..1024`, of `run` and `propagate`: Processes; the result is the same. Default: `1`.
+* `--json`: Print the result as JSON. `--json` `FILE`, of `bench` and `evaluate`: write it to a file; - prints it.
 * `--force`: Replace existing files.
 
 The tab key completes commands and scenario names after `eval "$(_HCSS_COMPLETE=bash_source hcss)"` (also `zsh_source`,
