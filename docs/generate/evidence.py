@@ -56,7 +56,7 @@ class _Shared(NamedTuple):
     """What the references of a group have in common: their beginning, up to a comma, number, and scenes."""
 
     begin: str
-    count: str
+    number: str
     when: tuple[str, ...]
 
 
@@ -74,7 +74,7 @@ def _shared(group: Sequence[Comparison]) -> _Shared:
 def _title(row: Comparison, shared: _Shared) -> str:
     kind = {"measurement": "Measurement", "own code": "Own codes"}.get(row.kind, KINDS[row.kind].capitalize())
     needs = f"; for {', '.join(shared.when)}" if shared.when else ""
-    common = "".join(f", {each}" for each in (shared.begin, shared.count) if each)
+    common = "".join(f", {each}" for each in (shared.begin, shared.number) if each)
     return f"{kind}{', blind' if row.blind else ''} (`{row.source}`{needs}){common}:\n"
 
 
@@ -82,5 +82,5 @@ def _line(row: Comparison, shared: _Shared) -> str:
     scenes = f"{', '.join(row.when)}: " if row.when and not shared.when else ""
     reference = row.reference.removeprefix(f"{shared.begin}, ")
     um = "" if row.um is None else f" ({row.um[0]:g}-{row.um[1]:g} um)"
-    count = "" if shared.count else f", {row.count}"
+    count = "" if shared.number else f", {row.count}"
     return f"* {scenes}{reference}{um}{count}: {failed_figure(row)}"
