@@ -76,8 +76,7 @@ ENTRIES = (
     Entry(
         "stratocumulus-by-night",
         "Droplets emit less at 3.7 um than at 10.8 um, so the difference is more negative over thick low "
-        "cloud than over the sea. Weather services use it to detect fog at night. A trade inversion makes the tops "
-        "colder than the model atmosphere does. The accuracy is given in kelvin.",
+        "cloud than over the sea. Weather services use it to detect fog at night.",
         (*_bands("brightness_temperature", "3.7 um", "10.8 um"), ("3.7 um - 10.8 um", "difference", {})),
         None,
         (0, 0, 1),
@@ -118,20 +117,16 @@ ENTRIES = (
     ),
     Entry(
         "three-layers",
-        "Cirrus over altocumulus over cumulus. The plan chooses parallax, shadows and texture of the sea by itself. "
-        "At 3.7-4.2 um the sun glint is warmest; in the shadows of water clouds it is gone, and cirrus weakens it. At "
-        "10.3-11.3 um shadows are not seen.",
+        "Cirrus over altocumulus over cumulus. At 3.7-4.2 um the sun glint is warmest; in the shadows of water clouds "
+        "it is gone, and cirrus weakens it. At 10.3-11.3 um shadows are not seen.",
         (*_bands("brightness_temperature", "3.7-4.2 um", "10.3-11.3 um"), *_layers(("shadow_mask", "shadow_mask"))),
     ),
     Entry(
         "coast-from-two-orbits",
         "Two cameras at an altitude of 700 km see one sky at one time from the west (left) and from the east (right: "
         "`--set 'orbit.above=[36.7, -4.66]'`), at zenith angles of 14 degrees. Coast and ship, 2.5 km west and 1 km "
-        "south of the middle, stay in place. Cirrus at 9 km moves by 9 km x 2 tan 14 degrees = 4.5 km. At 3.7-4.2 um "
-        "the western camera looks toward the sun glint: the ship is 2.5 K warmer than the sea, which varies by 1.5 "
-        "K (standard deviation) with shadows of cirrus; from the east, under thin cirrus, it is 7.8 K warmer. Install "
-        "the [camera](../plugins/hcss-payload/README.md) and the [ship](../plugins/hcss-examples/README.md) with "
-        "`pip install ./plugins/hcss-payload ./plugins/hcss-examples`.",
+        "south of the middle, stay in place; cirrus at 9 km moves by 9 km x 2 tan 14 degrees = 4.5 km. Needs "
+        "[hcss-payload](../plugins/hcss-payload/README.md) and [hcss-examples](../plugins/hcss-examples/README.md).",
         tuple(
             (f"{band}, from the {side}", "brightness_temperature", {"time": 0, "band": number, "scene": scene})
             for number, band in enumerate(("3.7-4.2 um", "8-14 um"))

@@ -30,8 +30,8 @@ _INTRODUCTION = """# Command line
 
 {GENERATED}
 
-SCENARIO is the name of a shipped scenario (`hcss scenarios`) or a TOML file ([scenario reference](scenario.md)), CUBE a
-file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` shows the same text.
+SCENARIO is the name of a shipped scenario (`hcss scenarios`) or a TOML file ([keys](scenario.md)), CUBE a
+file of `hcss run` ([variables](cube.md)). `hcss COMMAND --help` shows the same text.
 
 | exit code | meaning |
 |---|---|
@@ -40,8 +40,13 @@ file written by `hcss run` ([cube reference](cube.md)). `hcss COMMAND --help` sh
 | 2 | wrong scenario or command line |
 | 130, 143 | interrupted, terminated |
 
-Two options are not listed below: `--force` replaces existing files, and `--json` prints the result as JSON for scripts
-(it is listed where it takes a value). `hcss plugins` lists the commands of installed plugins.
+Options that are described here alone:
+
+* `--set` `KEY=VALUE`, of all commands with SCENARIO or SWEEP: Change a key, for example `view.zenith=40`; repeat.
+* `--workers` `1..1024`, of `run` and `propagate`: Processes; the result is the same. Default: `1`.
+* `--json`: Print the result as JSON. `--json` `FILE`, of `bench` and `evaluate`: write it to a file; - prints it.
+* `--force`: Replace existing files.
+
 The tab key completes commands and scenario names after `eval "$(_HCSS_COMPLETE=bash_source hcss)"` (also `zsh_source`,
 `fish_source`). Commands of hcss-dataset, hcss-explore,
 hcss-follow, hcss-light, hcss-payload and hcss-skies are described in their READMEs.
@@ -50,7 +55,14 @@ hcss-follow, hcss-light, hcss-payload and hcss-skies are described in their READ
 _SEVERAL = 3
 """Options with the same text from which they refer to the command that has them first."""
 
-_SHARED = ("Print the result as JSON.", "Replace existing files.")
+_SHARED = (
+    "Change a key, for example view.zenith=40; repeat.",
+    "JSON file for all numbers; - prints them instead of the table.",
+    "Print the result as JSON.",
+    "Processes; the result is the same.",
+    "Replace existing files.",
+)
+"""Options that the introduction describes."""
 
 
 def commands(group: click.Group = cli, words: tuple[str, ...] = ("hcss",)) -> Iterator[tuple[str, click.Command]]:
@@ -79,8 +91,11 @@ def lines(generated: str) -> Iterator[str]:
             continue
         listed[id(command)] = words
         pieces = command.collect_usage_pieces(click.Context(command, info_name=words))
-        usage = " ".join(piece for piece in pieces if piece != "[OPTIONS]")
-        yield f"## `{words}`\n\n`{' '.join(filter(None, (words, usage)))}`\n\n{inspect.cleandoc(command.help or '')}\n"
+        arguments = [piece for piece in pieces if piece != "[OPTIONS]"]
+        text = inspect.cleandoc(command.help or "")
+        plain = all(each.isalpha() and each in text for each in arguments)
+        usage = "" if plain else f"`{' '.join((words, *arguments))}`\n\n"
+        yield f"## `{words}`\n\n{usage}{text}\n"
         options = [each for each in command.params if isinstance(each, click.Option) and each.help not in _SHARED]
         if options:
             yield from _options(options, words, first)
@@ -89,7 +104,7 @@ def lines(generated: str) -> Iterator[str]:
 
 def _options(options: list[click.Option], words: str, first: dict[str, str]) -> Iterator[str]:
     """Yield a line for each option, and one for those that a command before has, if it has several of them."""
-    texts = {f"* {_names(each)}: {each.help}{_default(each)}": each.opts[0] for each in options}
+    texts = _merged({_line(each): each.opts[0] for each in options})
     shared: dict[str, list[str]] = {}
     for text in texts:
         if (where := first.setdefault(text, words)) != words:
@@ -99,6 +114,18 @@ def _options(options: list[click.Option], words: str, first: dict[str, str]) -> 
     for where, several in shared.items():
         if len(several) >= _SEVERAL:
             yield f"* {', '.join(f'`{texts[text]}`' for text in several)}: as for `{where}`."
+
+
+def _line(option: click.Option) -> str:
+    return f"* {_names(option)}: {option.help}{_default(option)}"
+
+
+def _merged(texts: dict[str, str]) -> dict[str, str]:
+    """Return one text for each two options that differ by REAL and SIM alone."""
+    pairs = {text: text.replace("--real-", "--sim-").replace("REAL", "SIM") for text in texts}
+    pairs = {real: sim for real, sim in pairs.items() if real != sim and sim in texts}
+    both = {real: real.replace("`--real", f"`{texts[real]}`, `--sim", 1).replace("REAL", "REAL, SIM") for real in pairs}
+    return {both.get(text, text): name for text, name in texts.items() if text not in pairs.values()}
 
 
 def _names(option: click.Option) -> str:

@@ -17,16 +17,16 @@ _INTRODUCTION = """# Provider reference
 
 {GENERATED}
 
-All that a plugin can import from `hcss_twin.providers`. Docstrings explain every attribute, shape and range, and what
-follows without an optional member:
+All that a plugin can import from `hcss_twin.providers`: the contract between providers and the engine, and what they
+can build on. [Write a plugin](../how-to/write-a-plugin.md) explains how to use it, [provider API](provider-api.md) what
+stays stable. Docstrings have the range of every attribute, and what follows without an optional member:
 
 ```sh
 python -c "from hcss_twin import providers; help(providers.SeaModel)"
 ```
 
-Attributes without a type are floats. [Write a plugin](../how-to/write-a-plugin.md) explains how to use it, and
-[provider API](provider-api.md) what stays stable. A provider must have all members of its Protocol; the members of
-Protocols called `...Options` are optional.
+The first line lists attributes; those without a type are floats, `(N,)` is an array of floats. A provider has all
+members of its Protocol; those of `...Options` are optional. Each `...Declaration` also has `notes` and `own_errors`.
 """
 
 _HELPERS = [name for name in providers.HOMES if not name.startswith("providers.")]
@@ -38,7 +38,7 @@ _SENTENCE = re.compile(r"(?<=[^.\d][.])\s+(?=[A-Z\"`])|(?<=\d[.])\s+(?=[A-Z])")
 def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
     yield _INTRODUCTION.replace("{GENERATED}", generated)
-    yield _prose(inspect.cleandoc(providers.__doc__ or ""))
+    yield _prose(inspect.cleandoc(providers.__doc__ or "")).partition("\n\n")[2]
     for name in (name for name in providers.HOMES if name not in _HELPERS):
         part = import_module(f"hcss_twin.{name}")
         title, _, more = _prose(inspect.cleandoc(part.__doc__ or "")).partition("\n\n")
@@ -68,7 +68,10 @@ def _names(part: ModuleType, names: tuple[str, ...]) -> Iterator[str]:
 def _class(node: ast.ClassDef) -> Iterator[str]:
     bases = [_source(base) for base in node.bases]
     text, _, listed = (ast.get_docstring(node) or "").partition("Attributes\n----------\n")
-    yield f"\n### `{node.name}`{' (Protocol)' if 'Protocol' in bases else ''}\n\n{_first(text)}\n"
+    about = _first(text)
+    yield f"\n### `{node.name}`{' (Protocol)' if 'Protocol' in bases else ''}\n"
+    if not _NAMED.match(about):
+        yield f"{about}\n"
     fields = [each for each in node.body if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)]
     by_name = {_source(each.target): each for each in fields}
     kinds = {
@@ -76,22 +79,40 @@ def _class(node: ast.ClassDef) -> Iterator[str]:
         for names, kind in re.findall(r"(?m)^(\w[\w, ]*) : (.*)$", listed.partition("\n\n")[0])
         for name in names.split(", ")
     }
-    kinds |= {name: _source(each.annotation) for name, each in by_name.items() if name not in kinds}
+    public = {name: each for name, each in by_name.items() if not name.startswith("_")}
+    kinds |= {name: _source(each.annotation) for name, each in public.items() if name not in kinds}
     if kinds:
         shown = [f"`{name}`{_kind(kind, by_name.get(name))}" for name, kind in kinds.items()]
-        yield f"Attributes: {', '.join(shown)}."
+        yield f"{', '.join(shown)}."
         yield ""
     for each in node.body:
-        if isinstance(each, ast.FunctionDef) and not each.name.startswith("_"):
+        if isinstance(each, ast.FunctionDef) and not each.name.startswith("_") and each.name not in kinds:
             is_property = any(_source(mark) == "property" for mark in each.decorator_list)
             call = each.name if is_property else f"{each.name}({', '.join(_arguments(each))})"
             yield f"* `{call}`: {_first(ast.get_docstring(each) or '').removeprefix('Return ')}"
+
+
+_NAMED = re.compile(r"Optional members of a|What an? [\w ]+ declares, besides|Inputs of an? [\w ]+\.$")
+"""Descriptions that say what the name says."""
+
+_TYPES = (
+    (r"tuple\[(\w+)(?:\[\w+\])?, \.\.\.\]|tuple of (\S+)", r"tuple[\1\2, ...]"),
+    (r"mapping of (\S+) to (?:ndarray of )?(.*)", r"mapping[\1, \2]"),
+    (r"(set|sequence|collection) of (.*)", r"\1[\2]"),
+    (r"ndarray of int ", "int "),
+    (r"ndarray ", ""),
+    (r" or None$", " | None"),
+    (r" of integers", " int"),
+)
+"""Types in docstrings, and how the page writes them."""
 
 
 def _kind(kind: str, field: ast.AnnAssign | None) -> str:
     """Return in brackets the type, unless it is float, and the default if the field has one that can be written."""
     value = None if field is None else field.value
     default = "" if value is None or isinstance(value, ast.Call) else _source(value)
+    for pattern, short in _TYPES:
+        kind = re.sub(pattern, short, kind)
     shown = [] if kind == "float" else [_prose(kind)]
     shown += [f"`{default}`"] if default and default not in ("None", '""', "()") else []
     return f" ({' = '.join(shown)})" if shown else ""

@@ -20,10 +20,9 @@ _INTRODUCTION = """# Public names
 
 {GENERATED}
 
-Packages import from `hcss_twin` only what this page lists; a test reads their import statements. The names of
-`hcss_twin` and `hcss_twin.providers` stay as the [provider API](provider-api.md) promises. All others are the `__all__`
-of their module and may change with any release, which the change log announces. **Ours alone** marks modules that only
-packages of this repository need. Units are those of the name itself, of arguments, attributes and results.
+Packages import from `hcss_twin` only these names. Those of `hcss_twin` and `hcss_twin.providers` stay as the [provider
+API](provider-api.md) promises; all others may change with any release, which the change log announces. **Ours alone**
+marks modules that only packages of this repository need. In brackets: units of arguments, attributes and results.
 """
 
 
@@ -137,20 +136,25 @@ def lines(generated: str) -> Iterator[str]:
     """Yield the page."""
     yield _INTRODUCTION.replace("{GENERATED}", generated)
     ours = sum(len(import_module(name).__all__) for topic in TOPICS if topic.ours for name in topic.modules)
-    yield f"There are {count()} names, {ours} of them ours alone."
+    yield f"{count()} names, {ours} of them ours alone."
     for topic in TOPICS:
         yield f"\n## {topic.title}{' (ours alone)' if topic.ours else ''}"
         for name in topic.modules:
             if name == "hcss_twin.providers":
-                yield f"\n`{name}`: the names of the [provider reference](provider-reference.md)."
+                yield f"\n`{name}`: names of the [provider reference](provider-reference.md)."
                 continue
+            listed = import_module(name).__all__
             if topic.ours:
-                yield f"\n`{name}`: {', '.join(f'`{each}`' for each in import_module(name).__all__)}"
+                yield f"\n`{name}`: {', '.join(f'`{each}`' for each in listed)}"
                 continue
-            yield f"\n`{name}`\n\n| name | what it is | units |\n|---|---|---|"
-            for each in import_module(name).__all__:
+            yield f"\n`{name}`:\n"
+            both = [each for each in listed if name == "hcss_twin" and each in providers.__all__]
+            for each in (each for each in listed if each not in both):
                 about, units = described(name, each)
-                yield f"| `{each}` | {about} | {units} |"
+                yield f"* `{each}`: {about}{f' ({units})' if units else ''}"
+            if both:
+                shown = ", ".join(f"`{each}`" for each in both)
+                yield f"* {shown}: those of the [provider reference](provider-reference.md)."
 
 
 def described(module: str, name: str) -> tuple[str, str]:
@@ -162,9 +166,7 @@ def described(module: str, name: str) -> tuple[str, str]:
     found = {unit for known in _names_in(name, value) for unit in _units_of(known)}
     found |= {unit for pattern, unit in _WRITTEN.items() if re.search(pattern, about)}
     shown = re.sub(r":\w+:`~?([^`]*)`", r"`\1`", first).replace("``", "`").replace("|", "\\|")
-    return shown, ", ".join(
-        unit for unit in dict.fromkeys((*UNITS.values(), *_WRITTEN.values())) if unit in found
-    ) or "-"
+    return shown, ", ".join(unit for unit in dict.fromkeys((*UNITS.values(), *_WRITTEN.values())) if unit in found)
 
 
 def _units_of(name: str) -> Iterator[str]:

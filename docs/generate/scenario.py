@@ -32,8 +32,8 @@ _INTRODUCTION = """# Scenario reference
 
 {GENERATED}
 
-A scenario is a TOML file. Only `time` and `place` are required; every other key has a default. Unknown keys and
-impossible values are errors, and all of them are reported at once (`hcss validate`).
+A scenario is a TOML file. Only `time` and `place` are required. Unknown keys and impossible values are errors, all
+reported at once (`hcss validate`). `hcss plugins` lists generators, models and providers that a key may name.
 
 ```toml
 time = 2024-04-20T12:30:00+10:00
@@ -41,21 +41,16 @@ place = {latitude = 35.0, longitude = 150.0}
 clouds.type = "stratus"
 ```
 
-**Numbers** are in SI units, angles in degrees; `effective_radius` of cloud particles is in um and `water_content` in
-g m-3. Text with a unit is also accepted: `pixel_size = "1 km"`, `temperature = "18 degC"`,
-`water_content = "3e-4 kg/m3"`. `0..1` are the limits, `>0..1` without the first.
+**Numbers** are in SI units, angles in degrees, or text with a [unit](#units): `pixel_size = "1 km"`,
+`temperature = "18 degC"`. `0..1` are limits, `>0..1` without the first. Keys without a default may be left out.
 
-**Directions.** Azimuths are bearings from the surface point toward the sensor or the sun, clockwise from north. Zenith
-angles are those at the surface point. Wind directions are those from which the wind blows. In the image, x (columns)
-points east and y (rows) north; row 0 is the southern edge.
+**Directions** and coordinates follow the [conventions](conventions.md).
 
-**Other sections:** `[sweep]` for many scenes from one file ([sweeps](../how-to/sweeps.md)), `[[sensors]]` for several
-sensors that see [one sky](../how-to/sweeps.md#one-sky-several-sensors), `[uncertain]` for distributions of keys
-([uncertainty](../how-to/uncertainty.md)).
+**Other sections:** [`[sweep]`](../how-to/sweeps.md), [`[[sensors]]`](../how-to/sweeps.md#one-sky-several-sensors),
+[`[uncertain]`](../how-to/uncertainty.md).
 
-**One key from the command line:** `hcss run stratus --set view.zenith=40 --set 'bands=["mwir", [3.4, 4.1]]'`.
-Selecting another provider (`clouds.generator`, `atmosphere.provider`, `sea.model` and so on) removes the file's
-`parameters` of the one it replaces, which the run names; set those of the new one after it:
+**From the command line:** `hcss run stratus --set view.zenith=40 --set 'bands=["mwir", [3.4, 4.1]]'`. Another provider
+removes the `parameters` of the one it replaces; set its own after it:
 `--set clouds.generator=fractal --set clouds.parameters.H=0.3`.
 """
 
@@ -105,8 +100,8 @@ def _lines(generated: str) -> Iterator[str]:
         yield f"{inspect.cleandoc(model.__doc__ or '')}\n"
         if name == "clouds":
             yield (
-                'The keys of a single layer may be given in `[clouds]` itself (`clouds.type = "stratus"`), those of '
-                "several layers in `[[clouds.layers]]`.\n"
+                'The keys of a single layer go in `[clouds]` itself (`clouds.type = "stratus"`), those of several in '
+                "`[[clouds.layers]]`.\n"
             )
             yield from _table(Layer)
         else:
@@ -128,8 +123,7 @@ def _plugins() -> Iterator[str]:
     packages = sorted(set(SECTIONS.values()))
     yield "\n## Sections of plugins\n"
     yield (
-        "They need the package that their heading names; `[camera]` follows from [`[instrument]`](#instrument) where a "
-        "scenario has one."
+        "They need the package in their heading. `[camera]` follows from [`[instrument]`](#instrument) if there is one."
     )
     for package in packages:
         for name, model in _models_of(package):
@@ -159,22 +153,21 @@ def _models_of(package: str) -> Iterator[tuple[str, type[BaseModel]]]:
 def _bands() -> Iterator[str]:
     yield "\n## Bands\n"
     yield (
-        "`bands` is a list of names from the table below, limits in um (`[3.4, 4.1]`, or with a name "
+        "`bands` lists names from the table below, limits in um (`[3.4, 4.1]`, or with a name "
         '`{name = "narrow", limits = [3.4, 4.1]}`), Gaussian responses (`{name = "g", center_um = 4.0, '
         "fwhm_um = 0.2}`, "
-        "peak 1, truncated where they fall to 1e-4, 1.82 widths from the centre, which omits 2e-5 of the area), or "
-        'measured responses (`{name = "channel 7", response = "channel7.csv"}`). Radiance in a band is the integral of '
-        "spectral radiance times response over wavelength, not divided by the integral of the response.\n"
+        "peak 1, truncated at 1e-4, 1.82 widths from the centre), or "
+        'measured responses (`{name = "channel 7", response = "channel7.csv"}`).\n'
     )
     yield (
         "A response file is text as agencies publish it: rows of numbers below lines that label them. The labels "
         "name the column of wavelength or wavenumber (without labels the first) and its unit; else `unit` does, "
         "or the numbers: um up to 100, nm from 200 under a label that says wavelength. The response is the only "
         "other column, the only one labelled as response, RSR, SRF or transmission, the one with the name of the "
-        "band, or `column` (label or number); a fraction of 1, or in percent if the label, percent signs or a "
+        "band, or `column` (label or number); a fraction of 1, or in percent if label, percent signs or a "
         "peak above 1.5 say so. Rows may begin with names of bands, or with detectors, which are averaged. "
-        "Negative values down to 1 % of the peak count as 0, -99 (-999, ...) as no value. All rows that cannot be "
-        "used are named at once. `hcss plan` states how a file was read.\n"
+        "Negative values down to 1 % of the peak count as 0, -99 (-999, ...) as missing. "
+        "`hcss plan` states how a file was read.\n"
     )
     yield "| name | um | |\n|---|---|---|"
     for name, band in named_bands(Catalog()).items():
@@ -183,18 +176,18 @@ def _bands() -> Iterator[str]:
 
 
 def _units() -> Iterator[str]:
-    yield "\n## Units\n\n| quantity | plain number | text may use |\n|---|---|---|"
+    yield "\n## Units\n\nThe first unit is that of plain numbers.\n\n| quantity | units of text |\n|---|---|"
     for dimension, units in UNITS.items():
         names = [name for name in units if name]
-        plain = "1" if "" in units else names[0]
-        yield f"| {dimension} | {plain} | {', '.join(f'`{name}`' for name in names)} |"
+        plain = ["1"] if "" in units else []
+        yield f"| {dimension} | {', '.join((*plain, *(f'`{name}`' for name in names)))} |"
 
 
 def _providers() -> Iterator[str]:
     yield (
         "\n## Parameters of the shipped providers\n\n"
-        "They belong in the `parameters` table of the section that selects the provider. `hcss plugins NAME` lists "
-        "those of installed plugins.\n"
+        "They belong in the `parameters` of the section that selects the provider. `hcss plugins NAME` lists those of "
+        "plugins.\n"
     )
     # The page must not depend on what else is installed.
     registry = Registry.defaults_only()
@@ -215,12 +208,20 @@ def _table(model: type[BaseModel], skip_models: bool = False) -> Iterator[str]:
             continue
         text = field_text(name, field)
         allowed = re.sub(r"(?:≥ |(> ?))(\S+), (?:≤ |(< ?))(\S+)", _range, text.allowed)
-        value = allowed if text.type == "number" else ", ".join(filter(None, (text.type, allowed)))
+        value = allowed or text.type if text.type == "number" else ", ".join(filter(None, (text.type, allowed)))
         choices = re.findall(r'`("[^`]+")`', text.type)
         if choices and all(choice in text.description for choice in choices):
-            value = "one of these" if text.type.startswith("`") else "number, or text"
-        cells = (f"`{name}`", value or text.type, text.default, text.description)
+            value = "" if text.type.startswith("`") else "number, or text"
+        value = _shorter(value)
+        default = "" if text.default in ("none", "empty") else text.default
+        cells = (f"`{name}`", value, default, text.description.replace(" (see `hcss plugins`)", ""))
         yield f"| {' | '.join(cells)} |"
+
+
+def _shorter(value: str) -> str:
+    """Return a type and its limits without the length of lists and texts, and without words that commas replace."""
+    plain = re.sub(r", length ≤ \d+", "", value).replace("whole number", "integer")
+    return re.sub(r",? or ", ", ", plain)
 
 
 def _range(bounds: re.Match[str]) -> str:

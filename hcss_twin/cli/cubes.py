@@ -27,8 +27,7 @@ KINDS = {"tables": ".npz", "plans": ".npz", "references": ".npz", "optics": ".nc
 @click.option(
     "--evidence",
     is_flag=True,
-    help="Of a cube: what stands behind its numbers. Certificate, error of each model with its reference, comparisons "
-    "(how many, which blind), what no measurement supports; default page: NAME.evidence.html.",
+    help="Of a cube: comparisons of its models with references; default page: NAME.evidence.html.",
 )
 @Shared.force
 @Shared.json

@@ -107,18 +107,12 @@ def slow_import(origin: Origin, module: str, seconds: float) -> tuple[Remark, ..
     return (Remark(origin, "slow import", text),)
 
 
-MOVING = "docs/how-to/moving-to-api-3.md"
-"""Page that tells how to move a plugin to the present version of the provider API."""
-
-
 def describe(error: BaseException, where: str = "") -> str:
-    """Describe an exception in one line; of a plugin that imports what this package had, name the page that helps.
+    """Describe an exception in one line.
 
     ``where``, the name of a module or object of the plugin, adds file and line in its package.
     """
     text = " ".join(str(error).split())
-    if isinstance(error, ImportError) and (error.name or "").partition(".")[0] == "hcss_twin":
-        text += f"; plugins written for an older provider API import it: {MOVING}"
     named = f"{type(error).__name__}: {text}" if text else type(error).__name__
     return named + (place(error, package_of(where)) if where else "")
 

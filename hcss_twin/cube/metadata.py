@@ -52,11 +52,11 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec("hcss_versions", "JSON", ALWAYS, "Versions of hcss-twin, Python and libraries."),
     AttributeSpec("hcss_providers", "JSON", ALWAYS, "`name`, `distribution` and `version` of each provider, by kind."),
     AttributeSpec("hcss_provider_laws", "JSON", "a provider is of another package",
-        "Laws of the conformance kit by outcome for each such provider: `probes`, tried before the first frame of this "
-        "run, and the last `hcss check` of the same version and parameters, or \"not checked\"."),
-    AttributeSpec("hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read, by catalog name, by "
-        "path from the scenario's folder (`./x.csv`), of files of plugins from that of their package "
-        "(`package:my_plugin/x.nc`), or, of a file elsewhere, by absolute path."),
+        "Laws of the conformance kit by outcome: `probes`, tried before the first frame, and the last `hcss check` of "
+        "the same version and parameters, or \"not checked\"."),
+    AttributeSpec("hcss_files_sha256", "JSON", ALWAYS, "SHA-256 of each file read, by catalog name, path "
+        "from the scenario's folder (`./x.csv`) or the package of a plugin (`package:my_plugin/x.nc`), or absolute "
+        "path."),
     AttributeSpec("hcss_input_files", "JSON", "files of the user are read, with `output.store_inputs`",
         "Those of at most 256 kB by SHA-256: compressed (zlib), in base64."),
     AttributeSpec("hcss_filled_in", "JSON", ALWAYS,
@@ -81,8 +81,8 @@ PROVENANCE: tuple[AttributeSpec, ...] = (
     AttributeSpec("hcss_wavenumbers_used", "integer", _RADIANCE, "Weighted wavenumbers computed."),
     AttributeSpec("hcss_wavenumbers_known", "integer", _RADIANCE, "Wavenumbers of the full grid that they represent."),
     AttributeSpec("hcss_certificate", "text", _CHECKED,
-        "Whether random pixels, recomputed without tables, meet the requested accuracy: begins with `computed as "
-        "specified`, `NOT as specified` or `NOT CHECKED`; then the largest error in per cent and kelvin."),
+        "Begins with `computed as specified`, `NOT as specified` or `NOT CHECKED`; then the largest error in per cent "
+        "and kelvin."),
     AttributeSpec("hcss_accuracy_achieved", "JSON", _CHECKED,
         "Largest relative error of the checked pixels by band; null: undefined."),
     AttributeSpec("hcss_accuracy_achieved_kelvin", "JSON", "pixels are checked and `accuracy` is in kelvin",

@@ -44,15 +44,15 @@ class BandModelParameters(BaseModel):
 
     aerosol: Aerosol = Field(
         "maritime",
-        description="Aerosol of the lowest 2 km, with LOWTRAN7's background aerosol above; sea salt of 'navy-maritime' "
-        "follows sea.wind_speed; 'none' omits all aerosol.",
+        description="Aerosol of the lowest 2 km, with LOWTRAN7's background above; 'navy-maritime' "
+        "follows sea.wind_speed; 'none' omits all.",
     )
     visibility_km: Quantity.Kilometres | None = Field(
         None,
         ge=2.0,
         le=50.0,
-        description="Meteorological range at the surface in km, 2 to 50; by default 23, or with 'navy-maritime' that "
-        "of wind and humidity.",
+        description="Meteorological range at the surface in km; by default 23, or with 'navy-maritime' "
+        "that of wind and humidity.",
     )
     wind_24h_m_s: Quantity.Speed | None = Field(
         None,
@@ -100,7 +100,7 @@ class CoxMunkParameters(BaseModel):
         default="water",
         min_length=1,
         description="Refractive index of the water: a name in catalogs/optical_constants, or a CSV file "
-        "with the columns wavelength_um, n and k.",
+        "(wavelength_um, n, k).",
     )
 
 
@@ -112,8 +112,8 @@ class RoughSeaParameters(BaseModel):
     water_index: str = Field(
         default="water",
         min_length=1,
-        description="Refractive index of pure water at 25 degC: a name in catalogs/optical_constants, or a CSV "
-        "file with the columns wavelength_um, n and k.",
+        description="Refractive index of pure water at 25 degC: a name in catalogs/optical_constants, or "
+        "a CSV file (wavelength_um, n, k).",
     )
     water_temperature: bool = Field(
         default=True,
@@ -122,8 +122,8 @@ class RoughSeaParameters(BaseModel):
     salinity_psu: float = Field(default=35.0, ge=0.0, le=45.0, description="Salinity; 0 is fresh water.")
     slopes: Literal["isotropic", "upwind-crosswind", "gram-charlier"] = Field(
         default="isotropic",
-        description="Slope statistics (Cox and Munk): the same in all directions, wider along the wind, or "
-        "also skewed and peaked (to 20 m/s). The latter two depend on the view and sun azimuths relative to wind.",
+        description="Slope statistics (Cox and Munk): the same in all directions, wider along the wind, "
+        "or also skewed and peaked (to 20 m/s).",
     )
     shadowing: Literal["none", "separable", "height-correlated"] = Field(
         default="height-correlated", description="Model of how waves hide facets from sensor and source (Smith)."
@@ -210,13 +210,13 @@ class BulkParameters(MieParameters):
     ice_table: str = Field(
         default="ice-yang-2013",
         min_length=1,
-        description="Bulk optics of ice crystals: a name in catalogs/optics (ice-yang-2013, ice-fu-1996), or a NetCDF "
-        "file in that format",
+        description="Bulk optics of ice crystals: a name in catalogs/optics, or a NetCDF file in that format",
     )
     ice_phase_function: Literal["henyey-greenstein", "diffraction-and-rays"] = Field(
         default="diffraction-and-rays",
-        description="Phase function of crystals, both with the table's asymmetry: diffraction, reflection from "
-        "outside, and Henyey-Greenstein for light from inside; or Henyey-Greenstein for all of it",
+        description="Phase function of crystals, both with the table's asymmetry: diffraction, outer "
+        "reflection, and Henyey-Greenstein for light from inside; or Henyey-Greenstein for "
+        "all",
     )
     roughness: Literal["smooth", "moderate", "severe"] = Field(
         default="severe", description="Surface roughness of the crystals, one that the table has"
@@ -262,9 +262,9 @@ class PhysicalParameters(BaseModel):
         None,
         ge=2,
         le=32,
-        description="Gauss streams per hemisphere for diffuse light and sky radiance. Without this, sun_streams, "
-        "sun_moments and azimuth_modes, all are chosen for the scene's accuracy; with any of them, streams and "
-        "sun_streams are 8.",
+        description="Gauss streams per hemisphere for diffuse light and sky radiance. By default this, "
+        "sun_streams, sun_moments and azimuth_modes are chosen for the scene's accuracy; with"
+        " any of them, streams and sun_streams are 8.",
     )
     closure_order: int = Field(
         1,
@@ -280,8 +280,8 @@ class PhysicalParameters(BaseModel):
         None,
         ge=2,
         le=128,
-        description="Moments of the phase function for this sunlight, at most twice sun_streams; as many by default. "
-        "More are exact for smooth phase functions only: with sharp peaks, errors are up to 250 times as large.",
+        description="Moments of the phase function for this sunlight, at most twice sun_streams; as many "
+        "by default. More are exact for smooth phase functions only.",
     )
     azimuth_modes: int | None = Field(
         None,

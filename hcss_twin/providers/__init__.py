@@ -1,16 +1,8 @@
 """What authors of plugins import: the contract between providers and the engine, and what they can build on.
 
-The conformance kit is ``hcss_author``; everything else in ``hcss_twin`` may change at any time.
-
-Any installed package can provide cloud generators, sea models, optics and transmittance providers; radiance models,
-which combine their results; elements, which are other things in the scene; surfaces, which are maps of sea and land;
-variables, which are derived from radiance, truth and geometry; and sensors, which convert radiance to measurements. A
-provider is a class that is called as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind,
-``parameters`` an instance of the parameter model in its spec, or None without one. A class that has the parameter
-``scene`` gets the :class:`SceneInfo` of its scene in addition.
-
-For each kind there are its inputs, a Protocol of what every provider must have (``SeaModel``) and possibly a Protocol
-of optional members (``SeaModelOptions``), which the engine looks up one by one. Providers need not inherit from them.
+A provider is called as ``Class(inputs, parameters)``: ``inputs`` is the dataclass of its kind, ``parameters`` an
+instance of the parameter model in its spec, or None without one. A class that has the parameter ``scene`` gets the
+:class:`SceneInfo` of its scene in addition. Providers need not inherit from the Protocols.
 
 Principles:
 
@@ -18,9 +10,8 @@ Principles:
   Data with their own path radiance, and elements, are exceptions.
 * Transmittance is computed for a *whole composite path*. Absorber amounts of its legs are added; transmittances of legs
   are never multiplied, because those of band models and k-distributions do not multiply.
-* Providers declare dependencies, so that the plan can skip work. This engine uses the ranges, the native grid,
-  ``tileable``, ``legs`` and ``notes``; the conformance kit checks all of them.
-* A call outside a declared range is an error; nothing is clamped or extrapolated.
+* Providers declare what they depend on and where they are valid, so that the plan can skip work; the conformance kit
+  checks it. A call outside a declared range is an error; nothing is clamped or extrapolated.
 * A result depends on the arguments of its call alone: not on other elements, earlier calls or threads (several call one
   provider at once). Arrays given to a provider are read-only; the caller owns returned arrays.
 

@@ -10,6 +10,7 @@ from hcss_twin.engine.predicted_time import Prediction
 from hcss_twin.plan.error_budget import ErrorBudget, error_budget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, SWITCHED_OFF, TOO_DEAR, Omission
 from hcss_twin.plan.plan import Plan
+from hcss_twin.reports.plan_text import default_wind
 from hcss_twin.reports.tables import Table, bound_text
 
 MOST_LINES = 15
@@ -50,21 +51,8 @@ def _first(plan: Plan, prediction: Prediction) -> Rows:
     yield "memory", prediction.memory_text
     yield "error", _largest_error(plan)
     yield "left out", _largest_omission(plan)
-    assumed = [*_default_wind(plan), *(f"{item.field} = {item.value}" for item in plan.filled_in)]
+    assumed = [*default_wind(plan), *(f"{item.field} = {item.value}" for item in plan.filled_in)]
     yield "assumed", _listed(assumed, "; ") if assumed else "nothing: the scenario sets all values"
-
-
-def _default_wind(plan: Plan) -> Iterator[str]:
-    """Yield the keys of the wind's default bearing on which images depend: clouds drift, waves have a direction."""
-    scenario, keys = plan.scenario, list[str]()
-    follows = any(layer.wind_from is None for layer in scenario.clouds.layers)
-    drifts = follows and plan.frame_times_s.size > 1 and scenario.motion.wind_speed > 0.0
-    if drifts and "wind_from" not in scenario.motion.model_fields_set:
-        keys.append("motion.wind_from")
-    if (plan.waves.varies or plan.sun_matters) and "wind_from" not in scenario.sea.model_fields_set:
-        keys.append("sea.wind_from")
-    if keys:
-        yield f"{', '.join(keys)} = {type(scenario.sea).model_fields['wind_from'].default:g} deg"
 
 
 def _size(plan: Plan) -> str:

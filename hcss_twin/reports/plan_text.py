@@ -44,6 +44,8 @@ def _rows(plan: Plan) -> Rows:
     yield from _clouds(plan)
     yield from _radiation(plan)
     yield from _output(plan)
+    for text in default_wind(plan):
+        yield "filled in", f"{text} (default: the wind blows from the west)"
     for item in plan.filled_in:
         yield "filled in", f"{item.field} = {item.value} ({item.why})"
     share = f"its share of the accuracy ({OMISSION_SHARE * plan.accuracy.relative:g})"
@@ -56,6 +58,19 @@ def _rows(plan: Plan) -> Rows:
         yield "cost", f"{cost.label}: about {cost.seconds:.2g} s in {cost.calls} calls of {cost.member}"
     for note in plan.notes:
         yield "note", note
+
+
+def default_wind(plan: Plan) -> Iterator[str]:
+    """Yield the keys of the wind's default bearing on which images depend: clouds drift, waves have a direction."""
+    scenario, keys = plan.scenario, list[str]()
+    follows = any(layer.wind_from is None for layer in scenario.clouds.layers)
+    drifts = follows and plan.frame_times_s.size > 1 and scenario.motion.wind_speed > 0.0
+    if drifts and "wind_from" not in scenario.motion.model_fields_set:
+        keys.append("motion.wind_from")
+    if (plan.waves.varies or plan.sun_matters) and "wind_from" not in scenario.sea.model_fields_set:
+        keys.append("sea.wind_from")
+    if keys:
+        yield f"{', '.join(keys)} = {type(scenario.sea).model_fields['wind_from'].default:g} deg"
 
 
 def _scene(plan: Plan) -> Rows:

@@ -25,8 +25,8 @@ class GasesSection(ScenarioSection):
     CO: GasAmount | None = Field(None, description="Carbon monoxide, for example `1.5`.")
     others: Literal["year", "profile"] = Field(
         "year",
-        description='Gases that are not given: "year": CO2, CH4 and N2O of model atmospheres are the means of the '
-        'scene\'s year; "profile": as in the profile (1986).',
+        description='Gases that are not given: "year": CO2, CH4 and N2O of model atmospheres are means of'
+        ' the scene\'s year; "profile": as in the profile.',
     )
 
     @property
@@ -80,8 +80,7 @@ class Atmosphere(ScenarioSection):
     gases: GasesSection = filled(GasesSection, "Amounts of gases other than water vapour.")
     profile: str | None = Field(
         None,
-        description="Catalog name, or CSV or NetCDF file of one place or several; default: the provider's profile, or "
-        "the model atmosphere for place and date.",
+        description="Catalog name, or CSV or NetCDF file of one place or several; default: the air of place and date.",
     )
     profile_above: str = Field(
         STANDARD, description="Profile that adds to a file the air above its last level and missing gases."
@@ -99,15 +98,15 @@ class Atmosphere(ScenarioSection):
         None,
         ge=0,
         le=0.2,
-        description="Relative standard deviation of the water vapour around that of the profile over some hundred km, "
-        "the same at all levels: a random field that drifts with `motion.wind_speed`, in wavelengths up to the image's "
-        "size; 0: one profile; default: 0.05 in images of 100 km or more without camera or `platform.altitude`, whose "
-        "bands lie above 5 um, else one profile, with which the plan states what a texture of 0.05 would change.",
+        description="Relative standard deviation of the water vapour over some hundred km, the same at "
+        "all levels: a random field that drifts with `motion.wind_speed`; 0: one profile; "
+        "default: 0.05 in images of 100 km or more without camera or `platform.altitude`, "
+        "whose bands lie above 5 um, else one profile.",
     )
     inversion: InversionSection | Literal["off"] | None = Field(
         None,
-        description='Table: a trade inversion and the marine boundary layer below it; "off": none; default: one above '
-        "clouds whose type lies under an inversion (stratus, stratocumulus), unless `profile` is given.",
+        description='Table: a trade inversion and the marine boundary layer below it; "off": none; '
+        "default: one above stratus and stratocumulus, unless `profile` is given.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the provider.")
 

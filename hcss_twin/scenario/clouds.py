@@ -43,17 +43,16 @@ class Layer(ScenarioSection):
     coverage: Quantity.Fraction = Field(0.5, ge=0, le=1, description="Fraction of cloudy pixels.")
     coverage_mode: Literal["frame", "field"] | None = Field(
         None,
-        description='"frame": exactly this coverage in every frame; "field": one threshold for the unbounded sky, '
-        'exact in the mean; default: "field" for several frames that differ and for cameras, if the generator can, '
-        'else "frame". '
-        "`hcss plan` warns about generators that may ignore it.",
+        description='"frame": exactly this coverage in every frame; "field": one threshold for the '
+        'unbounded sky, exact in the mean; default: "field" for several frames that differ '
+        'and for cameras, if the generator can, else "frame".',
     )
     edge_taper: Quantity.Fraction = Field(
         0.0,
         ge=0,
         le=1,
-        description="Part of the cloudy area, from the edge inward, over which thickness rises smoothly; 0 is eq 7 as "
-        "printed. `imagery` refuses it.",
+        description="Part of the cloudy area, from the edge inward, over which thickness rises smoothly; "
+        "0 is eq 7 as printed.",
     )
     generator: str = Field("fractal", description="Cloud generator (see `hcss plugins`).")
     base: Quantity.Length | None = Field(

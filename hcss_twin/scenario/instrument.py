@@ -61,15 +61,12 @@ class Instrument(RadiometerKeys):
         None, ge=0.5, le=1000, description="Focal length over diameter of the aperture."
     )
     cold_shield: Quantity.Number | None = Field(
-        None,
-        ge=0.5,
-        le=500,
-        description="F-number of the cold shield, if wider than that of the optics: detectors see the housing between.",
+        None, ge=0.5, le=500, description="F-number of the cold shield, if wider than that of the optics."
     )
     jitter: _PixelsOrAngle = Field(  # type: ignore[assignment]
         0.0,
-        description='Rms movement of the line of sight about either axis: pixels, or text ("0.3 px", "20 urad"). Of '
-        "the poses of a camera in orbit (`[jitter]` has the spectrum), otherwise a blur.",
+        description='Rms movement of the line of sight about either axis: pixels, or text ("0.3 px", "20 '
+        'urad"). Turns a camera in orbit (`[jitter]` has the spectrum), otherwise a blur.',
     )
     bands: Bands | None = Field(None, min_length=1, max_length=100, description="As `bands` of a scenario.")
     response: str | None = Field(
@@ -83,9 +80,9 @@ class Instrument(RadiometerKeys):
     )
     psf: Literal["none", "gaussian", "airy", "file"] | None = Field(  # type: ignore[assignment]
         None,
-        description='Point-spread function of the optics: "none", "gaussian" (psf_sigma), "airy" (diffraction) or '
-        '"file" (psf_file). Default: that whose key is given; else "airy" where f-number or aperture, and the angle of '
-        "a pixel are known.",
+        description='Point-spread function of the optics: "none", "gaussian" (psf_sigma), "airy" '
+        '(diffraction) or "file" (psf_file). Default: that whose key is given; else "airy" '
+        "where aperture and angle of a pixel are known.",
     )
     model: str = Field(DEFAULT_MODEL, description="Sensor model (see `hcss plugins`).")
     parameters: dict[str, Any] = Field(

@@ -59,11 +59,7 @@ class ImageSection(ScenarioSection):
         le=64,
         description="n: a pixel is the mean of n x n points of its footprint; 1: the point at its centre.",
     )
-    window: ImageWindow | None = Field(
-        None,
-        description="Part of the image to compute: [first, end] from 0, end excluded, for example "
-        "{rows = [0, 400], columns = [200, 600]}; default: all.",
-    )
+    window: ImageWindow | None = Field(None, description="Part of the image to compute; default: all.")
 
     @field_validator("window")
     @classmethod
@@ -94,8 +90,8 @@ class MotionSection(ScenarioSection):
 
     platform_speed: PlatformSpeed = Field(
         0.0,
-        description="Ground speed of the footprint toward +x (east), m/s, -1e5 to 1e5, or "
-        '"orbit": that of a circular orbit at `platform.altitude`.',
+        description='Ground speed of the footprint toward +x (east), m/s, -1e5 to 1e5, or "orbit": that '
+        "of a circular orbit.",
     )
     wind_speed: Quantity.Speed = Field(10.0, ge=0, le=150, description="Wind at the clouds, m/s.")
     wind_from: Quantity.Angle = Field(
@@ -103,9 +99,9 @@ class MotionSection(ScenarioSection):
     )
     evolution_time: EvolutionTime = Field(
         "by-scale",
-        description='Time in which the largest cloud structures change, s, 0.001 to 1e12, "frozen", or "by-scale": '
-        "fractal clouds change in 165 s per km of wavelength, as measured from 8 km on, smaller ones as turbulence "
-        "does; others as with 1800 s.",
+        description='Time in which the largest cloud structures change, s, 0.001 to 1e12, "frozen", or '
+        '"by-scale": fractal clouds change in 165 s per km of wavelength, below 8 km as '
+        "turbulence does; others as with 1800 s.",
     )
 
 
@@ -139,16 +135,16 @@ class Sea(ScenarioSection):
     )
     waves: Switch = Field(
         "auto",
-        description='Waves longer than two pixels: "on": as shapes, in clear pixels; "off": statistical, the plan '
-        'bounds the error; "auto": as shapes if they matter at this accuracy and the model can.',
+        description='Waves longer than two pixels: "on": as shapes, in clear pixels; "off": statistical; '
+        '"auto": as shapes if they matter and the model can.',
     )
     temperature_texture: Quantity.Number | None = Field(
         None,
         ge=0,
         le=3,
-        description="Standard deviation of the skin temperature around `temperature` over some hundred km, K: a random "
-        "field with the spectrum of measured sea, in wavelengths up to the image's size; 0: one temperature; default: "
-        "0.3 where the scene can have it and that matters at this accuracy.",
+        description="Standard deviation of the skin temperature over some hundred km, K: a random field "
+        "with the spectrum of measured sea; 0: one temperature; default: 0.3 where that "
+        "matters.",
     )
     parameters: dict[str, Any] = Field(default_factory=dict, description="Parameters of the model.")
 
@@ -162,9 +158,9 @@ class Radiance(ScenarioSection):
         "auto",
         pattern="^[a-z][a-z0-9-]*$",
         max_length=40,
-        description='Sides of clouds: "columns": none; with the plugin hcss-light "slant": slanted rays; "source": '
-        'light scattered many times in broken cloud, too; "reference": Monte Carlo of small images; "auto": the '
-        "cheapest that is expected to be within `light_accuracy`, columns without it.",
+        description='Sides of clouds: "columns": none; with the plugin hcss-light "slant": slanted rays; '
+        '"source": light scattered many times, too; "reference": Monte Carlo of small images;'
+        ' "auto": the cheapest expected to be within `light_accuracy`, columns without it.',
     )
     light_profile: Literal["uniform", "adiabatic"] = Field(
         "uniform",
@@ -223,22 +219,20 @@ class OutputSection(ScenarioSection):
         0.0,
         ge=0,
         le=0.05,
-        description="Largest relative error of rounding stored numbers, for better compression, up to 0.3 x accuracy; "
-        "0: all digits. Temperatures are rounded 16 times as finely.",
+        description="Largest relative error of rounding stored numbers, for better compression, up to 0.3"
+        " x accuracy; 0: all digits.",
     )
     packing: Literal["int16"] | None = Field(
         None,
-        description='"int16": radiance, brightness temperature, thickness and fractions are stored as 16-bit integers '
-        "(CF `scale_factor`), in steps of at most 0.6 x accuracy in every band; half the bytes. Radiance that such "
-        "steps do not fit stays in single precision.",
+        description='"int16": variables of known range are stored as 16-bit integers (CF `scale_factor`),'
+        " in steps of at most 0.6 x accuracy; half the bytes. Radiance that such steps do not"
+        " fit stays in single precision.",
     )
     certificate: Quantity.Whole = Field(
         24, ge=0, le=3000, description="Random pixels recomputed without tables to certify the accuracy; 0: none."
     )
     store_inputs: bool = Field(
-        True,
-        description="Store your input files of at most 256 kB in the cube, so that others can verify it; false: only "
-        "their SHA-256.",
+        True, description="Store your input files of at most 256 kB in the cube; false: only their SHA-256."
     )
 
 

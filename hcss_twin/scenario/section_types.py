@@ -191,8 +191,8 @@ class Platform(ScenarioSection):
         None,
         ge=-180,
         le=360,
-        description="Longitude below a geostationary sensor, degrees east; replaces `view.zenith` and `view.azimuth`. "
-        "`altitude` is then 35786 km if it is not given.",
+        description="Longitude below a geostationary sensor, degrees east; replaces `view.zenith` and "
+        "`view.azimuth`, and sets `altitude`.",
     )
     focal_length: Quantity.InstrumentLength | None = Field(
         None, gt=0, le=100, description="Focal length, m; with detector_pitch it replaces `image.pixel_size`."

@@ -23,8 +23,7 @@ class StageSection(ScenarioSection):
     name: str | None = Field(
         None,
         min_length=1,
-        description="Catalog name or TOML file of an instrument, for the model, parameters and bands that the scenario "
-        "does not give.",
+        description="Catalog name or TOML file of an instrument, for what the scenario does not give.",
     )
     model: str | None = Field(
         None, description=f"Sensor model (see `hcss plugins`); default: that of `name`, or `{DEFAULT_MODEL}`."
@@ -49,8 +48,7 @@ class SensorSection(StageSection):
     stages: tuple[StageSection, ...] = Field(
         (),
         max_length=20,
-        description="`[[sensor.stages]]` with `name`, `model`, `parameters` and `seed`: a chain of sensors. A "
-        "variable is that of the last stage that has it.",
+        description="`[[sensor.stages]]` with `name`, `model`, `parameters` and `seed`: a chain of sensors.",
     )
 
     @model_validator(mode="after")

@@ -124,7 +124,7 @@ def test_units_are_those_of_names_arguments_and_docstrings():
     assert PAGE.described("hcss_twin.providers", "Sun")[1] == "deg, s, au"
     assert "W m-2 sr-1" in PAGE.described("hcss_twin.providers", "planck")[1]
     assert PAGE.described("hcss_twin.core.units", "WaterContent")[1] == "g m-3"
-    assert PAGE.described("hcss_twin.core.kernels", "kernel")[1] == "-"
+    assert PAGE.described("hcss_twin.core.kernels", "kernel")[1] == ""
 
 
 def test_public_names_are_defined_by_the_module_that_lists_them():

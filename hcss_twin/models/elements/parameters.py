@@ -82,24 +82,21 @@ class PointSourceParameters(BaseModel):
 
     tracks: tuple[Track, ...] = Field(
         (),
-        description="Sources with `x`, `y`, `altitude` (m), `velocity` ([east, north, up], m/s) or a `path` of points "
-        "[time, x, y, altitude], and the `intensity` of a plume (W/sr, a number or a table by band), or `temperature` "
-        "(K), `area` (m2, across the line of sight) and `emissivity` (default 1) of a body. x and y count from the "
-        "image centre at the start.",
+        description="Sources with `x`, `y` (from the image centre at the start), `altitude` (m), "
+        "`velocity` ([east, north, up], m/s) or a `path` of points [time, x, y, altitude], "
+        "and the `intensity` of a plume (W/sr, a number or a table by band), or `temperature`"
+        " (K), `area` (m2, across the line of sight) and `emissivity` (default 1) of a body.",
     )
     file: str | None = Field(
         None,
         min_length=1,
-        description="CSV file of tracks with the columns source, time (s), x, y or latitude, longitude (degrees), "
-        "altitude, and `intensity`, `intensity BAND` for each band, or temperature, area and optionally emissivity; "
-        "linear between the times of a source, which is absent before and after them.",
+        description="CSV file of tracks with the columns source, time (s), x, y or latitude, longitude "
+        "(degrees), altitude, and `intensity`, `intensity BAND` for each band, or "
+        "temperature, area and optionally emissivity; linear between the times of a source, "
+        "which is absent outside them.",
     )
     footprint: Quantity.Length = Field(
-        0.0,
-        ge=0,
-        le=1e5,
-        description="Side of the square, m, over which a source is spread evenly; 0: not. The air and clouds before it "
-        "are those of its middle.",
+        0.0, ge=0, le=1e5, description="Side of the square, m, over which a source is spread evenly; 0: not."
     )
 
     @model_validator(mode="after")

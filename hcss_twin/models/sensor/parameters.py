@@ -113,8 +113,8 @@ class RadiometerKeys(BaseModel):
     psf_file: str | None = Field(
         None,
         min_length=1,
-        description="Text file with the image of a point on the image's pixels: rows of numbers, the southernmost "
-        "first, odd numbers of rows and columns; relative to the scenario, for `hcss sense` to the working folder.",
+        description="Text file with the image of a point on the image's pixels: rows of numbers, the "
+        "southernmost first, odd numbers of rows and columns.",
     )
     aperture_diameter: Quantity.InstrumentLength | None = Field(None, gt=0, le=100, description="Of the telescope, m.")
     pixel_angle: Quantity.PixelAngle | None = Field(
@@ -143,8 +143,8 @@ class RadiometerKeys(BaseModel):
     )
     nedt: _Kelvin | None = Field(
         None,
-        description='Noise-equivalent temperature difference (NEDT) of a black body, K, or text "20 mK at 300 K". With '
-        'noise = "photon" the read noise follows from it; if read_noise is given, too, both must agree within 20 %.',
+        description='Noise-equivalent temperature difference (NEDT) of a black body, K, or text "20 mK at'
+        ' 300 K". With noise = "photon" the read noise follows from it.',
     )
     nedt_temperature: _Scene = Field(300.0, description="Temperature of that black body, K.")
     ner: _Radiance | None = Field(None, description="Standard deviation of the noise as band radiance, W m-2 sr-1.")
@@ -153,7 +153,7 @@ class RadiometerKeys(BaseModel):
         ge=60,
         le=10_000,
         description="Black-body temperature of the spectrum within a band, K, to convert radiance to "
-        "photons; default: the same spectral radiance at all wavelengths.",
+        "photons; default: flat.",
     )
     quantum_efficiency: _Fraction = Field(1.0, description="Electrons per photon, above 0 to 1.")
     shot_noise: bool = Field(True, description="Whether to add shot noise (Poisson statistics of electrons).")
@@ -164,11 +164,7 @@ class RadiometerKeys(BaseModel):
         0.0, ge=0, le=1e15, description="Electrons per second and pixel without light; its mean is subtracted."
     )
     optics_temperature: Quantity.Temperature | None = Field(
-        None,
-        ge=20,
-        le=400,
-        description="Of the optics, which emit 1 - transmission of a black body; adds electrons as the dark current "
-        "does.",
+        None, ge=20, le=400, description="Of the optics, which emit 1 - transmission of a black body."
     )
     housing_temperature: Quantity.Temperature | None = Field(
         None, ge=20, le=400, description="Of the housing around the optics, black, which detectors see beside them."
@@ -177,13 +173,13 @@ class RadiometerKeys(BaseModel):
         None,
         gt=0,
         le=1e7,
-        description="Etendue of the housing relative to that of the optics: (F / F_c)^2 - 1 with the f-numbers of "
-        "optics and cold shield.",
+        description="Etendue of the housing relative to that of the optics: (F / F_c)^2 - 1, with the "
+        "f-number of the cold shield.",
     )
     drift: _Drift | None = Field(
         None,
-        description="Change of the offset between two calibrations, steady in time, as change of the temperature of a "
-        "black body of nedt_temperature, K.",
+        description="Change of the offset between two calibrations, as temperature of a black body of "
+        "nedt_temperature, K.",
     )
     calibration_cycle: Quantity.Duration | None = Field(
         None, gt=0, le=1e7, description="Time between calibrations, the first of which is at the start, s."
@@ -208,16 +204,10 @@ class RadiometerKeys(BaseModel):
     )
     bits: int | None = Field(None, ge=1, le=24, description="Of the converter; default: not digitised.")
     electrons_per_number: Electrons | None = Field(
-        None,
-        gt=0,
-        le=1e15,
-        description="Electrons per digital number; default: the range (well_depth or "
-        "saturation_temperature) / largest digital number.",
+        None, gt=0, le=1e15, description="Electrons per digital number; default: the range / largest digital number."
     )
     radiance_per_number: _Radiance | None = Field(
-        None,
-        description="Radiance per digital number, W m-2 sr-1; default: the range (saturation_radiance or "
-        "saturation_temperature) / largest digital number.",
+        None, description="Radiance per digital number, W m-2 sr-1; default: the range / largest digital number."
     )
     number_offset: int = Field(
         0, ge=0, le=2**24 - 1, description="Digital number at zero signal; prevents clipping of noise around 0."

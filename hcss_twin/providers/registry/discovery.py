@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pluggy
 
 from hcss_twin.core.errors import Problem, ProviderError
-from hcss_twin.core.plugins import MOVING, OWN_DISTRIBUTION, Origin, Remark
+from hcss_twin.core.plugins import OWN_DISTRIBUTION, Origin, Remark
 from hcss_twin.providers.registry import specs
 from hcss_twin.providers.registry.specs import API_VERSION, Kind, ProviderSpec
 from hcss_twin.version import __version__
@@ -158,13 +158,8 @@ _OF_OTHER_GROUPS = (specs.hcss_commands.__name__, "hcss_sections")
 
 
 def _other_version(spec: ProviderSpec) -> str:
-    """Return the message for different API versions, with the remedy."""
-    remedy = (
-        f"upgrade hcss-twin, or install a release of the plugin for version {API_VERSION}"
-        if spec.api_version > API_VERSION
-        else f"install a newer release of the plugin; its author finds the changes in {MOVING}"
-    )
+    """Return the message for different API versions."""
     return (
-        f"'{spec.name}' is written for version {spec.api_version} of the provider API, and this hcss_twin "
-        f"{__version__} accepts version {API_VERSION}: {remedy}"
+        f"'{spec.name}' is written for version {spec.api_version} of the provider API; hcss_twin {__version__} "
+        f"supports version {API_VERSION} (docs/reference/provider-api.md)"
     )

@@ -48,8 +48,8 @@ class FractalParameters(BaseModel):
         ge=0.05,
         le=20.0,
         allow_inf_nan=False,
-        description="s in C = p_c^s, with p_c from 0 at the edge of the cloudy area to 1 at its peak: above 1 "
-        "most of the cloud is thin, below 1 thick; 1 is eq 7 as printed.",
+        description="s in C = p_c^s, with p_c from 0 at the edge of the cloudy area to 1 at its peak: "
+        "above 1 most of the cloud is thin; 1 is eq 7 as printed.",
     )
 
     @field_validator("k")

@@ -36,23 +36,23 @@ class ImageReading(BaseModel):
     variable: str | None = Field(
         None,
         min_length=1,
-        description="Variable of a NetCDF or .npz file, or number of a GeoTIFF's band; may be left out where there "
-        "is only one.",
+        description="Variable of a NetCDF or .npz file, or number of a GeoTIFF's band, if there are several.",
     )
     at: Mapping[str, Annotated[int, Field(ge=0)]] = Field(
         {}, description="Index along each further dimension of a NetCDF variable of several images: {time = 3}."
     )
     method: Literal["auto", "temperature", "otsu", "local", "coverage"] = Field(
         "auto",
-        description='Cloud detection: "temperature", for an image in kelvin, needs no threshold: each '
-        'pixel gets the thickness with which the scene has that brightness temperature. "otsu" splits the histogram, '
-        '"local" adds pixels that are cloudier than their surroundings, "coverage" takes the cloudiest until the '
-        'coverage is reached. "auto": "temperature" for images in kelvin where cloud is cold, "otsu" for others.',
+        description='Cloud detection. "temperature", for images in kelvin: each pixel gets the thickness '
+        'with which the scene has that brightness temperature. "otsu" splits the histogram, '
+        '"local" adds pixels that are cloudier than their surroundings, "coverage" takes the '
+        'cloudiest. "auto": "temperature" for images in kelvin where cloud is cold, "otsu" '
+        "for others.",
     )
     limits_um: tuple[_Wavelength, _Wavelength] | None = Field(
         None,
-        description='Limits of the image\'s band in um, for method "temperature"; default 10.3 to 11.3. An image with '
-        "wavelengths below 5 um must be one by night: there is no sunlight in the inversion.",
+        description='Limits of the image\'s band in um, for method "temperature"; default 10.3 to 11.3. '
+        "Below 5 um the image must be one by night.",
     )
     window_pixels: int | None = Field(
         None,
@@ -107,14 +107,14 @@ class ImageryParameters(ImageReading):
     )
     placement: Literal["scene", "single-clouds"] = Field(
         "scene",
-        description='"scene": clouds where the image has them; "single-clouds": single clouds of an entry '
-        "scattered at random over an unbounded sky to match the coverage.",
+        description='"scene": clouds where the image has them; "single-clouds": single clouds of an entry'
+        " scattered at random over an unbounded sky.",
     )
     beyond: Literal["unknown", "clear", "mirror"] = Field(
         "unknown",
-        description="What slant paths, cameras, blur and light between clouds meet beyond the border of the image: "
-        '"clear" sky, or its "mirror" image. Up to the border they meet the clouds of the image. "unknown": scenes '
-        "that need clouds around them are refused.",
+        description="What slant paths, cameras, blur and light meet beyond the border of the image: "
+        '"clear" sky, or its "mirror" image. "unknown": scenes that need clouds there are '
+        "refused.",
     )
     turned: bool = Field(True, description="Rotate scattered clouds by quarter turns and mirror them, at random.")
     cloud_pixels: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = Field(

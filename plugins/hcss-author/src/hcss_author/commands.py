@@ -65,8 +65,8 @@ def new_plugin(kind: str, name: str, folder: Path | None, as_json: bool) -> None
 def check(name: str, kind: str | None, assignments: tuple[str, ...], limit: float, as_json: bool) -> None:
     """Hold the installed provider NAME to the conformance kit, and measure the cost of its calls.
 
-    It runs in a process of its own. Every law is listed: passed, failed, expected failure (declared by the provider),
-    not applicable, or not run. The command fails if a law does. Cubes quote the result.
+    Every law is listed: passed, failed, expected failure (declared by the provider), not applicable, or not run. The
+    command fails if a law does. Cubes quote the result.
     """
     if find_spec("pytest") is None:
         raise click.ClickException("the conformance kit needs pytest: pip install pytest")

@@ -87,9 +87,8 @@ def scene(
 ) -> None:
     """Measure run time and error of SCENARIO (default: stratus) at several accuracies; `scene` may be left out.
 
-    Errors are relative to one reference, the finest that the engine offers, whichever radiance model the scenario has.
-    Each stage, the whole run, writing the same bytes raw, and integrating every pixel without tables take turns, so
-    that their ratios hold on a busy machine, too. The cache is not used. Takes some minutes.
+    Errors are relative to the finest that the engine offers, whichever radiance model the scenario has. The cache is
+    not used. Takes some minutes.
     """
     printed = json_file is not None and str(json_file) == "-"
     Output.require_different({"--json": None if printed else json_file, "--plot": plot})

@@ -59,8 +59,8 @@ class CameraSection(Section):
         None,
         ge=0,
         le=100,
-        description="Time over which pixels see the moving scene, around that of the frame, s; default: that of "
-        "[sensor], if motion smears what it measures.",
+        description="Time over which pixels see the moving scene, s; default: that of [sensor], if motion"
+        " smears what it measures.",
     )
     line_time: Quantity.Duration = Field(
         0.0,
@@ -69,22 +69,17 @@ class CameraSection(Section):
         description="Rolling shutter: time from one row to the next, s; negative: from the last row on.",
     )
     points: Quantity.Whole | None = Field(
-        None,
-        ge=1,
-        le=16,
-        description="n: a pixel is the mean of n x n points; default: as many as its footprint has points of the scene "
-        "(image.pixel_size), 3 to 8.",
+        None, ge=1, le=16, description="n: a pixel is the mean of n x n points; default: 3 to 8, by image.pixel_size."
     )
     climate: Literal["place", "latitude"] = Field(
         "place",
-        description='Air and sea of a full disk from a camera that stands still: "place", those of the scenario, or '
-        '"latitude", model atmospheres and the climatology of the sea by latitude and date.',
+        description='Air and sea of a full disk: "place", those of the scenario, or "latitude", model '
+        "atmospheres and the climatology of the sea by latitude and date.",
     )
     beyond: Literal["refuse", "missing", "limb"] = Field(
         "refuse",
-        description='Pixels that see the Earth beyond zenith 75 degrees or its limb: "refuse", "missing" values, or '
-        '"limb": the ground to 85 degrees, and the thermal radiance of clear air beyond and at the limb. '
-        "Space above the atmosphere has radiance 0.",
+        description='Pixels that see the Earth beyond zenith 75 degrees or its limb: "refuse", "missing" '
+        'values, or "limb": the ground to 85 degrees, and clear air beyond.',
     )
 
 

@@ -114,8 +114,8 @@ def _side_options(command: Any) -> Any:
     "--method",
     default="auto",
     type=click.Choice(_METHODS),
-    help="Cloud detection. otsu, local, coverage: as hcss import; valid: every pixel with a value; truth: the cube's "
-    "mask; auto: valid for cloud-top products, truth for cloud variables of a cube, otsu for all else.",
+    help="Cloud detection, as hcss import; truth: the cube's mask; auto: valid for cloud-top products, truth for cloud "
+    "variables of a cube, otsu for all else.",
 )
 @click.option("--coverage", type=Number(0, 1), help="Cloudy fraction for method coverage.")
 @click.option("--window", "window_pixels", type=click.IntRange(3, 16384), help="Window of method local, pixels.")
@@ -139,8 +139,7 @@ def _side_options(command: Any) -> Any:
     metavar="NAME[=LOW-HIGH|=FILE[:COLUMN][@UNIT]]",
     callback=channels_of,
     help="With --radiance: a variable of REAL and the limits of its channel, um, for example ir_108=9.8-11.8, or the "
-    "file of its spectral response (text, as for bands); channels of SEVIRI have known limits. Repeat; default: all "
-    "variables with known limits.",
+    "file of its spectral response. Repeat; default: all variables with known limits.",
 )
 @click.option(
     "--spots", default=12, type=click.IntRange(1), help="With --radiance: most spots of clear sea, and of cloud."
@@ -177,19 +176,15 @@ def evaluate_command(
 ) -> None:
     """Compare SIM with REAL by image similarity metrics.
 
-    Each is a cube, NetCDF (also GOES ABI), GeoTIFF, PNG, JPEG or NumPy. Brightness temperatures are compared if both
-    have them, else a common unit, else grey levels of cloud. The metrics are EV, Den, DP, FD and RMSE of the HCSS paper
-    (as printed and corrected), coverage, fractal dimensions, anisotropy, spectra, histograms and change over time.
-    Nothing is resampled.
+    Each is a cube, NetCDF (also GOES ABI), GeoTIFF, PNG, JPEG or NumPy. The metrics are those of the HCSS paper (as
+    printed and corrected), coverage, fractal dimensions, anisotropy, spectra, histograms and change over time.
 
     With --realism, REAL and SIM are files or folders of brightness temperature with the same pixel size. Two
-    classifiers learn to tell patches of SIM from patches of REAL, and are asked about scenes that they have not seen:
-    AUC is 0.5 if they cannot tell, 1 if they always can. The features that tell, copies of real images, spectra,
-    structure functions, laws of clouds beside published ranges and correlation over time are listed, too. Needs the
-    package scikit-learn.
+    classifiers learn to tell patches of SIM from patches of REAL: AUC is 0.5 if they cannot tell, 1 if they always can.
+    Needs the package scikit-learn.
 
     With --radiance, REAL alone is given: a NetCDF file with brightness temperature of several channels, latitude,
-    longitude, view_zenith and time. Clear sea and opaque clouds in it are simulated from these and the climatology.
+    longitude, view_zenith and time. Clear sea and opaque clouds in it are simulated.
     """
     to_screen = json_file is not None and str(json_file) == "-"
     wanted = {"-o": output, "--json": None if to_screen else json_file}

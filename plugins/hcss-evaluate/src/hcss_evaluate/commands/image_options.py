@@ -28,9 +28,10 @@ def cloud_options(method: str, others: tuple[str, ...] = ()) -> Any:
             "--method",
             default=method,
             type=click.Choice([*others, "otsu", "local", "coverage", "valid"]),
-            help="Cloud detection. otsu: threshold that splits the histogram; local: threshold of the surroundings; "
-            "coverage: the cloudiest pixels up to --coverage; valid: every pixel with a value."
-            + (" auto: valid for cloud-top products, otsu for all else." if "auto" in others else ""),
+            help="Cloud detection, as hcss import; auto: valid for cloud-top products, otsu for all else."
+            if "auto" in others
+            else "Cloud detection. otsu: threshold that splits the histogram; local: threshold of the surroundings; "
+            "coverage: the cloudiest pixels up to --coverage; valid: every pixel with a value.",
         ),
         click.option(
             "--window", "window_pixels", type=click.IntRange(3, 16384), help="Window of method local, pixels."
