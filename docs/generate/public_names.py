@@ -51,7 +51,8 @@ TOPICS = (
     Topic(
         "Arguments, files and compiled loops",
         False,
-        ("hcss_twin.core.arguments", "hcss_twin.core.environment", "hcss_twin.core.errors", "hcss_twin.core.files",
+        ("hcss_twin.core.arguments", "hcss_twin.core.cache", "hcss_twin.core.environment",
+         "hcss_twin.core.errors", "hcss_twin.core.files",
          "hcss_twin.core.json_numbers", "hcss_twin.core.kernels", "hcss_twin.core.reading",
          "hcss_twin.core.result_cache"),
     ),

@@ -24,6 +24,8 @@ from hcss_twin.core.records import read_record, write_record
 from hcss_twin.core.result_cache import ResultCache
 from hcss_twin.core.trust import distrust, make_private, withhold
 
+__all__ = ["kept_result"]
+
 TABLES = ("tables", ".npz")
 """Radiance tables of scenes: cache folder and file suffix."""
 
@@ -130,6 +132,25 @@ def result_key(parts: Mapping[str, Any], memory: ResultCache) -> str:
     """Return a hash of the inputs of a result and of the versions of this package and its libraries."""
     code = {"format": FORMAT, "libraries": memory.versions(), "engine": memory.fingerprint()}
     return hashlib.sha256(json.dumps({**parts, **code}, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def kept_result(parts: Mapping[str, Any], catalog: Catalog, compute: Callable[[], _T], classes: tuple[type, ...]) -> _T:
+    """Return what an earlier run found out, bit for bit, or compute it and keep it in the user's cache.
+
+    For small results that are dear to compute, such as tables that a provider makes of a scene.
+
+    Parameters
+    ----------
+    parts : mapping
+        All that the result depends on, for JSON; versions of this package and of its libraries are added.
+    catalog : Catalog
+        Reader of files. Files that ``compute`` reads are checked before the result is used again.
+    compute : callable
+        Returns the result.
+    classes : tuple of type
+        Dataclasses that may occur in the result; the class of the result itself comes first.
+    """
+    return recall_or_compute(PLANS, result_key(parts, catalog.shelf), catalog, compute, classes)
 
 
 def recall_or_compute(

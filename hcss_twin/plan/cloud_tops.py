@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.cache import kept_result
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import ProviderError
 from hcss_twin.plan.accuracy import RequestedAccuracy
@@ -155,6 +155,6 @@ def plan_tops(
         return _Nodes(placed.segments, placed.error)
 
     parts = {"for": "cloud tops", "layer": which, "range": [low, high], "accuracy": repr(accuracy), "sun": repr(sun)}
-    key = result_key({**inputs_of_analysis(scenario, assembly, catalog), **parts}, catalog.shelf)
-    nodes = recall_or_compute(PLANS, key, catalog, compute, (_Nodes,))
+    inputs = inputs_of_analysis(scenario, assembly, catalog)
+    nodes = kept_result({**inputs, **parts}, catalog, compute, (_Nodes,))
     return CloudTops(which, layer.name, PlacedAxis(axis, nodes.segments, nodes.error))

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.cache import kept_result
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError, ProviderDefect
 from hcss_twin.laws import clouds, conduct, questions_of, sensors
@@ -135,7 +135,7 @@ def probe_providers(
         "files": dict(catalog.used),
     }
     compute = partial(_probe_all, foreign, chosen)
-    return recall_or_compute(PLANS, result_key(parts, catalog.shelf), catalog, compute, (Probes, Probed))
+    return kept_result(parts, catalog, compute, (Probes, Probed))
 
 
 def _probe_all(built: Mapping[str, Built], laws: Mapping[str, list[tuple[Law, Ask]]]) -> Probes:

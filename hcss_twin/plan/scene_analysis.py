@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.cache import kept_result
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import CatalogError, Problem, ProviderDefect, ProviderError, ScenarioError
 from hcss_twin.cube.variables import TERM_PREFIX, VariableSpec
@@ -118,7 +118,7 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
     ScenarioError
         If a provider cannot compute what the scene needs; names the field.
     """
-    key = result_key(inputs_of_analysis(scenario, assembly, catalog), catalog.shelf)
+    parts = inputs_of_analysis(scenario, assembly, catalog)
     classes = (
         SceneAnalysis,
         Sunlight,
@@ -141,7 +141,7 @@ def analyse_scene(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun:
             explain_lowest_sun(assembly, sun)
             raise
 
-    analysis = recall_or_compute(PLANS, key, catalog, compute, classes)
+    analysis = kept_result(parts, catalog, compute, classes)
     if scenario.output.certificate:
         return analysis
     return replace(analysis, omissions=without_certificate(analysis.omissions))

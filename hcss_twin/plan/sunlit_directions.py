@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.cache import kept_result
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.errors import HcssError
 from hcss_twin.physics.geodesy import Ellipsoid
@@ -61,8 +61,8 @@ def needs_own_suns(scenario: Scenario, assembly: Assembly, catalog: Catalog, sun
     may_have = not assembly.own_suns and not assembly.air_over_field.varies and suns.up.size > 0
     if not may_have or not wants_radiance(variables):
         return False
-    key = result_key({**inputs_of_analysis(scenario, assembly, catalog), "for": "suns of places"}, catalog.shelf)
-    return not recall_or_compute(PLANS, key, catalog, partial(_one_sun, scenario, assembly, suns), (OneSun,)).suffices
+    parts = {**inputs_of_analysis(scenario, assembly, catalog), "for": "suns of places"}
+    return not kept_result(parts, catalog, partial(_one_sun, scenario, assembly, suns), (OneSun,)).suffices
 
 
 def _one_sun(scenario: Scenario, assembly: Assembly, suns: SunFrames) -> OneSun:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_twin.core.arrays import Array
-from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.cache import kept_result
 from hcss_twin.core.cached_method import cached_method
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.core.error_norm import largest_error
@@ -325,7 +325,7 @@ def plan_texture(
         "for": "texture of vapour",
     }
     choose = partial(_choose_nodes, scenario, assembly, suns, share * vapour)
-    nodes = recall_or_compute(PLANS, result_key(parts, catalog.shelf), catalog, choose, (VapourNodes,))
+    nodes = kept_result(parts, catalog, choose, (VapourNodes,))
     return Texture(kelvin, vapour, share, nodes), None
 
 

@@ -71,7 +71,7 @@ if TYPE_CHECKING:
         clear_column,
         cloudy_columns,
     )
-    from hcss_twin.providers.common import DEPENDENCIES, LEGS, MEASURED, RANGES
+    from hcss_twin.providers.common import DEPENDENCIES, MEASURED, RANGES
     from hcss_twin.providers.declarations import Declaration, ModelError, ProviderOptions
     from hcss_twin.providers.elements import (
         ElementInputs,
@@ -109,7 +109,6 @@ __all__ = [
     "DEPENDENCIES",
     "EARTH_RADIUS_M",
     "GASES",
-    "LEGS",
     "MEASURED",
     "RANGES",
     "SPACE",
@@ -260,7 +259,7 @@ HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "SensorInputs",
             "SensorOptions",
         ),
-        "providers.common": ("DEPENDENCIES", "LEGS", "MEASURED", "RANGES"),
+        "providers.common": ("DEPENDENCIES", "MEASURED", "RANGES"),
         "providers.registry.specs": ("API_VERSION", "Kind", "ProviderSpec"),
         "core.arrays": ("Array",),
         "core.catalog": ("Catalog",),

@@ -27,6 +27,7 @@ from test_plugins_use_the_public_api import FROZEN, PAGE, private_imports
 from hcss_twin import Scenario, brightness_temperature, make_plan, open_cube, simulate
 from hcss_twin.cli import options
 from hcss_twin.core.arguments import checked
+from hcss_twin.core.cache import kept_result
 from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import CertificateWarning, OptionError
 from hcss_twin.core.files import Writing
@@ -90,6 +91,7 @@ from hcss_twin.providers import (
     ScenarioError,
     SensorBand,
     SensorInputs,
+    Sun,
     View,
     planck,
     to_space,
@@ -221,6 +223,23 @@ def test_results_of_a_key_are_computed_once():
     cache, made = ResultCache(), []
     assert [cache.get_or_compute("key", lambda: made.append(1) or len(made)) for _ in range(3)] == [1, 1, 1]
     assert set(cache.versions()) >= {"hcss-twin", "numpy"}
+
+
+def test_a_kept_result_is_computed_again_when_what_it_depends_on_changes(tmp_path, monkeypatch):
+    monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path))
+    inputs, made = sample_cloud_inputs(0.5, 1), []
+
+    def kept(altitude_m, catalog):
+        def compute():
+            made.append(altitude_m)
+            return Sun(altitude_m, 180.0, 1.0)
+
+        return kept_result({"for": "a test", "altitude_m": altitude_m}, catalog, compute, (Sun,))
+
+    first = [kept(altitude_m, inputs.catalog) for altitude_m in (1.0, 2.0, 1.0)]
+    assert made == [1.0, 2.0]
+    assert first[0] == first[2] == kept(1.0, type(inputs.catalog)()) != first[1]
+    assert made == [1.0, 2.0]
 
 
 def test_work_comes_back_in_order_and_a_cluster_that_does_not_answer_is_an_error():

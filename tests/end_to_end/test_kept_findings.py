@@ -6,7 +6,7 @@ import pytest
 from cheap import CHEAP
 
 from hcss_twin import Scenario, ScenarioError, make_plan
-from hcss_twin.core import cache, result_cache
+from hcss_twin.core import result_cache
 from hcss_twin.core.catalog import Catalog
 from hcss_twin.models.radiance.as_printed import AsPrinted
 from hcss_twin.plan import make_plan as planning
@@ -19,7 +19,6 @@ SMALL = {**CHEAP, "image.rows": 8, "image.columns": 8, "frames.count": 2, "bands
 @pytest.fixture(autouse=True)
 def _kept(monkeypatch, tmp_path):
     monkeypatch.setenv("HCSS_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", cache.recall_or_compute)
 
 
 @pytest.fixture
@@ -85,7 +84,7 @@ def test_what_findings_do_not_depend_on_finds_the_same(asked, changes, monkeypat
     asked.clear()
     kept = plan(**changes)
     assert not asked
-    monkeypatch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", lambda *each: each[3]())
+    monkeypatch.setattr("hcss_twin.plan.scene_analysis.kept_result", lambda *each: each[2]())
     anew = plan(**changes)
     assert asked
     assert kept.omissions == anew.omissions

@@ -13,7 +13,6 @@ from hcss_sweep import SweepError, open_sweep, points, sweep
 from hcss_sweep.points import PointOutcome, compute
 
 from hcss_twin import CubeError, Scenario, open_cube, simulate
-from hcss_twin.core import cache
 from hcss_twin.core.environment import versions
 from hcss_twin.core.files import draft_of
 from hcss_twin.core.result_cache import ResultCache
@@ -37,8 +36,6 @@ OVER = {"view.zenith": [0, 30], "seed": [1, 2]}
 @pytest.fixture(autouse=True)
 def _settings(monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-    # What plans find out is kept, as it is for users: nothing here changes the physics.
-    monkeypatch.setattr("hcss_twin.plan.scene_analysis.recall_or_compute", cache.recall_or_compute)
 
 
 @pytest.fixture

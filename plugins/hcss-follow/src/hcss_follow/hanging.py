@@ -20,7 +20,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from hcss_follow.state import Field
-from hcss_twin.core.cache import PLANS, recall_or_compute, result_key
+from hcss_twin.core.cache import kept_result
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array, BrightnessInversion, Catalog, CloudLayer
 
@@ -99,12 +99,12 @@ def hanging_clouds(inversion: BrightnessInversion, layer: CloudLayer, catalog: C
     thickness_m, kelvin = inversion.hanging_K(highest_m)
     # The light of the sea, of the whole air, and of clouds of all thicknesses: other scenes have others.
     seen = hashlib.sha256(b"".join(array.tobytes() for array in (thickness_m, kelvin, air_K)))
-    key = result_key({"hanging clouds": [1, seen.hexdigest(), repr(layer)]}, catalog.shelf)
+    parts = {"hanging clouds": [1, seen.hexdigest(), repr(layer)]}
 
     def compute() -> HangingClouds:
         return _tables(inversion, layer, altitude_m, {highest_m: (thickness_m, kelvin)})
 
-    return recall_or_compute(PLANS, key, catalog, compute, (HangingClouds,))
+    return kept_result(parts, catalog, compute, (HangingClouds,))
 
 
 Curves = dict[float, tuple[Array, Array]]
@@ -149,12 +149,10 @@ class _Between:
         opaque_K = np.array([kelvin[-1] for _, kelvin in curves])
         below_K = opaque_K - inversion.air_temperature_K(self._altitude_m)
         self._below_K = PchipInterpolator(self._altitude_m, below_K)
-        told = [
-            (top_m, *self._of_curve(*curve)) for top_m, curve in zip(self._altitude_m.tolist(), curves, strict=True)
-        ]
-        told = [(top_m, log_v, log_m) for top_m, log_v, log_m in told if log_v.size > 1]  # else as warm as clear sky
-        self._told_m = np.array([top_m for top_m, _, _ in told])
-        self._log_v = [(log_v, log_m) for _, log_v, log_m in told]
+        logarithms = [self._of_curve(*curve) for curve in curves]
+        colder = [index for index, (log_v, _) in enumerate(logarithms) if log_v.size > 1]  # than clear sky
+        self._colder_m = self._altitude_m[colder]
+        self._log_v = [logarithms[index] for index in colder]
 
     def _of_curve(self, thickness_m: Array, kelvin: Array) -> tuple[Array, Array]:
         """Return the logarithms of v and thickness of one curve, ascending, without clear sky and opaque cloud."""
@@ -171,8 +169,8 @@ class _Between:
     def log_thickness(self, altitude_m: Array, v: Array) -> Array:
         """Return the logarithm of the thickness (N, V); beyond the opaque cloud proportional to v."""
         at_nodes = np.array([_extended(np.log(v), *curve) for curve in self._log_v])
-        position = np.clip(np.searchsorted(self._told_m, altitude_m) - 1, 0, self._told_m.size - 2)
-        low, high = self._told_m[position], self._told_m[position + 1]
+        position = np.clip(np.searchsorted(self._colder_m, altitude_m) - 1, 0, self._colder_m.size - 2)
+        low, high = self._colder_m[position], self._colder_m[position + 1]
         share = np.clip((altitude_m - low) / (high - low), 0.0, 1.0)[:, None]
         log: Array = (1.0 - share) * at_nodes[position] + share * at_nodes[position + 1]
         return log
