@@ -39,7 +39,7 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
             return self._load_overload(sig, target_context)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
-        """Return numba's key, which knows the file of the kernel only, with all that is compiled into it from others."""
+        """Return numba's key, which knows the file of the kernel only, with what is compiled into it from others."""
         used = hashlib.sha256("\n".join(_compiled_in(self._py_func, [])).encode()).hexdigest()
         return (*super()._index_key(sig, codegen), used)
 
