@@ -19,7 +19,7 @@ from pathlib import Path
 BUDGET_S, OTHERS_S = 520.0, 380.0
 """Processor time of what remains of README's second command, and of other packages."""
 
-OTHERS = re.compile(r"plugins/hcss-(dataset|examples|explore|light|lowtran7|payload|skies)/")
+OTHERS = re.compile(r"plugins/hcss-(dataset|examples|explore|follow|light|lowtran7|payload|skies)/")
 """Packages that are no part of README's second command."""
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from types import CodeType, FunctionType
 from typing import Any
 
 from numba import njit
@@ -13,6 +15,7 @@ from numba.core import environment, event
 from numba.core.caching import FunctionCache
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
+from numpy import generic, ndarray
 
 __all__ = ["kernel"]
 
@@ -34,6 +37,29 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
         rtsys.initialize(target_context)
         with _without_modules(), self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        """Return numba's key, which knows the file of the kernel only, with what is compiled into it from others."""
+        used = hashlib.sha256("\n".join(_compiled_in(self._py_func, [])).encode()).hexdigest()
+        return (*super()._index_key(sig, codegen), used)
+
+
+def _compiled_in(function: Any, known: list[Any]) -> Iterator[str]:
+    """Yield constants and code that a function takes from globals, those of the functions that it calls included."""
+    known.append(function)
+    codes = [function.__code__]
+    for code in codes:  # that of comprehensions, too, whose representation has an address
+        codes += [each for each in code.co_consts if isinstance(each, CodeType)]
+        yield code.co_code.hex() + repr([each for each in code.co_consts if not isinstance(each, CodeType)])
+        for name in code.co_names:
+            value = function.__globals__.get(name)
+            value = getattr(value, "py_func", value)
+            if isinstance(value, FunctionType) and value not in known:
+                yield from _compiled_in(value, known)
+            elif isinstance(value, int | float | complex | str | tuple | generic):
+                yield f"{name} = {value!r}"
+            elif isinstance(value, ndarray):
+                yield f"{name} = {value.dtype} {value.shape} {value.tobytes().hex()}"
 
 
 @contextmanager

@@ -59,8 +59,8 @@ def planned(light, rays=None, **changes):
     common |= {"time": DAY, "bands": [[3.6, 3.8]], "image": {"rows": 40, "columns": 30, "pixel_size": 100.0}}
     if rays is not None:
         common["slant"] = {"shadows": "off"}
-        return make_plan(scene(light, 0, **common, **changes), rays=lambda *_: rays)
-    return make_plan(scene(light, 0, **common, **changes))
+        return make_plan(scene(light, model="as-printed", **common, **changes), rays=lambda *_: rays)
+    return make_plan(scene(light, model="as-printed", **common, **changes))
 
 
 def radiance_of(plan):

@@ -19,6 +19,7 @@ CLASSES = {"variables": ["radiance", "surface_class"]}
 MASKED = {"variables": ["radiance", "cloud_mask"]}
 TWO = [{"type": name, "generator": "fractal", "coverage": 0.5} for name in ("stratocumulus", "cirrus")]
 TERMS = {"variables": ["radiance", "terms"]}
+PRINTED = {"model": "as-printed"}
 
 
 def terms_of(made):
@@ -29,7 +30,7 @@ def terms_of(made):
 
 @pytest.mark.parametrize("tier", [pytest.param("slant", marks=pytest.mark.campaign), "source"])
 def test_terms_are_those_of_columns_and_light_between_them_is_one_more(tier):
-    common = {"time": DAY, "bands": [[3.6, 3.8]], "slant": OFF, "sea": EVEN}
+    common = {"time": DAY, "bands": [[3.6, 3.8]], "slant": OFF, "sea": EVEN} | PRINTED
     columns, made = (
         simulate(scene(light, **common, output=TERMS | {"certificate": checked}))
         for light, checked in (("columns", 0), (tier, 8))
@@ -108,7 +109,7 @@ def test_clouds_of_an_image_have_the_light_of_a_larger_image_that_is_its_mirror(
     def seen(name, light="source", **parameters):
         given = {"image": str(tmp_path / f"{name}.npy"), "method": "coverage", "cloud_is": "bright", **parameters}
         clouds = {"type": "stratocumulus", "coverage": 0.5, "generator": "imagery", "parameters": given}
-        return simulate(scene(light, clouds=clouds, slant=OFF)).radiance.values
+        return simulate(scene(light, clouds=clouds, slant=OFF, **PRINTED)).radiance.values
 
     mirrored = seen("small", beyond="mirror")
     np.testing.assert_allclose(mirrored, seen("large", beyond="clear"), rtol=2e-3)
@@ -140,10 +141,12 @@ def sand(tmp_path):
     [
         pytest.param("slant", NIGHT, {}, marks=pytest.mark.campaign),
         ("source", DAY, {}),
-        ("source", NIGHT, {"platform": {"altitude": 1.5e5}, "radiance": {"light": "source", "model": "as-printed"}}),
+        ("source", DAY, PRINTED),
+        ("source", NIGHT, {"platform": {"altitude": 1.5e5}} | PRINTED),
         ("source", NIGHT, {"clouds": {"layers": TWO}}),
+        ("source", NIGHT, {"clouds": {"layers": TWO}} | PRINTED),
     ],
-    ids=["slant", "source", "views of pixels", "two layers"],
+    ids=["slant", "physical", "source", "views of pixels", "physical, two layers", "two layers"],
 )
 def test_each_point_has_the_light_over_its_own_ground(sand, tier, time, changes):
     common = {"time": time, "bands": [[3.6, 3.8]], "slant": OFF, "sea": EVEN, "accuracy": 5e-3, **changes}

@@ -34,20 +34,28 @@ def in_same_smoke(plan, value):
     return PointEffectStates(plan, planned).plan_in(plan, value)
 
 
-@pytest.mark.parametrize("light", ["source", pytest.param("slant", marks=pytest.mark.campaign)])
-def test_smoke_that_is_the_same_everywhere_is_that_of_the_air(light):
-    plan = make_plan(scene(light, **COMMON, smoke={"optical_depth": 1.0, "width": 1e6}))
+def plan_of(light, model="physical", **smoke):
+    return make_plan(scene(light, model=model, **COMMON, **smoke))
+
+
+@pytest.mark.parametrize(
+    ("light", "model"),
+    [("source", "as-printed"), ("source", "physical"), pytest.param("slant", "physical", marks=pytest.mark.campaign)],
+)
+def test_smoke_that_is_the_same_everywhere_is_that_of_the_air(light, model):
+    """Whatever columns emit: those of the model that is not physical take a tenth of the time."""
+    everywhere = {"smoke": {"optical_depth": 1.0, "width": 1e6}}
+    plan = plan_of(light, model, **everywhere)
     smoky, of_air = radiance_of(plan), radiance_of(in_same_smoke(plan, 1.0))
     np.testing.assert_allclose(smoky, of_air, rtol=5e-3)
-    columns = radiance_of(make_plan(scene("columns", **COMMON, smoke={"optical_depth": 1.0, "width": 1e6})))
-    clear = [radiance_of(make_plan(scene(of, **COMMON))) for of in (light, "columns")]
-    unweakened = columns + clear[0] - clear[1]
+    clear = [radiance_of(plan_of(of, model)) for of in (light, "columns")]
+    unweakened = radiance_of(plan_of("columns", model, **everywhere)) + clear[0] - clear[1]
     assert np.max(np.abs(unweakened / of_air - 1.0)) > 0.03
 
 
 def test_clouds_with_sides_in_smoke_agree_with_monte_carlo_in_the_smoke_of_each_pixel():
     """Columns err several times as much, and so does light between columns of the air without smoke."""
-    plan = make_plan(scene("source", **COMMON, **RIDGE))
+    plan = plan_of("source", **RIDGE)
     (planned,) = plan.point_effects
     pixels = [(row, column) for row in (3, 9, 15) for column in (2, 8, 14)]
     found, values = [], PointEffectStates(plan, planned)
@@ -58,8 +66,8 @@ def test_clouds_with_sides_in_smoke_agree_with_monte_carlo_in_the_smoke_of_each_
         sampled = SampledClouds(alone, inputs)
         mean, _ = sampled.radiance((row, column), 0.0, FrameClouds(alone, 0.0), alone.sun_at(0.0), 1500, number)
         found.append(mean[0, 0])
-    made = {of: radiance_of(make_plan(scene(of, **COMMON, **RIDGE))) for of in ("source", "columns")}
-    clear = {of: radiance_of(make_plan(scene(of, **COMMON))) for of in made}
+    made = {of: radiance_of(plan_of(of, **RIDGE)) for of in ("source", "columns")}
+    clear = {of: radiance_of(plan_of(of)) for of in made}
     made["unweakened"] = made["columns"] + clear["source"] - clear["columns"]
     error = {of: np.sqrt(np.mean([(seen[at] / mean - 1.0) ** 2 for at, mean in zip(pixels, found, strict=True)]))
              for of, seen in made.items()}  # fmt: skip

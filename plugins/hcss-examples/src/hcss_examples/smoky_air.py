@@ -1,11 +1,12 @@
 """Air with smoke in it: the model that the effect of smoke puts in the place of a scene's air."""
 
+import functools
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from hcss_twin.providers import Array, ColumnSetting, Path, planck, to_space
+from hcss_twin.providers import Array, ColumnSetting, Leg, Path, planck, to_space
 
 
 class SmokyAir:
@@ -16,6 +17,7 @@ class SmokyAir:
         self._profile, self.declares = setting.profile, setting.transmittance.declares
         above = np.exp(-setting.profile.altitude_m / scale_height_m)
         self._depth = optical_depth * -np.diff(above) / (above[0] - above[-1])
+        self._along = functools.lru_cache(20_000)(self._new)  # paths share legs
         for name in ("solar_path_radiance", "thread_safe"):  # what the air may also have
             if hasattr(self._air, name):
                 setattr(self, name, getattr(self._air, name))
@@ -25,9 +27,13 @@ class SmokyAir:
 
     def transmittance(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return the transmittance (P, V) of paths."""
-        smoke = np.array([self._profile.airmass(path) @ self._depth for path in paths])
+        smoke = np.array([sum(self._along(leg) for leg in path.legs) for path in paths])
         through = self._air.transmittance(wavenumber_cm1, paths)
         return np.asarray(through * np.exp(-smoke[:, None] * wavenumber_cm1 / 1e4))
+
+    def _new(self, leg: Leg) -> float:
+        """Return the optical depth of a leg at 1 um."""
+        return float(self._profile.airmass(Path((leg,))) @ self._depth)
 
     def _added_to_the_air(self, wavenumber_cm1: Array, paths: Sequence[Path]) -> Array:
         """Return the emission of air that knows its own, and no paths from high levels, where there is no smoke.
