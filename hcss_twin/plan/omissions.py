@@ -222,7 +222,10 @@ def list_omissions(
         size, of = typical / 3.0, "mean over the pixels that the edge of a cloud crosses"
         if not assembly.has_clear_sky and sum(assembly.cloudy_layers) == 1:
             # No edges. Over a distance, a thickness with the spectrum of turbulence changes with its power 1/3.
-            size, of = size / min(assembly.grid.rows, assembly.grid.columns) ** (1.0 / 3.0), "rms, at most: no pixel holds an edge"
+            size, of = (
+                size / min(assembly.grid.rows, assembly.grid.columns) ** (1.0 / 3.0),
+                "rms, at most: no pixel holds an edge",
+            )
         needs = "image.samples_per_pixel = 2 or more"
         yield Omission("clouds within the footprint of a pixel", why, contrast, size, of, needs, TOO_DEAR)
     yield from slant_skipped(assembly, sun, contrast, typical, radiance)

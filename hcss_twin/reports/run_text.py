@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,6 +26,9 @@ UNKNOWN_WIDTH = 100
 
 _LEAST_CAUSE = 30
 """Characters beside the figures below which their causes get lines of their own."""
+
+_NAMED_SHARE = 0.1
+"""Omissions that are named beside the largest are more than this share of it."""
 
 _TITLE = "how true (rms, K)"
 _CAUSE = "largest cause (your inputs aside; >: at least)"
@@ -76,9 +80,13 @@ def _left_out(plan: Plan, certificate: Certificate | None, kelvin_of_one: tuple[
         chosen = [omission for omission in large if (omission.decision == SWITCHED_OFF) == by_user]
         if chosen:
             first, *others = chosen
-            large_too = [each for each in others if (each.size or 0.0) > limit]
-            texts = [_omitted(first, kelvin_of_one), *(_sized(each, kelvin_of_one) for each in large_too)]
-            texts += [f"{len(others) - len(large_too)} more below {100.0 * limit:.2g} %"] * (large_too != others)
+            named = [each for each in others if (each.size or 0.0) > _NAMED_SHARE * (first.size or 0.0)]
+            texts = [
+                _omitted(first, kelvin_of_one),
+                *(f"{each.what}, {_size(replace(each, sense=''), kelvin_of_one)}" for each in named),
+            ]
+            if rest := others[len(named) :]:
+                texts.append(f"{len(rest)} more of at most {_size(replace(rest[0], sense=''), kelvin_of_one)}")
             yield f"{heading}, not in these figures: {'; '.join(texts)}"
 
 
@@ -155,15 +163,16 @@ def _by_band(names: Mapping[str, str]) -> str:
 
 
 def _omitted(omission: Omission, kelvin_of_one: tuple[float, float]) -> str:
-    return f"{_sized(omission, kelvin_of_one)} ({omission.sense or 'any pixel'}), needs {omission.needs}"
+    size = _size(omission, kelvin_of_one)
+    return f"{omission.what}, {size} ({omission.sense or 'any pixel'}), needs {omission.needs}"
 
 
-def _sized(omission: Omission, kelvin_of_one: tuple[float, float]) -> str:
-    """Name an omission with its size: a share of the radiance in the worst band, and its range in kelvin."""
+def _size(omission: Omission, kelvin_of_one: tuple[float, float]) -> str:
+    """Write the size of an omission: a share of the radiance in the worst band, and its range in kelvin."""
     size = omission.size or 0.0
     low, high = (f"{size * kelvin:.2g}" for kelvin in kelvin_of_one)
     kelvin = f", about {low if low == high else f'{low} to {high}'} K" if high != "0" else ""
-    return f"{omission.what}, {100.0 * size:.2g} %{'' if ' K' in omission.sense else kelvin}"
+    return f"{100.0 * size:.2g} %{'' if ' K' in omission.sense else kelvin}"
 
 
 def _first(texts: Sequence[str]) -> str:
