@@ -45,8 +45,8 @@ def with_skies(
             if of_pixel is not None:
                 notes.append(
                     f"clouds of the type '{layer.type}' are fractal at the {point_m:g} m between the points of "
-                    f"image.samples_per_pixel; with fewer points, from {of_pixel.pixel_size_min:g} m on, they are "
-                    f"those of {of_pixel.package}/{of_pixel.generator}, if that package is installed"
+                    f"image.samples_per_pixel; with fewer points they are those of {of_pixel.package}/"
+                    f"{of_pixel.generator}, from {of_pixel.pixel_size_min:g} m on, if that package is installed"
                 )
             continue
         name = f"{sky.package}/{sky.generator}"
