@@ -6,7 +6,7 @@ Each scene is planned by ``hcss plan`` and run twice by ``hcss run``, each comma
 its own that begins empty but for the stage times of the scenes before. ``cold``: the plan is in the cache, tables are
 not; ``warm``: both are. A scene that compiles kernels is measured again. Times are of whole processes of ``hcss run``.
 ``--fit`` prints the constants of ``hcss_twin/engine/predicted_time.py`` by least squares over the rows of FILE, as JSON
-lines. Scenes from 600 to 630 gave the present ones: judge them by others (``--first 400``, about six minutes).
+lines. Scenes 400 to 412, 600 to 630, 700 to 711 and 900 to 904 gave the present ones: judge them by others.
 """
 
 from __future__ import annotations
@@ -27,7 +27,15 @@ from typing import Any
 import numpy as np
 
 from hcss_twin import Scenario, make_plan
-from hcss_twin.engine.predicted_time import CERTIFICATE_LAW, FLOOR_S, PLANNING_S, TABLES_LAW, points, work
+from hcss_twin.engine.predicted_time import (
+    CERTIFICATE_LAW,
+    FLOOR_S,
+    PLANNING_S,
+    TABLES_LAW,
+    points,
+    reference_columns,
+    work,
+)
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -86,7 +94,7 @@ def measured(name: str, changes: dict[str, Any], folder: Path) -> list[dict[str,
             rows.append({
                 "kind": kind, "scenario": name, "process_s": taken, "compiled": "compiling" in messages,
                 "stages": done["processor_s"], "predicted": planned["predicted"]["processor_s"], "work": work(plan),
-                "certificate": plan.scenario.output.certificate, "points": points(plan),
+                "certificate": reference_columns(plan), "points": points(plan),
             })  # fmt: skip
     except subprocess.CalledProcessError as error:
         print(f"{name}: {str(error.stderr).strip().splitlines()[-1][:160]}", file=sys.stderr)

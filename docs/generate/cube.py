@@ -119,7 +119,8 @@ def lines(generated: str) -> Iterator[str]:
         *map(_attribute_row, (spec for spec in PROVENANCE if spec.when.startswith(_CHECKED))),
         '\nJSON is stored as text: `json.loads(cube.attrs["hcss_table_errors"])`.',
         "\n## Other global attributes\n",
-        f"ACDD and CF, with defaults: {_names(name for name, text in DEFAULTS.items() if text != _UNKNOWN)}; unknown\n"
+        "ACDD and CF, with defaults (see `ncdump -h`): "
+        f"{_names(name for name, text in DEFAULTS.items() if text != _UNKNOWN)}; unknown\n"
         f"by default: {_names(name for name, text in DEFAULTS.items() if text == _UNKNOWN)}.",
         f"\nComputed: `id` (a hash of scenario and coordinates), `history`, {_names(spec.name for spec in COMPUTED)}.",
         "\n`date_created` and `history` contain the time of writing. The environment variable `SOURCE_DATE_EPOCH`\n"

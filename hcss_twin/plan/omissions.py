@@ -219,9 +219,15 @@ def list_omissions(
     if assembly.has_cloud and assembly.samples_per_pixel == 1:
         why = "one point for each pixel: a pixel is what its centre sees; the bound is for a pixel"
         # Where a share f of the footprint is cloudy, the centre errs by 2 f (1 - f) steps on average: 1/3 over all f.
-        crossed = "mean over the pixels that the edge of a cloud crosses"
+        size, of = typical / 3.0, "mean over the pixels that the edge of a cloud crosses"
+        if not assembly.has_clear_sky and sum(assembly.cloudy_layers) == 1:
+            # No edges. Over a distance, a thickness with the spectrum of turbulence changes with its power 1/3.
+            size, of = (
+                size / min(assembly.grid.rows, assembly.grid.columns) ** (1.0 / 3.0),
+                "rms, at most: no pixel holds an edge",
+            )
         needs = "image.samples_per_pixel = 2 or more"
-        yield Omission("clouds within the footprint of a pixel", why, contrast, typical / 3.0, crossed, needs, TOO_DEAR)
+        yield Omission("clouds within the footprint of a pixel", why, contrast, size, of, needs, TOO_DEAR)
     yield from slant_skipped(assembly, sun, contrast, typical, radiance)
 
 

@@ -2,22 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import shutil
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hcss_twin.plan.error_budget import ErrorBudget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, SWITCHED_OFF, Omission
 from hcss_twin.plan.plan import Plan
+from hcss_twin.reports.tables import Table
 
 if TYPE_CHECKING:
     from hcss_twin.engine.certificate.certificate import Certificate
 
 MOST_BANDS, MOST_CLASSES = 4, 2
-"""Columns and rows of the table of errors; ``--verbose`` has all."""
+"""Columns and rows of the table of errors; where there are more, the last one is the largest of the rest."""
 
-_ALIKE = 1.5
-"""An omission is one share of the radiance for all bands: it is a temperature only where these agree so far."""
+UNKNOWN_WIDTH = 100
+"""Characters of a line where no terminal says how many it has."""
+
+_LEAST_CAUSE = 30
+"""Characters beside the figures below which their causes get lines of their own."""
+
+_NAMED_SHARE = 0.1
+"""Omissions that are named beside the largest are more than this share of it."""
+
+_TITLE = "how true (rms, K)"
+_CAUSE = "largest cause (your inputs aside; >: at least)"
 
 
 def run_text(plan: Plan, certificate: Certificate | None, output: Path, written: Sequence[str]) -> Iterator[str]:
@@ -36,7 +50,7 @@ def run_text(plan: Plan, certificate: Certificate | None, output: Path, written:
     if certificate is not None:
         yield certificate.verdict
         if certificate.budget is not None:
-            yield from _errors(certificate.budget)
+            yield from error_table(certificate.budget, shutil.get_terminal_size((UNKNOWN_WIDTH, 0)).columns)
     elif plan.needs_radiance:
         yield "computed, NOT CHECKED: output.certificate is 0"
     left_out = [*_left_out(plan, certificate, _kelvin_of_one(certificate))]
@@ -47,15 +61,15 @@ def run_text(plan: Plan, certificate: Certificate | None, output: Path, written:
     yield f"next: hcss preview {output}; hcss report {output}"
 
 
-def _kelvin_of_one(certificate: Certificate | None) -> float:
-    """Return a change of brightness temperature over the relative change of radiance; 0 where bands differ in it."""
+def _kelvin_of_one(certificate: Certificate | None) -> tuple[float, float]:
+    """Return the range over bands of a change of brightness temperature over the relative change of radiance."""
     budget = certificate.budget if certificate is not None else None
     cells = budget.contributions.values() if budget is not None else ()
     found = [(cell[0].kelvin or 0.0) / cell[0].relative for cell in cells if cell[0].relative]
-    return max(found) if found and max(found) < _ALIKE * min(found) else 0.0
+    return min(found, default=0.0), max(found, default=0.0)
 
 
-def _left_out(plan: Plan, certificate: Certificate | None, kelvin_of_one: float) -> Iterator[str]:
+def _left_out(plan: Plan, certificate: Certificate | None, kelvin_of_one: tuple[float, float]) -> Iterator[str]:
     """Yield what is left out beyond its share of the accuracy: no model has it, the user's choice, the plan's."""
     if certificate is not None and certificate.beyond:
         yield f"NOT WITHIN the accuracy: {_first(certificate.beyond)}"
@@ -65,37 +79,100 @@ def _left_out(plan: Plan, certificate: Certificate | None, kelvin_of_one: float)
     for heading, by_user in (("switched off by you", True), ("left out for its time", False)):
         chosen = [omission for omission in large if (omission.decision == SWITCHED_OFF) == by_user]
         if chosen:
-            yield f"{heading}, not in these figures: {_first([_omitted(each, kelvin_of_one) for each in chosen])}"
+            first, *others = chosen
+            named = [each for each in others if (each.size or 0.0) > _NAMED_SHARE * (first.size or 0.0)]
+            texts = [
+                _omitted(first, kelvin_of_one),
+                *(f"{each.what}, {_size(replace(each, sense=''), kelvin_of_one)}" for each in named),
+            ]
+            if rest := others[len(named) :]:
+                texts.append(f"{len(rest)} more of at most {_size(replace(rest[0], sense=''), kelvin_of_one)}")
+            yield f"{heading}, not in these figures: {'; '.join(texts)}"
 
 
-def _errors(budget: ErrorBudget) -> Iterator[str]:
-    """Yield a table of the total error by class and band, with the largest cause."""
-    bands = [*dict.fromkeys(band for _, band in budget.contributions)]
+def error_table(budget: ErrorBudget, width: int) -> Iterator[str]:
+    """Yield a table of the total error by class and band in kelvin, with causes and what is unknown.
+
+    Parameters
+    ----------
+    width : int
+        Characters of a line. Causes that do not fit beside the figures follow below them.
+    """
+    bands = _grouped([*dict.fromkeys(band for _, band in budget.contributions)], MOST_BANDS, "bands")
     classes = [*dict.fromkeys(of for of, _ in budget.contributions)]
-    if len(classes) > MOST_CLASSES:  # the classes with the largest error
-        classes = sorted(classes, key=lambda of: -max(budget.total((of, band))[1] for band in bands))[:MOST_CLASSES]
-    shown = bands[:MOST_BANDS]
-    rows = [["how true: rms error of models, not of your inputs (>: part unknown)", *shown]]
-    rows += [[f"  {of}", *(_cell(budget, of, band) for band in shown)] for of in classes]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(shown) + 1)]
-    for row in rows:
-        yield "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip()
+    classes.sort(key=lambda of: -max(budget.total(cell)[1] for cell in budget.contributions if cell[0] == of))
+    kinds = _grouped(classes, MOST_CLASSES, "classes")
+    worst = {
+        (kind, name): max(product(of, some), key=lambda cell: budget.total(cell)[1])
+        for kind, of in kinds.items()
+        for name, some in bands.items()
+    }
+    unknown = {
+        (kind, name): [each for cell in product(kinds[kind], bands[name]) for each in budget.contributions[cell]
+                       if each.unknown]
+        for kind, name in worst
+    }  # fmt: skip
+    figures = [[_TITLE, *bands]]
+    figures += [
+        [
+            f"  {kind}",
+            *(f"{'> ' * bool(unknown[kind, name])}{budget.total(worst[kind, name])[1]:.2g}" for name in bands),
+        ]
+        for kind in kinds
+    ]
+    causes = [_CAUSE]
+    for kind in kinds:
+        largest = {
+            name: max(budget.contributions[worst[kind, name]], key=lambda each: each.relative or 0.0).name
+            for name in bands
+        }
+        # What has no figure at all goes before what has one for part of the band.
+        first = [
+            min(unknown[kind, name], key=lambda each: each.relative is not None)
+            for name in bands
+            if unknown[kind, name]
+        ]
+        named = dict.fromkeys(f"{'part of ' * (each.relative is not None)}{each.name}" for each in first)
+        causes.append(_by_band(largest) + f"; unknown: {', '.join(named)}" * bool(named))
+    aligned = [f"{line}  " for line in Table.aligned(figures, indent="")]
+    start = max(map(len, aligned))
+    beside = width - start >= _LEAST_CAUSE
+    for line, cause in zip(aligned, causes, strict=True):
+        indent = " " * (start if beside else 4)
+        wrapped = textwrap.wrap(cause, width - len(indent), break_on_hyphens=False, break_long_words=False)
+        yield (f"{line:<{start}}{wrapped.pop(0)}" if beside else line.rstrip())
+        yield from (f"{indent}{each}" for each in wrapped)
 
 
-def _cell(budget: ErrorBudget, of: str, band: str) -> str:
-    largest = max(budget.contributions[of, band], key=lambda contribution: contribution.relative or 0.0)
-    least = "> " if budget.unknown((of, band)) else ""
-    unknown = [contribution for contribution in budget.contributions[of, band] if contribution.unknown]
-    unknown.sort(key=lambda contribution: contribution.relative is not None)  # what has no figure at all goes first
-    part = "part of " if unknown and unknown[0].relative is not None else ""
-    rest = f"; {part}{unknown[0].name} unknown" if unknown else ""
-    return f"{least}{budget.total((of, band))[1]:.2g} K, {largest.name}{rest}"
+def _grouped(names: Sequence[str], most: int, plural: str) -> dict[str, Sequence[str]]:
+    """Return names by title, at most so many: the last has all the others."""
+    if len(names) <= most:
+        return {name: (name,) for name in names}
+    rest = names[most - 1 :]
+    return {**{name: (name,) for name in names[: most - 1]}, f"{len(rest)} other {plural}, worst": rest}
 
 
-def _omitted(omission: Omission, kelvin_of_one: float) -> str:
+def _by_band(names: Mapping[str, str]) -> str:
+    """List names with the bands of each, unless it is the same in all of them."""
+    bands_of: dict[str, list[str]] = {}
+    for band, name in names.items():
+        bands_of.setdefault(name, []).append(band)
+    if len(bands_of) == 1:
+        return next(iter(bands_of))
+    return ", ".join(f"{name} ({', '.join(bands)})" for name, bands in bands_of.items())
+
+
+def _omitted(omission: Omission, kelvin_of_one: tuple[float, float]) -> str:
+    size = _size(omission, kelvin_of_one)
+    return f"{omission.what}, {size} ({omission.sense or 'any pixel'}), needs {omission.needs}"
+
+
+def _size(omission: Omission, kelvin_of_one: tuple[float, float]) -> str:
+    """Write the size of an omission: a share of the radiance in the worst band, and its range in kelvin."""
     size = omission.size or 0.0
-    kelvin = f", about {size * kelvin_of_one:.2g} K" if kelvin_of_one and " K" not in omission.sense else ""
-    return f"{omission.what}, {100.0 * size:.2g} %{kelvin} ({omission.sense or 'any pixel'}), needs {omission.needs}"
+    low, high = (f"{size * kelvin:.2g}" for kelvin in kelvin_of_one)
+    kelvin = f", about {low if low == high else f'{low} to {high}'} K" if high != "0" else ""
+    return f"{100.0 * size:.2g} %{'' if ' K' in omission.sense else kelvin}"
 
 
 def _first(texts: Sequence[str]) -> str:

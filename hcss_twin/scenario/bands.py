@@ -55,7 +55,9 @@ def _band(value: object) -> object:
             given = ", ".join(key for keys in _FORMS.values() for key in keys if key in value)
             raise PydanticCustomError("band", f"{given} in one band; allowed: {_ALLOWED}")
         return value
-    if isinstance(value, str | ResponseBand | LimitsBand | GaussianBand):
+    if isinstance(value, str):
+        return value if (limits := written_limits(value)) is None else _limits(limits)
+    if isinstance(value, ResponseBand | LimitsBand | GaussianBand):
         return value
     if isinstance(value, list | tuple):
         return _limits(value)
@@ -70,6 +72,16 @@ _FORMS = {
 """Keys by which the forms of a table are told apart."""
 
 _ALLOWED = "a name, [shortest_um, longest_um], {name, response}, {name, limits} or {name, center_um, fwhm_um}"
+
+
+_NUMBER = r"[0-9]+(?:\.[0-9]+)?"
+_WRITTEN = re.compile(rf"({_NUMBER}) ?- ?({_NUMBER}) ?[uµμ]m")
+
+
+def written_limits(text: str) -> tuple[float, float] | None:
+    """Return limits that are written as text with their unit, such as ``8-14 um``; None if the text is no such."""
+    match = _WRITTEN.fullmatch(text)
+    return (float(match[1]), float(match[2])) if match else None
 
 
 def _limits_of(value: object) -> object:
@@ -205,7 +217,7 @@ def _distinct(bands: tuple[Any, ...]) -> tuple[Any, ...]:
 Bands = Annotated[tuple[Band, ...], BeforeValidator(_several), AfterValidator(_distinct)]
 
 
-_WAVELENGTH = re.compile(r"([a-z]+)-?([0-9]+(?:\.[0-9]+)?)(?: ?um)?")
+_WAVELENGTH = re.compile(rf"([a-z]+)-?({_NUMBER})(?: ?um)?")
 
 
 def named_bands(catalog: Catalog) -> Mapping[str, Mapping[str, Any]]:
@@ -222,9 +234,16 @@ def unknown_band(name: str, known: Mapping[str, Mapping[str, Any]]) -> str:
     """Return the message for an unknown band, with the known and the closest names.
 
     A number at the end of a name is interpreted as a wavelength in um: the closest band is the narrowest one around
-    it with the same prefix, or else the one with the nearest centre.
+    it with the same prefix, or else the one with the nearest centre. Two numbers are interpreted as limits.
     """
     message = f"no band named {Problem.shown(name)}; {choose_from(name, known)}"
+    numbers = sorted(float(number) for number in re.findall(_NUMBER, name))
+    if len(numbers) == 2 and SHORTEST_UM <= numbers[0] < numbers[1] <= LONGEST_UM:
+        ends = {band: known[band]["limits_um"] for band in known}
+        guess = min(ends, key=lambda band: sum(abs(np.log(np.divide(ends[band], numbers)))))
+        low, high = ends[guess]
+        message = f"{message.partition('; closest is')[0]}; closest is '{guess}' ({low:g} to {high:g} um)"
+        return f"{message}; a band of your own is written [{numbers[0]}, {numbers[1]}]"
     match = _WAVELENGTH.fullmatch(name)
     alike = [band for band in known if match and band.startswith(f"{match[1]}-")]
     if not match or not alike:

@@ -19,7 +19,7 @@ from hcss_twin.providers.registry.discovery import Entry
 from hcss_twin.providers.registry.registry import Registry
 from hcss_twin.providers.registry.specs import Kind
 from hcss_twin.scenario.atmosphere import Atmosphere
-from hcss_twin.scenario.bands import ResponseBand, named_bands, unknown_band
+from hcss_twin.scenario.bands import ResponseBand, named_bands, unknown_band, written_limits
 from hcss_twin.scenario.cloud_types import (
     CloudType,
     Extent,
@@ -236,7 +236,7 @@ def _catalog_problems(data: Mapping[str, Any], layers: Any, catalog: Catalog) ->
     bands = data.get("bands", [])
     known = named_bands(catalog)
     for index, band in enumerate(bands if isinstance(bands, list) else []):
-        if isinstance(band, str) and band not in known:
+        if isinstance(band, str) and band not in known and written_limits(band) is None:
             yield Problem(f"bands[{index}]", unknown_band(band, known))
         elif isinstance(band, Mapping) and isinstance(band.get("response"), str):
             try:

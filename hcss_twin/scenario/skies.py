@@ -46,16 +46,17 @@ def with_skies(
                 notes.append(
                     f"clouds of the type '{layer.type}' are fractal at the {point_m:g} m between the points of "
                     f"image.samples_per_pixel; with fewer points they are those of {of_pixel.package}/"
-                    f"{of_pixel.generator}, from {of_pixel.pixel_size_min:g} m on"
+                    f"{of_pixel.generator}, from {of_pixel.pixel_size_min:g} m on, if that package is installed"
                 )
             continue
         name = f"{sky.package}/{sky.generator}"
         if not any(entry.distribution == sky.package for entry in registry.entries(Kind.CLOUDS)):
             layers.append(layer)
-            notes.append(
-                f"clouds of the type '{layer.type}' look more like measured ones with the package {sky.package} "
-                f"({how_to_install(sky.package)}); without it they are fractal"
-            )
+            if layer.coverage:
+                notes.append(
+                    f"clouds of the type '{layer.type}' look more like measured ones with the package {sky.package} "
+                    f"({how_to_install(sky.package)}); without it they are fractal"
+                )
             continue
         if sky.own_coverage and "coverage" in layer.model_fields_set:
             layers.append(layer)

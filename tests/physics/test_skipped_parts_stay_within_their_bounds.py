@@ -325,6 +325,17 @@ def test_clouds_within_the_footprint():
     assert 0.0 < largest_change(radiance_of(averaged), radiance_of(plan)) < bound
 
 
+def test_overcast_pixels_hold_no_edge():
+    changes = {"accuracy": 1e-2, "clouds.coverage": 1.0, **FIELD}
+    plan = plan_of("stratus", **changes)
+    (omission,) = [item for item in plan.omissions if "footprint" in item.what]
+    averaged = plan_of("stratus", **changes, **{"image.samples_per_pixel": 4})
+    change = radiance_of(plan) / radiance_of(averaged) - 1.0
+    rms = np.sqrt(np.mean(change**2, axis=tuple(range(change.ndim))))
+    assert "no pixel holds an edge" in omission.sense
+    assert 0.0 < rms < omission.estimate
+
+
 @pytest.mark.parametrize("shadows", ["off", "on"])
 def test_parallax(shadows):
     changes = {"accuracy": 1e-2, "bands": TWO, "slant.shadows": shadows, **FIELD}

@@ -25,6 +25,11 @@ def test_named_limits_are_limits_with_a_name():
     np.testing.assert_array_equal(found.response, 1.0)
 
 
+@pytest.mark.parametrize("text", ["8-14um", "8-14 um", "8.0 - 14.0 um", "8-14µm"])
+def test_limits_with_their_unit_are_limits(text):
+    assert scenario(text).bands == ((8.0, 14.0),)
+
+
 def test_a_gaussian_band_is_a_gaussian_with_its_width_and_area():
     (band,) = scenario({"name": "g", "center_um": 4.0, "fwhm_um": 0.2}).bands
     found = spectral_band(band, Catalog())
