@@ -219,7 +219,6 @@ def features(folder: Path) -> dict[str, Feature]:
 
 
 _CAMERAS = ("camera", "camera, push-broom", "conical scanner")
-_SENSORS = ("blur and noise", "digital numbers", "rows one by one", "stray light")
 _OTHER_AIR = ("inversion", "field of profiles", "own profile", "aerosol", "vapour texture")
 
 MEANINGLESS: dict[frozenset[str], str] = {
@@ -228,13 +227,12 @@ MEANINGLESS: dict[frozenset[str], str] = {
         ("two views of one image", _CAMERAS, ("altitude", "push-broom", "view to the glint", "low view")),
         ("two image geometries", _CAMERAS[:2], _CAMERAS[2:]),
         (
-            "two sizes of one image: a window is a part of a grid, and a camera has rows and columns",
+            "two sizes of one image: [image] is the sky's, and keys of a camera say which pixels are read",
             _CAMERAS,
             ("window",),
         ),
         ("a table is computed for one air", ("table of air",), _OTHER_AIR),
         ("tops of their own have the temperature of the air there", ("own tops",), ("cloud temperature",)),
-        ("a sensor measures radiance", ("mask alone",), _SENSORS),
     )
     for one in ones
     for other in others
