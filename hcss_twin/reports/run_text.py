@@ -95,7 +95,8 @@ def _cell(budget: ErrorBudget, of: str, band: str) -> str:
 def _omitted(omission: Omission, kelvin_of_one: float) -> str:
     size = omission.size or 0.0
     kelvin = f", about {size * kelvin_of_one:.2g} K" if kelvin_of_one and " K" not in omission.sense else ""
-    return f"{omission.what}, {100.0 * size:.2g} %{kelvin} ({omission.sense or 'at most, any pixel'}), needs {omission.needs}"
+    sense = omission.sense or "at most, any pixel"
+    return f"{omission.what}, {100.0 * size:.2g} %{kelvin} ({sense}), needs {omission.needs}"
 
 
 def _first(texts: Sequence[str]) -> str:
