@@ -219,7 +219,6 @@ def features(folder: Path) -> dict[str, Feature]:
 
 
 _CAMERAS = ("camera", "camera, push-broom", "conical scanner")
-_SENSORS = ("blur and noise", "digital numbers", "rows one by one", "stray light")
 _OTHER_AIR = ("inversion", "field of profiles", "own profile", "aerosol", "vapour texture")
 
 MEANINGLESS: dict[frozenset[str], str] = {
@@ -228,13 +227,12 @@ MEANINGLESS: dict[frozenset[str], str] = {
         ("two views of one image", _CAMERAS, ("altitude", "push-broom", "view to the glint", "low view")),
         ("two image geometries", _CAMERAS[:2], _CAMERAS[2:]),
         (
-            "two sizes of one image: a window is a part of a grid, and a camera has rows and columns",
+            "two sizes of one image: [image] is the sky's, and keys of a camera say which pixels are read",
             _CAMERAS,
             ("window",),
         ),
         ("a table is computed for one air", ("table of air",), _OTHER_AIR),
         ("tops of their own have the temperature of the air there", ("own tops",), ("cloud temperature",)),
-        ("a sensor measures radiance", ("mask alone",), _SENSORS),
     )
     for one in ones
     for other in others
@@ -623,18 +621,21 @@ class Effect:
         Of its :class:`~hcss_twin.plan.few_columns.Omission`.
     measure : callable
         Change of the cube (F, B, rows, columns) in the sense of the omission's size; :func:`largest` of its bound.
+    of_clear : bool
+        Whether the size is that of clear pixels.
     """
 
     off: Mapping[str, Any]
     what: str
     measure: Callable[[Array, Array], float]
+    of_clear: bool = False
 
 
 EFFECTS = {
     "shadows": Effect({"slant.shadows": "off"}, "shadows of clouds on the sea", largest),
     "parallax": Effect({"slant.parallax": "off"}, "parallax of clouds", rms),
-    "waves": Effect({"sea.waves": "off"}, "waves as shapes", most),
-    "sea texture": Effect({"sea.temperature_texture": 0.0}, "texture of the sea's temperature", rms),
+    "waves": Effect({"sea.waves": "off"}, "waves as shapes", most, True),
+    "sea texture": Effect({"sea.temperature_texture": 0.0}, "texture of the sea's temperature", rms, True),
     "points within a pixel": Effect({"image.samples_per_pixel": 1}, "clouds within the footprint of a pixel", at_edges),
     "altitude": Effect({"platform.altitude": None}, "view angles of single pixels", largest),
 }
@@ -670,7 +671,14 @@ def run(names: Sequence[str], chosen: Sequence[Feature], folder: Path) -> Iterat
             continue
         plan = make_plan(Scenario.from_dict(without))
         stated = next((omission for omission in plan.omissions if omission.what == effect.what), None)
-        changed = effect.measure(radiance, other)
+        seen = radiance
+        if effect.of_clear and "cloud_mask" in on:
+            clear = on["cloud_mask"].to_numpy()[:, None] == 0
+            if not np.any(clear):
+                yield f"{name}: no pixel is clear"
+                continue
+            seen, other = (np.where(clear, x, np.nan) for x in (radiance, other))
+        changed = effect.measure(seen, other)
         if stated is None:
             wrong = "WRONG " if changed > plan.accuracy.relative else ""
             yield f"{wrong}{name}: {changed:.2g}, and nothing is stated"
@@ -680,7 +688,19 @@ def run(names: Sequence[str], chosen: Sequence[Feature], folder: Path) -> Iterat
             yield f"{name}: {changed:.2g}, and the plan states no size"
         else:
             wrong = "WRONG " if changed > max(2.0 * size, plan.accuracy.relative) else ""
-            yield f"{wrong}{name}: {changed:.2g}, {size:.2g} stated ({sense or 'any pixel'})"
+            text = f"{wrong}{name}: {changed:.2g}, {size:.2g} stated ({sense or 'any pixel'}): "
+            yield text + judged(changed, size, plan.accuracy.relative)
+
+
+def judged(changed: float, size: float, accuracy: float) -> str:
+    """Return how a change compares with its stated size, which is an upper limit where it says "at most" or a bound."""
+    if changed == 0.0:
+        return "no pixel of this image changes"
+    if 0.5 * size <= changed <= 2.0 * size:
+        return "within a factor of 2"
+    if max(changed, size) <= accuracy:
+        return "both below the accuracy asked for"
+    return "more than twice" if changed > size else "less than half"
 
 
 def _simulated(raw: Raw, path: Path) -> tuple[Any, Array | None]:
@@ -697,6 +717,7 @@ def run_some(known: Mapping[str, Feature], count: int, seed: int, folder: Path) 
     sizes: Counter[int] = Counter()
     count_of: Counter[str] = Counter()
     done: set[tuple[str, ...]] = set()
+    sizes_of: dict[str, Counter[str]] = defaultdict(Counter)
     while len(done) < count:
         group = str(rng.choice(list(EFFECTS))), *map(str, rng.choice(names, 1 + len(done) % 2, replace=False))
         chosen = [known[name] for name in group]
@@ -709,11 +730,16 @@ def run_some(known: Mapping[str, Feature], count: int, seed: int, folder: Path) 
             lines = [f"WRONG {traceback.format_exc()}"]
         sizes[len(group)] += 1
         count_of[verdict(lines)] += 1
+        for name, _, rest in (line.removeprefix("WRONG ").partition(": ") for line in lines):
+            if name in EFFECTS:
+                sizes_of[name][rest.rpartition(": ")[2] if " stated (" in rest else "nothing to compare"] += 1
         print(f"{' + '.join(group)}\n    " + "\n    ".join(lines), flush=True)
     print(
         f"{count} scenes ({sizes[2]} pairs, {sizes[3]} triples): "
         + ", ".join(f"{n} {of}" for of, n in count_of.items())
     )
+    for name, found in sizes_of.items():
+        print(f"{name}: " + ", ".join(f"{n} {what}" for what, n in found.most_common()))
     print(f"{count_of[WRONG]} of {count} scenes are wrong")
     return int(count_of[WRONG] > 0)
 

@@ -55,6 +55,8 @@ def is_replaced(name: str, inputs: str = "") -> bool:
 
 
 RADIANCE = "radiance"
+_LINKS = "coordinates", "grid_mapping"
+"""Attributes that refer to other variables."""
 
 
 class CubePair:
@@ -68,7 +70,8 @@ class CubePair:
 
     def __init__(self, clean: Any, measured: Any, variables: Sequence[VariableSpec], where: str) -> None:
         self._clean, self._measured = clean, measured
-        clean[RADIANCE].set_auto_scale(True)
+        if RADIANCE in clean.variables:
+            clean[RADIANCE].set_auto_scale(True)
         self._variables, self._where = {spec.name: spec for spec in variables}, where
         self._along_time = [
             name
@@ -114,7 +117,7 @@ def measured_cube(
     clean_path, path : Path
         The finished cube, and the new one.
     variables : sequence of VariableSpec
-        Variables that replace the radiance variables of the clean cube; dimensions as ``radiance``.
+        Variables of each frame and band that replace the radiance variables of the clean cube, if it has any.
     attributes : mapping
         Global attributes to add or replace; None removes one.
 
@@ -153,15 +156,25 @@ def _define(
     for name, source in clean.variables.items():
         if not is_replaced(name, getattr(source, INPUTS, "")):
             _copy_definition(measured, name, source)
-    pattern = clean[RADIANCE]
+    dimensions, layout, links = _pattern(clean)
     for spec in variables:
-        variable = measured.createVariable(
-            spec.name, spec.dtype, pattern.dimensions, fill_value=False, **_layout(pattern)
-        )
-        variable.setncatts(variable_attributes(spec))
-        for name in ("coordinates", "grid_mapping"):
-            if name in pattern.ncattrs():
-                variable.setncattr(name, pattern.getncattr(name))
+        variable = measured.createVariable(spec.name, spec.dtype, dimensions, fill_value=False, **layout)
+        variable.setncatts({**variable_attributes(spec), **links})
+
+
+def _pattern(clean: Any) -> tuple[tuple[str, ...], dict[str, Any], dict[str, str]]:
+    """Return dimensions, storage and links of measurements: as of the radiance, or of another variable of frames."""
+    of_frames = [source for source in clean.variables.values() if source.dimensions[:1] == ("time",)]
+    source = clean[RADIANCE] if RADIANCE in clean.variables else next(each for each in of_frames if each.ndim > 2)
+    layout, links = _layout(source), {name: getattr(source, name) for name in _LINKS if name in source.ncattrs()}
+    if source.name == RADIANCE:
+        return source.dimensions, layout, links
+    dimensions = "time", "band", *source.dimensions[-2:]
+    if "chunksizes" in layout:
+        layout["chunksizes"] = 1, 1, *layout["chunksizes"][-2:]
+    listed = [name for name, of_bands in clean.variables.items() if of_bands.dimensions == ("band",)]
+    listed += [name for name in links["coordinates"].split() if {*clean[name].dimensions} <= {*dimensions}]
+    return dimensions, layout, {**links, "coordinates": " ".join(listed)}
 
 
 def _copy_definition(measured: Any, name: str, source: Any) -> None:

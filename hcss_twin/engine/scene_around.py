@@ -45,7 +45,7 @@ class SceneAround:
     """
 
     def __init__(self, plan: Plan, tables: RadianceTables | None, sensor: BuiltSensor) -> None:
-        radiance = tuple(spec for spec in plan.variables if spec.name == TOTAL)
+        radiance = tuple(spec for spec in plan.computed if spec.name == TOTAL)
         alone = replace(plan.assembly, derived=())
         self._plan = replace(plan, variables=radiance, computed=radiance, assembly=alone)
         self._tile = tile_shape(plan)
@@ -56,7 +56,7 @@ class SceneAround:
             self._other = PartMaker(self._plan, tables_at(self._plan, tables, sensor.instants))
 
     def frame(
-        self, index: int, radiance: NDArray[np.float32], time_s: float | None = None
+        self, index: int, radiance: NDArray[np.float32] | None, time_s: float | None = None
     ) -> tuple[NDArray[np.float32], Points | None]:
         """Return the radiance (B, y, x) of a frame in the area that the sensor needs, and its small elements apart.
 
@@ -64,24 +64,25 @@ class SceneAround:
         ----------
         index : int
             Number of the frame, from 0.
-        radiance : ndarray of float32 (B, y, x)
+        radiance : ndarray of float32 (B, y, x) or None
             Radiance of the cube, used unchanged where it has no small elements; only the surroundings are computed.
+            None: the cube has none, and all is computed.
         time_s : float, optional
             Time after the start; by default that of the frame.
         """
         time_s = float(self._plan.frame_times_s[index]) if time_s is None else time_s
         given, cube = self.sensor.given, self.sensor.cube
-        wide = radiance
-        if given != cube:
-            wide = np.empty((radiance.shape[0], length(given[0]), length(given[1])), dtype=np.float32)
-            wide[:, *relative(cube, given)] = radiance
-            for strip in strips_around(cube, given):
-                for part in self._parts(strip):
+        drawn = _drawn(self._maker, index, given, time_s)
+        if radiance is not None and given == cube:
+            wide = radiance.copy() if drawn else radiance
+        else:
+            wide = np.empty((len(self._plan.bands), length(given[0]), length(given[1])), dtype=np.float32)
+            if radiance is not None:
+                wide[:, *relative(cube, given)] = radiance
+            for rest in (given,) if radiance is None else strips_around(cube, given):
+                for part in self._parts(rest):
                     arrays, _ = self._maker.part(index, part, time_s=time_s)
                     wide[:, *relative(part, given)] = arrays[TOTAL]
-        drawn = _drawn(self._maker, index, given, time_s)
-        if drawn and given == cube:
-            wide = wide.copy()
         _take_away(drawn, wide, given)
         return wide, _as_points(drawn, given)
 

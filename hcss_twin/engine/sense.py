@@ -93,10 +93,11 @@ def sense_run(
         raise ValueError("the plan has no sensor")
     path = measured_path(clean_path)
     around, first = SceneAround(plan, tables, sensor), plan.scenario.frames.first
+    is_written = any(spec.name == RADIANCE for spec in plan.variables)
 
-    def measure(index: int, read: Read) -> dict[str, NDArray[Any]]:
-        scene, points = around.frame(index, read(RADIANCE))
-        return around.sensor.measure(scene, first + index, float(plan.frame_times_s[index]), points)
+    def measure(index: int, read: Read) -> tuple[NDArray[Any], dict[str, NDArray[Any]]]:
+        scene, points = around.frame(index, read(RADIANCE) if is_written else None)
+        return scene, around.sensor.measure(scene, first + index, float(plan.frame_times_s[index]), points)
 
     _write_measured(clean_path, path, sensor, plan.catalog, measure, progress)
     return path
@@ -107,7 +108,7 @@ def _write_measured(
     path: Path,
     sensor: BuiltSensor,
     catalog: Catalog,
-    measure: Callable[[int, Read], dict[str, NDArray[Any]]],
+    measure: Callable[[int, Read], tuple[NDArray[Any], dict[str, NDArray[Any]]]],
     progress: Progress | None,
 ) -> None:
     with stored_arrays(clean_path) as stored:  # not by xarray, whose import takes as long as 30 frames
@@ -118,9 +119,9 @@ def _write_measured(
         if progress is not None:
             frames = progress(frames, pair.frames)
         for index in frames:
-            measured = measure(index, partial(pair.values, index))
+            scene, measured = measure(index, partial(pair.values, index))
             if index == 0:
-                _require_contrast(clean_path.name, sensor, pair.values(index, RADIANCE), measured[RADIANCE])
+                _require_contrast(clean_path.name, sensor, scene, measured[RADIANCE])
             pair.write_frame(index, measured)
 
 
@@ -277,11 +278,14 @@ def _names(sensor: BuiltSensor) -> str:
     return ", ".join(f"'{stage.entry.name}'" for stage in sensor.stages)
 
 
-def _measure(sensor: BuiltSensor, cube: CleanCube, name: str, index: int, read: Read) -> dict[str, Any]:
+def _measure(
+    sensor: BuiltSensor, cube: CleanCube, name: str, index: int, read: Read
+) -> tuple[NDArray[Any], dict[str, Any]]:
+    """Return the radiance of a frame, and its measurements."""
     radiance, points = _sound(read(RADIANCE), cube, name), None
     if cube.has_elements:
         radiance, points = points_apart(read, cube.inputs.corner, name)
-    return sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]), points)
+    return radiance, sensor.measure(radiance, int(cube.frame_numbers[index]), float(cube.times_s[index]), points)
 
 
 def _sound(radiance: Any, cube: CleanCube, name: str) -> Any:
@@ -308,7 +312,7 @@ def _in_memory(dataset: xr.Dataset, section: SensorSection, name: str, base: Pat
         values: NDArray[Any] = dataset[variable].transpose("time", ..., "y", "x").isel(time=index).to_numpy()
         return values
 
-    frames = [_measure(sensor, cube, name, index, partial(read, index)) for index in range(clean.sizes["time"])]
+    frames = [_measure(sensor, cube, name, index, partial(read, index))[1] for index in range(clean.sizes["time"])]
     _require_contrast(name, sensor, read(0, RADIANCE), frames[0][RADIANCE])
     measured = dataset.drop_vars(
         [name for name, array in dataset.data_vars.items() if is_replaced(str(name), array.attrs.get(INPUTS, ""))]

@@ -294,7 +294,7 @@ def _measured_parts(plan: Plan, tables: RadianceTables | None, numbers: Sequence
     computed = range(max(numbers, default=-1) + 1) if sensor.remembers else numbers
     around, first, wanted = SceneAround(plan, tables, sensor), plan.scenario.frames.first, set(numbers)
     for number, clean in zip(computed, stream(plan, tables, frames=computed), strict=True):
-        radiance, points = around.frame(number, clean["radiance"])
+        radiance, points = around.frame(number, clean.get("radiance"))
         measured = around.sensor.measure(radiance, first + number, float(plan.frame_times_s[number]), points)
         if number in wanted:
             yield Part(number, None, {**clean, **measured})

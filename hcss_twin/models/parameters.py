@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -23,6 +23,17 @@ class TableParameters(BaseModel):
         "us-standard-1976-lowtran7",
         description="Atmosphere table: a catalog name or a NetCDF file in the documented format.",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_one_air(cls, given: dict[str, Any]) -> dict[str, Any]:
+        for name in given:
+            if name in BandModelParameters.model_fields and name not in cls.model_fields:
+                raise ValueError(
+                    f"{name} is a key of 'band-model', and a table is computed for one air; allowed: file, or "
+                    "atmosphere.provider = 'band-model'"
+                )
+        return given
 
 
 Aerosol = Literal["none", "maritime", "navy-maritime", "rural", "urban"]

@@ -32,17 +32,20 @@ OUTER_M = 320e3
 
 
 @dataclass(frozen=True)
-class VapourSize:
-    """Change of radiance by a standard deviation of the vapour, where it is largest.
+class TextureSize:
+    """Change of radiance by a standard deviation of a texture, in the band in which it is largest.
 
     Attributes
     ----------
+    largest : float
+        Relative, in any column.
     relative : float
-        In the band in which it is largest.
+        In clear sky, if there is any.
     kelvin : float
-        Of the brightness temperature, in the band in which that is largest.
+        As ``relative``, of the brightness temperature.
     """
 
+    largest: float
     relative: float
     kelvin: float
 
@@ -82,23 +85,29 @@ def typical_vapour(grid: Grid) -> float:
     return DEFAULT_VAPOUR * share
 
 
-def size_of_vapour(assembly: Assembly, suns: Sequence[Sun | None], deviation: float) -> VapourSize:
-    """Return what a standard deviation of the vapour changes, in clear sky if there is any.
+def size_of_texture(
+    assembly: Assembly, suns: Sequence[Sun | None], warmer_K: float = 0.0, vapour_factor: float = 1.0
+) -> TextureSize:
+    """Return what a standard deviation of the sea's temperature or of the vapour changes.
+
+    Clear sky may change least: there less emission of warm air makes up for more of the sea, and beside clouds not.
 
     Parameters
     ----------
     suns : sequence of Sun or None
         Of some frames.
-    deviation : float
-        Relative to the vapour; 0 changes nothing.
+    warmer_K, vapour_factor : float
+        Change of the sea, and factor of the vapour.
     """
     assembly = for_spectra(assembly)
     columns, grid = few_columns(assembly), assembly.spectral_grid
-    columns = columns.only(columns.ends[: 1 if columns.clear else None])
-    drier = assembly.perturbed(0.0, 1.0 - deviation)
+    if vapour_factor == 1.0:  # clouds hide a part of the sea, and add nothing that its temperature changes
+        columns = columns.only(columns.ends[: 1 if columns.clear else None])
     before, after = (
-        np.stack(columns.totals_in(scene.model, [scene.setting(sun) for sun in suns])) for scene in (assembly, drier)
+        np.stack(columns.totals_in(scene.model, [scene.setting(sun) for sun in suns]))
+        for scene in (assembly, assembly.perturbed(warmer_K, vapour_factor))
     )
     change = np.abs(np.divide(after, before, out=np.ones_like(before), where=before > 0.0) - 1.0)
-    relative = np.max(change, axis=(0, 1))
-    return VapourSize(float(np.max(relative)), largest_kelvin(grid, relative, assembly.sea_temperature_K))
+    relative = np.max(change[:, : 1 if columns.clear else None], axis=(0, 1))
+    kelvin = largest_kelvin(grid, relative, assembly.sea_temperature_K)
+    return TextureSize(float(np.max(change)), float(np.max(relative)), kelvin)

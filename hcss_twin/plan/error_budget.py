@@ -152,7 +152,7 @@ def _told(plan: Plan, wanted: Callable[[Omission], bool]) -> tuple[str, ...]:
     limit = OMISSION_SHARE * plan.accuracy.relative
     left = [omission for omission in plan.omissions if omission.exceeds(limit) and wanted(omission)]
     return tuple(
-        f"{omission.what} {_percent(omission.size)} ({omission.sense or 'any pixel'}"
+        f"{omission.what} {_percent(omission.size)} ({omission.sense or 'at most, any pixel'}"
         f"{f'; {omission.decision}' if omission.decision else ''}), needs {omission.needs}"
         for omission in sorted(left, key=lambda omission: -(omission.size or 0.0))
     )

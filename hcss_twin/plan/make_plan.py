@@ -34,7 +34,7 @@ from hcss_twin.plan.output import computed_variables, cube_variables, quantized,
 from hcss_twin.plan.packing import packed_variables
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.point_effects import extremes_of, plan_point_effect
-from hcss_twin.plan.rays import GridRays, Rays, planned_rays
+from hcss_twin.plan.rays import GridRays, Rays, planned_rays, require_one_view
 from hcss_twin.plan.scene_analysis import analyse_scene, probe_last_frame, strictest
 from hcss_twin.plan.section_effect import section_effects
 from hcss_twin.plan.sensor import planned_sensor, require_instants
@@ -140,6 +140,8 @@ def _key_of_instrument(scenario: Scenario, field: str) -> str:
 
 def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None, given: Rays | None) -> Plan:
     frames, image = scenario.frames, scenario.image
+    if given is not None:
+        require_one_view(scenario)
     times = (frames.first + np.arange(frames.count, dtype=np.float64)) * np.float64(frames.interval)
     track = _sun_track(scenario, float(times[-1]))
     zenith, azimuth, _ = track.positions(times)

@@ -14,7 +14,7 @@ from hcss_twin.core.error_norm import largest_error
 from hcss_twin.cube.variables import SHADOW_MASK, TERM_PREFIX, VariableSpec
 from hcss_twin.plan.air_over_field import AirOverField
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.clear_sky_sizes import RAREST, change_by_sea, size_of_vapour, typical_sea_K, typical_vapour
+from hcss_twin.plan.clear_sky_sizes import RAREST, change_by_sea, size_of_texture, typical_sea_K, typical_vapour
 from hcss_twin.plan.climate_over_image import climate_over_image
 from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.few_columns import (
@@ -231,11 +231,13 @@ def list_omissions(
     yield from slant_skipped(assembly, sun, contrast, typical, radiance)
 
 
-def texture_of_sea(assembly: Assembly, why: str, needs: str = "") -> Omission:
+def texture_of_sea(assembly: Assembly, suns: Sequence[Sun | None], why: str, needs: str = "") -> Omission:
     """Return the omission of the texture of the sea's temperature.
 
     Parameters
     ----------
+    suns : sequence of Sun or None
+        Of some frames.
     why : str
         Why the sea has one temperature.
     needs : str
@@ -245,9 +247,8 @@ def texture_of_sea(assembly: Assembly, why: str, needs: str = "") -> Omission:
     share = change_by_sea(assembly, typical_K)
     size = f"measured seas vary by up to {typical_K:.2g} K (standard deviation) within an image of this size"
     bound, needs = RAREST * share, needs if share else ""
-    return Omission(
-        "texture of the sea's temperature", f"{why}; {size}", bound, share, f"rms, {typical_K:.2g} K", needs
-    )
+    typical, sense = size_of_texture(assembly, suns, warmer_K=typical_K).relative, f"rms, {typical_K:.2g} K of the sea"
+    return Omission("texture of the sea's temperature", f"{why}; {size}", bound, typical, sense, needs)
 
 
 def _even_vapour(assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omission]:
@@ -259,17 +260,17 @@ def _even_vapour(assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omi
     if assembly.has_bound_air:  # nothing else can be computed, not even its size
         yield Omission(what, even.why, None)
         return
-    size = size_of_vapour(assembly, suns, deviation)
+    size = size_of_texture(assembly, suns, vapour_factor=1.0 - deviation)
     typical = (
         f"measured columns vary by up to {100.0 * deviation:.2g} % (standard deviation) within an image of this size, "
         f"which is {size.kelvin:.2g} K"
     )
-    texture = Omission(what, "", RAREST * size.relative, size.relative, f"rms, {size.kelvin:.2g} K")
+    texture = Omission(what, "", RAREST * size.largest, size.relative, f"rms, {size.kelvin:.2g} K")
     told = omitted(texture, even, typical)
     yield replace(told, decision=told.decision or TOO_DEAR) if even.needs else told
 
 
-def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omission]:
+def _one_sea_temperature(scenario: Scenario, assembly: Assembly, suns: Sequence[Sun | None]) -> Iterator[Omission]:
     """Yield the texture of the sea's temperature, if the sea has one temperature."""
     why, needs, decision = "sea.temperature_texture is 0", "sea.temperature_texture = 0.3", SWITCHED_OFF
     if scenario.sea.temperature_texture != 0.0:
@@ -277,7 +278,7 @@ def _one_sea_temperature(scenario: Scenario, assembly: Assembly) -> Iterator[Omi
 
         why, needs, decision = why_one_temperature(scenario, assembly), "", ""
     if assembly.surface is None and why:
-        yield replace(texture_of_sea(assembly, why, needs), decision=decision)
+        yield replace(texture_of_sea(assembly, suns, why, needs), decision=decision)
 
 
 def _changes_of_air(
@@ -292,8 +293,8 @@ def _changes_of_air(
     place of that profile, reduced to the distance between two profiles.
     """
     what, air = "changes of air and sea over image and frames", assembly.air_over_field
-    yield from _one_sea_temperature(scenario, assembly)
     first = [sun for _, sun in known][:1]
+    yield from _one_sea_temperature(scenario, assembly, first)
     yield from _even_vapour(assembly, first)
     texture = ", around which they have texture" if assembly.has_texture else ""
     if not (air.varies or air.is_of_place):

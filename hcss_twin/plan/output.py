@@ -9,7 +9,7 @@ import numpy as np
 
 from hcss_twin.core.errors import Problem, ScenarioError
 from hcss_twin.cube.requested_variables import INPUTS, expand
-from hcss_twin.cube.variables import VariableSpec
+from hcss_twin.cube.variables import TOTAL, VariableSpec
 from hcss_twin.cube.writer import MANTISSA_BITS, bits_for, largest_error
 from hcss_twin.plan.accuracy import LARGEST_SHARE, RequestedAccuracy
 from hcss_twin.plan.assembly import Assembly
@@ -58,14 +58,15 @@ def cube_variables(
 def computed_variables(
     scenario: Scenario, assembly: Assembly, waves: bool, requested: tuple[VariableSpec, ...]
 ) -> tuple[VariableSpec, ...]:
-    """Return the requested variables, and those that variable providers need besides.
+    """Return the requested variables, and those that a sensor and variable providers need besides.
 
     Raises
     ------
     ScenarioError
         If the scene lacks one that a provider needs.
     """
-    known = {spec.name: spec for spec in requested}
+    measured = [] if scenario.sensor is None else _expanded([TOTAL], scenario, assembly, waves)
+    known = {spec.name: spec for spec in (*measured, *requested)}
     for index, provider in enumerate(assembly.derived):
         needs = [name for name in provider.needs if name not in GEOMETRY_INPUTS]
         try:

@@ -328,7 +328,8 @@ class Plan:
 
     def texture_of_sea(self, why: str, needs: str = "") -> Omission:
         """Return the omission of the texture of the sea's temperature, and ``why`` the sea has one temperature."""
-        return texture_of_sea(self.assembly, why, needs)
+        sun = self.sun_up_at(float(self.frame_times_s[0])) if self.sunlight.is_computed else None
+        return texture_of_sea(self.assembly, [sun], why, needs)
 
     def at_level(self, level: int) -> Plan:
         """Return the same plan with the radiance model at another numerical level."""

@@ -234,10 +234,8 @@ def excluded_beside_rays(rays: Rays, scenario: Scenario, assembly: Assembly) -> 
         for number, (layer, from_image) in enumerate(zip(assembly.layers, assembly.from_images, strict=True))
     )
     of_sun = any(name.startswith("sun_") for provider in assembly.derived for name in provider.needs)
-    window = scenario.image.window is not None
     return (
         *modes,
-        Excluded("image.window", window, "a part of the grid on the ground", "to leave it out"),
         Excluded(
             "output.derived",
             of_sun and assembly.own_suns,
@@ -245,6 +243,25 @@ def excluded_beside_rays(rays: Rays, scenario: Scenario, assembly: Assembly) -> 
             "others",
         ),
     )
+
+
+def require_one_view(scenario: Scenario) -> None:
+    """Refuse keys of another view beside rays of a section; raises a :class:`ScenarioError`."""
+    view, platform, leave = scenario.view, scenario.platform, "to leave it out"
+    table = (
+        Excluded("view.zenith", view.zenith != 0.0, "another view", leave),
+        Excluded("view.azimuth", view.azimuth != 0.0, "another view", leave),
+        *(
+            Excluded(f"platform.{name}", getattr(platform, name) is not None, "another view", leave)
+            for name in type(platform).model_fields
+        ),
+        Excluded("motion.platform_speed", scenario.motion.platform_speed != 0.0, "motion of another platform", "0"),
+        Excluded("image.window", scenario.image.window is not None, _WINDOW, leave),
+    )
+    Excluded.require_none("a camera or scanner, which has its own view", table)
+
+
+_WINDOW = "a part of the grid of [image], which is the sky's (keys of the camera or scanner say which pixels are read),"
 
 
 @dataclass(frozen=True, eq=False)

@@ -262,7 +262,7 @@ def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, ext
     Raises
     ------
     ScenarioError
-        If a key of the section is invalid, or radiance is not requested.
+        If a key of the section is invalid, or no variable of the frames is requested.
     """
     inputs = SensorInputs(
         bands=sensor_bands(assembly.bands),
@@ -275,8 +275,8 @@ def planned_sensor(scenario: Scenario, assembly: Assembly, catalog: Catalog, ext
     )
     if scenario.sensor is None:
         return NoSensor(SensorSection.model_validate({}), (), (), inputs, extent)
-    if "radiance" not in {spec.name for spec in cube_variables(scenario, assembly, waves=True)}:
-        message = '[sensor] needs radiance, which is not requested; allowed: a list with "radiance"'
+    if all(spec.kind == "geometry" for spec in cube_variables(scenario, assembly, waves=True)):
+        message = '[sensor] measures frames, of which no variable is requested; allowed: a list with "radiance"'
         raise ScenarioError([Problem("output.variables", message)])
     return make_sensor(scenario.sensor, inputs, scene=scene_info(scenario))
 

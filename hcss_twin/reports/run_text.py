@@ -164,7 +164,7 @@ def _by_band(names: Mapping[str, str]) -> str:
 
 def _omitted(omission: Omission, kelvin_of_one: tuple[float, float]) -> str:
     size = _size(omission, kelvin_of_one)
-    return f"{omission.what}, {size} ({omission.sense or 'any pixel'}), needs {omission.needs}"
+    return f"{omission.what}, {size} ({omission.sense or 'at most, any pixel'}), needs {omission.needs}"
 
 
 def _size(omission: Omission, kelvin_of_one: tuple[float, float]) -> str:

@@ -287,6 +287,18 @@ def test_windows_tiles_and_verification_have_the_same_bits(tmp_path, whole):
     assert full.attrs["instrument"] == "smearing, then rollingshutter, then radiometer, then radiometer"
 
 
+def test_a_sensor_measures_radiance_that_is_not_written(tmp_path, whole):
+    every = {"sensor.variables": ["all"], "output.variables": ["cloud_mask"], "output.compression": 4, **CLOUDS}
+    mask, clean = measured(tmp_path / "mask.nc", CHAIN, sources(SPEED), **every)
+    full = loaded(whole)
+    for name in ("radiance", "digital_number", "saturated"):
+        np.testing.assert_array_equal(mask[name], full[name], name)
+        assert mask[name].coords.keys() == full[name].coords.keys()
+    assert "cloud_mask" in clean
+    assert "radiance" not in clean
+    assert verify_cube(tmp_path / "mask.sensor.nc").verdict is Verdict.IDENTICAL
+
+
 def test_the_cube_names_every_stage_and_later_stages_have_noise_of_their_own(whole):
     cube = loaded(whole)
     about, providers = json.loads(cube.attrs["hcss_sensor"]), json.loads(cube.attrs["hcss_providers"])

@@ -455,3 +455,29 @@ def test_clouds_keep_from_the_sea_the_sunlight_that_it_mirrors_with_its_texture(
     assert dark.sum() > 10
     # Behind thick cloud nothing is left, however much the texture of the point mirrors.
     assert np.quantile(mirrored[dark] / of_all[dark], 0.5) < 1e-4
+
+
+def test_no_pixel_changes_by_more_than_the_bound_of_the_vapour_that_has_no_texture() -> None:
+    # Over a sea colder than the air, warm air makes up for the sea that more vapour hides: clear sky hardly changes.
+    cirrus = {
+        "time": "2024-01-20T00:30:00+10:00",
+        "place": {"latitude": 35.0, "longitude": 150.0},
+        "image": {"rows": 32, "columns": 32, "pixel_size": 100.0},
+        "bands": ["lwir-10.8"],
+        "atmosphere": {"profile": "us-standard-1976", "parameters": {"aerosol": "none"}},
+        "clouds": {"type": "cirrus", "generator": "fractal", "coverage": 0.5},
+        "sea": {"model": "cox-munk", "temperature": 277.6, "temperature_texture": 0.0},
+        "accuracy": 1e-3,
+    }
+    even, drawn = (
+        Scenario.from_dict({**BASE, **CHEAP, **cirrus}, {"atmosphere.water_vapour_texture": each})
+        for each in (0.0, 0.05)
+    )
+    (told,) = (each for each in make_plan(even).omissions if each.what == "texture of water vapour")
+    before, after = simulate(even), simulate(drawn)
+    change = np.abs(after["radiance"] / before["radiance"] - 1.0).values[:, 0]
+    cloudy = before["cloud_thickness"].values > 0.0
+    assert told.estimate is not None
+    assert told.bound is not None
+    assert np.max(change[cloudy]) > 5.0 * 5.0 * told.estimate  # five deviations of clear sky are no bound
+    assert np.max(change) < told.bound + 1e-3

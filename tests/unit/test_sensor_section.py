@@ -125,8 +125,8 @@ def test_a_number_for_each_of_the_bands_is_needed():
             "sensor.variables: 'saturatd' is not an output of the sensor 'radiometer' with these parameters",
         ),
         (
-            {"sensor.seed": 1, "output.variables": ["truth"]},
-            "output.variables: \\[sensor\\] needs radiance, which is not requested",
+            {"sensor.seed": 1, "output.variables": ["geometry"]},
+            "output.variables: \\[sensor\\] measures frames, of which no variable is requested",
         ),
         (
             {"sensor.parameters": {"psf": "file", "psf_file": "nowhere.txt"}},

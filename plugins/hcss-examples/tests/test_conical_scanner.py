@@ -158,6 +158,15 @@ def test_each_pixel_has_the_air_of_its_place(tmp_path):
         assert radiance[row, column] == pytest.approx(float(alone["radiance"].values[0, 0, row, column]), rel=1e-3)
 
 
-def test_a_window_of_the_grid_is_refused():
-    with pytest.raises(ScenarioError, match=r"image.window: a part of the grid on the ground cannot be computed"):
-        make_plan(of(**{"image.window": {"rows": [0, 4], "columns": [0, 4]}}))
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("image.window", {"rows": [0, 4], "columns": [0, 4]}),
+        ("platform.altitude", 7e5),
+        ("view.zenith", 30.0),
+        ("motion.platform_speed", 100.0),
+    ],
+)
+def test_keys_of_another_view_are_refused(key, value):
+    with pytest.raises(ScenarioError, match=rf"{key}: .* cannot be computed with a camera or scanner"):
+        make_plan(of(**{key: value}))

@@ -342,8 +342,8 @@ def test_an_orbit_passes_above_its_place():
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        ({"view": {"zenith": 10.0}}, r"view\.zenith: .*cannot be computed with \[camera\]"),
-        ({"platform": {"altitude": 7e5}}, r"platform\.altitude: .*cannot be computed with \[camera\]"),
+        ({"view": {"zenith": 10.0}}, r"view\.zenith: .*cannot be computed with a camera"),
+        ({"platform": {"altitude": 7e5}}, r"platform\.altitude: .*cannot be computed with a camera"),
         ({"clouds": {"coverage_mode": "frame"}}, r"clouds\.coverage_mode: 'frame'.*allowed: 'field'"),
         ({"orbit": {"altitude": 4e4}}, r"orbit\.altitude: 40000\.0 is out of range; allowed: >= 100000.*closest"),
         ({"orbit": {"longitude": 3.0}}, r"orbit: longitude given with provider 'circular'; its keys are altitude"),

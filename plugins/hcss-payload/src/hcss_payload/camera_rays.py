@@ -35,7 +35,6 @@ from hcss_twin import Scenario
 from hcss_twin.cube.variables import VariableSpec
 from hcss_twin.physics.geodesy import Ellipsoid
 from hcss_twin.plan.assembly import Assembly
-from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.rays import Rays
 from hcss_twin.providers import Array, Catalog, Grid, Problem, ScenarioError, View
 
@@ -52,9 +51,6 @@ NOTES = (
     "camera: clouds are met at the height of each layer's flat side",
 )
 
-BESIDE = "[camera], which has its own view and parallax"
-"""What :func:`excluded_beside_camera` is beside."""
-
 ONE_AIR = "camera: each pixel has its own view, but the air of [place]"
 
 OUTSIDE = 0.02
@@ -64,11 +60,6 @@ _LINE_STEPS = 4
 """Steps to the line that sees an element; each reduces the error by the ratio of image motion to the speed of lines."""
 
 _SMEARLESS = "views, and the clouds before small elements, are those of its middle"
-
-WINDOW = (
-    "a part of the grid of [image], which is the sky's (camera.rows, camera.columns and camera.principal_point "
-    "say what part of the detector is read),"
-)
 
 LIMB_NOTE = (
     "camera: limb, and ground beyond view zenith 85 deg, are clear air of the profile of [place] along refracted lines "
@@ -84,29 +75,7 @@ def make_rays(scenario: Scenario, catalog: Catalog) -> CameraRays:
     ScenarioError
         If a section is invalid, contradicts other keys, or the camera looks beyond what is computed.
     """
-    return camera_rays(scenario, payload_of(scenario, catalog), catalog)
-
-
-def camera_rays(scenario: Scenario, payload: Payload, catalog: Catalog) -> CameraRays:
-    """Return the rays of a payload above a scenario; raises as :func:`make_rays`."""
-    Excluded.require_none(BESIDE, excluded_beside_camera(scenario), "no [camera]")
-    return CameraRays(scenario, payload, catalog)
-
-
-def excluded_beside_camera(scenario: Scenario) -> tuple[Excluded, ...]:
-    """Return what cannot be computed with a camera in orbit."""
-    view, platform = scenario.view, scenario.platform
-    speed = scenario.motion.platform_speed != 0.0
-    return (
-        Excluded("view.zenith", view.zenith != 0.0, "another view", "to leave it out"),
-        Excluded("view.azimuth", view.azimuth != 0.0, "another view", "to leave it out"),
-        *(
-            Excluded(f"platform.{name}", getattr(platform, name) is not None, "another view", "to leave it out")
-            for name in type(platform).model_fields
-        ),
-        Excluded("motion.platform_speed", speed, "motion of another platform", "0"),
-        Excluded("image.window", scenario.image.window is not None, WINDOW, "to leave it out"),
-    )
+    return CameraRays(scenario, payload_of(scenario, catalog), catalog)
 
 
 class CameraRays(Rays):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hcss_payload.attitude import Attitude
 from hcss_payload.build import Payload
 from hcss_payload.camera import Camera
-from hcss_payload.camera_rays import camera_rays
+from hcss_payload.camera_rays import CameraRays
 from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.jitter import Jitter
 from hcss_payload.pose import Pose, pose_at
@@ -83,7 +83,7 @@ def frames(
     """
     require_within("points", 1 if points is None else points, 1, 16)
     payload = Payload(camera, trajectory, attitude, jitter, points, beyond, integration_s, line_s)
-    plan = make_plan(scenario, rays=lambda planned, catalog: camera_rays(planned, payload, catalog))
+    plan = make_plan(scenario, rays=lambda planned, catalog: CameraRays(planned, payload, catalog))
     first, last = float(plan.frame_times_s[0]), float(plan.frame_times_s[-1])
     for time_s in times_s:
         if not first <= time_s <= last:

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcss_payload.build import Payload
-from hcss_payload.camera_rays import BESIDE, excluded_beside_camera
 from hcss_payload.frames import Frame
 from hcss_payload.live.live_rays import LiveRays
 from hcss_payload.live.prepared_pass import PreparedPass
@@ -24,7 +23,6 @@ from hcss_twin.engine.compile import tables_of
 from hcss_twin.engine.scene_around import SceneAround
 from hcss_twin.engine.stream import PartMaker
 from hcss_twin.engine.tables.radiance_tables import RadianceTables
-from hcss_twin.plan.combinations import Excluded
 from hcss_twin.plan.plan import Plan
 from hcss_twin.providers import Array, Catalog, Declaration, ElementPoint, ElementScene, Points, Problem, ScenarioError
 
@@ -127,7 +125,6 @@ class ScenePass(PreparedPass):
         made = list[LiveRays]()
 
         def rays(planned: Scenario, catalog: Catalog) -> LiveRays:
-            Excluded.require_none(BESIDE, excluded_beside_camera(planned), "no [camera]")
             made.append(LiveRays(planned, payload, catalog, margin))
             return made[0]
 
