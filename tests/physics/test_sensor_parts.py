@@ -97,7 +97,8 @@ def test_a_kernel_that_is_cut_has_the_transfer_it_was_made_for(name):
 def test_an_edge_is_blurred_as_by_the_kernel_that_is_not_cut(name):
     kernel, _ = line_kernel(TRANSFERS[name])
     reach = max(kernel.size // 2, 300)
-    share = (np.arange(4000) + 0.5) / 4000  # midpoint rule of the inverse transform, whose tails fold back at 8000 pixels
+    # The midpoint rule of the inverse transform, whose tails fold back at 8000 pixels.
+    share = (np.arange(4000) + 0.5) / 4000
     places = np.arange(-reach, reach + 1)
     whole = np.cos(np.pi * places[:, None] * share) @ TRANSFERS[name](0.5 * share) / share.size
     cut = np.pad(kernel, reach - kernel.size // 2)
