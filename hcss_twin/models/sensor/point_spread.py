@@ -21,13 +21,20 @@ NEAR = 32
 """Reach in pixels within which a kernel should be complete except for a fraction ``NEGLIGIBLE``."""
 
 NEGLIGIBLE, SMALL = 1e-6, 2e-3
-"""Share of a kernel beyond its reach: of kernels that end within ``NEAR`` pixels, and of slowly decreasing ones."""
+"""Share of a kernel beyond its reach: of kernels that end within ``NEAR`` pixels, and of slowly decreasing planes."""
+
+EDGE = 1.5e-4
+"""Error of a slowly decreasing kernel along one axis at a straight edge, relative to the height of the edge.
+
+The tails of such a kernel alternate: they belong to frequencies near half a cycle per pixel, where its MTF ends, and
+nearly cancel in any image without a pattern of that frequency.
+"""
 
 LEAST = 7
 """Smallest reach in pixels of a slowly decreasing kernel."""
 
 LONGEST_LINE, LONGEST_PLANE = 2**14, 2**9
-"""Largest reach in pixels of a kernel along one axis and along both; the share beyond may then exceed ``SMALL``."""
+"""Largest reach in pixels of a kernel along one axis and along both; what is beyond may then exceed its limit."""
 
 LARGEST = 1025
 """Largest number of rows or columns of a kernel from a file."""
@@ -41,7 +48,7 @@ def line_kernel(transfer: Callable[[Array], Array]) -> tuple[Array, float]:
     transfer : callable
         Maps frequencies from 0 to 0.5, in cycles per pixel, to a real factor; 1 at frequency 0.
     """
-    half, cut = _cut(lambda size: idct(transfer(_frequencies(size)), type=1), LONGEST_LINE)
+    half, cut = _cut(lambda size: idct(transfer(_frequencies(size)), type=1), LONGEST_LINE, _edge_error, EDGE)
     kernel = np.concatenate((half[:0:-1], half))
     return kernel / kernel.sum(), cut
 
@@ -57,7 +64,7 @@ def plane_kernel(transfer: Callable[[Array, Array], Array]) -> tuple[Array, floa
         kernel: Array = idctn(transfer(frequency[:, None], frequency[None, :]), type=1)
         return kernel
 
-    corner, cut = _cut(quarter, LONGEST_PLANE)
+    corner, cut = _cut(quarter, LONGEST_PLANE, _beyond, SMALL)
     right = np.concatenate((corner[:, :0:-1], corner), axis=1)
     kernel = np.concatenate((right[:0:-1], right))
     return kernel / kernel.sum(), cut
@@ -67,10 +74,21 @@ def _frequencies(size: int) -> Array:
     return np.arange(size + 1) / (2.0 * size)
 
 
-def _cut(quarter: Callable[[int], Array], longest: int) -> tuple[Array, float]:
-    """Truncate a kernel at its reach; ``quarter`` computes one quadrant on a given number of pixels.
+def _cut(
+    quarter: Callable[[int], Array], longest: int, lost_beyond: Callable[[Array], Array], allowed: float
+) -> tuple[Array, float]:
+    """Truncate a kernel at its reach, and return the share of its absolute values that is beyond.
 
     The transform covers at least twice the reach, because a discrete transform folds back what lies beyond it.
+
+    Parameters
+    ----------
+    quarter : callable
+        Computes one quadrant on a given number of pixels.
+    lost_beyond : callable
+        Maps a quadrant to the error of a kernel that ends at each distance from its middle, if it decreases slowly.
+    allowed : float
+        Its largest value.
     """
     size = 4 * NEAR
     while True:
@@ -78,7 +96,7 @@ def _cut(quarter: Callable[[int], Array], longest: int) -> tuple[Array, float]:
         beyond = _beyond(whole)
         reach = int(np.argmax(beyond <= NEGLIGIBLE))
         if beyond[reach] > NEGLIGIBLE or reach > NEAR:
-            reach = max(LEAST, int(np.argmax(beyond <= SMALL)))
+            reach = max(LEAST, int(np.argmax(lost_beyond(whole) <= allowed)))
         if 2 * reach <= size or size >= 2 * longest:
             reach = min(reach, longest)
             return whole[tuple(slice(reach + 1) for _ in whole.shape)], float(beyond[reach])
@@ -96,6 +114,13 @@ def _beyond(whole: Array) -> Array:
     within = np.cumsum(np.bincount(distance.ravel(), values.ravel()))
     share: Array = 1.0 - within / within[-1]
     return share
+
+
+def _edge_error(half: Array) -> Array:
+    """Largest sum of the values from any distance beyond 0, 1, 2 ... on, along one side: what a step there changes."""
+    sums = np.abs(np.append(np.cumsum(half[::-1])[::-1], 0.0))
+    largest: Array = np.maximum.accumulate(sums[::-1])[::-1][1:]
+    return largest
 
 
 def gaussian_mtf(frequency: Array, sigma_pixels: float) -> Array:
