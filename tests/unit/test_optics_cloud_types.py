@@ -35,6 +35,7 @@ EFFECTIVE = {
     "altostratus": 30.0,
     "altocumulus": 7.33,
     "fog": 10.72,
+    "thick-fog": 7.33,
 }
 
 

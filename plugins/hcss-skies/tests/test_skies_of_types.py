@@ -44,6 +44,9 @@ def scene(of_type, pixel_m=20.0, size=48, model="as-printed", variables=("radian
         ("deep-convection", 3000.0, "hcss-skies/example", 0.9),
         ("altocumulus", 50.0, "hcss-skies/simulation", 0.8),
         ("altocumulus", 300.0, "fractal", 0.5),
+        ("thick-fog", 50.0, "hcss-skies/simulation", 1.0),
+        ("thick-fog", 300.0, "fractal", 0.5),
+        ("fog", 50.0, "fractal", 0.5),
         ("paper-cumulus", 20.0, "fractal", 0.5),
     ],
 )

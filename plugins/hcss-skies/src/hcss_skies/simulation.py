@@ -117,9 +117,8 @@ class SimulatedClouds:
         scale = _scale_of(reel.film, inputs.grid.pixel_size_m, parameters.film)
         self._cell_m, self._scale = scale * reel.film.cell_m, scale
         skies: tuple[int, ...] = _SKIES if scale < _COARSE else _COARSE_SKIES
-        if reel.film.sheet:  # where an example decides, large pixels show no more of a sheet of four times the size
-            skies = (1 if parameters.where is not None and scale >= _COARSE else 4), 1
-        self._magnified = [min(times, scale) for times in skies]
+        if reel.film.sheet:
+            skies = 4, 1
         self._tops_vary = parameters.tops == "film"
         self._seen = Seen.of(layer, scale, reel, None if self._tops_vary else inputs.inversion)
         self._table_m, self._adding_up = self._seen.table_m.astype(np.float32), self._seen.adding_up
@@ -142,7 +141,12 @@ class SimulatedClouds:
         if parameters.where is not None and layer.coverage > 0.0:
             path = find_example(parameters.where, inputs.catalog)
             example = inputs.catalog.parsed(path, read_smooth if reel.film.sheet else read_example)
+            if reel.film.sheet and scale >= _COARSE:
+                # Averages of so many cells hardly differ, and edges of the example would be smooth, with specks.
+                below = round(math.log2(example.pixel_size_m / self._cell_m))
+                skies = (1 << min(max(below, 0), 2),) * 2
             self._places = Places(example, reel, layer.coverage, self._cell_m, inputs.seed)
+        self._magnified = [min(times, scale) for times in skies]
         self.declares = CloudDeclaration(
             depends_on=self._pace.depends_on, evolves=self._pace.evolves, notes=tuple(notes)
         )
