@@ -114,8 +114,10 @@ def spoilt(given):
             flagged.append(bool(doubts(state)))
             at = [np.arange(MARGIN, side - MARGIN) - 0.5 * (side - 1) for side in state.shape]
             for minute in later:
-                forecast = FollowedSky(state, 1).at(60.0 * (minute - second), *at)[..., 0]
-                errors[minute].append(np.nanmean((forecast - inside(images[minute])) ** 2))
+                truth = inside(images[minute])
+                if np.isfinite(truth).mean() >= LEAST_KNOWN:
+                    forecast = FollowedSky(state, 1).at(60.0 * (minute - second), *at)[..., 0]
+                    errors[minute].append(np.nanmean((forecast - truth) ** 2))
         rmse = " / ".join(f"{np.sqrt(np.mean(errors[minute])):.3f}" for minute in later)
         print(f"{name}: RMSE {rmse} K, {sum(flagged)} of {len(flagged)} states flagged", flush=True)
 

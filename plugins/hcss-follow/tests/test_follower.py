@@ -72,7 +72,7 @@ def test_what_is_no_later_image_is_refused(scenario, tmp_path):
 def test_a_scenario_that_follows_nothing_is_refused(scenario):
     raw = json.loads(scenario.to_json())
     raw["clouds"] = {"type": "stratus", "generator": "fractal", "coverage": 0.3}
-    with pytest.raises(ImageError, match="generators of clouds are .*fractal; allowed: with followed"):
+    with pytest.raises(ImageError, match=r"generators of clouds are .*fractal; allowed: with followed"):
         followed.assimilated(hcss_twin.Scenario.from_dict(raw), _kelvin(2), TIME + STEP)
 
 

@@ -8,7 +8,7 @@ badly.
 What the forecast does not know has, by band and place, a variance that is a sum of E and B, times a factor that depends
 on how far the pixel is below the clear sky. A member of an ensemble fills it with the image's own bands from a place
 that its seed chooses, with their local energy set to 1: edges, streets and cells stay together. Their sum is u times
-its standard deviation; u sqrt(|u|), with the same variance for normal u, takes the place of u: errors are small in
+its standard deviation; u |u|^(1/4), with the same variance for normal u, takes the place of u: errors are small in
 most pixels and large in few.
 """
 
@@ -30,8 +30,8 @@ from hcss_twin.core.kernels import kernel
 LEAST_K2 = 0.01
 """Energy of bands below which they are noise."""
 
-PEAK = math.sqrt(math.sqrt(math.pi / 8.0))
-"""Inverse of the standard deviation of u sqrt(|u|) for normal u."""
+PEAK = math.sqrt(math.sqrt(math.pi) / (2.0**1.25 * math.gamma(1.75)))
+"""Inverse of the standard deviation of u |u|^(1/4) for normal u."""
 
 _WARM_WINDOW = 9
 """Side in pixels of the surroundings, the warmest of which limits how warm a forecast is."""
@@ -149,7 +149,7 @@ def _combine(
                     drawn[j] += np.sqrt(unknown) * texture[k, i, j]
             for j in range(out.shape[1]):
                 if total[j] > zero:
-                    size = np.sqrt(np.abs(drawn[j]) / np.sqrt(total[j]))
+                    size = np.sqrt(np.sqrt(np.abs(drawn[j]) / np.sqrt(total[j])))
                     out[i, j] += factor[i, j] * drawn[j] * peak * size
         for j in range(out.shape[1]):
             out[i, j] = min(out[i, j], warmest[i, j])
