@@ -109,10 +109,11 @@ def displaced(image: Field, energy: Field, seed: int) -> Field:
     ratio = image / np.sqrt(energy + np.float32(LEAST_K2))
     ratio[-1] -= ratio[-1].mean()
     ratio[-1] /= max(float(ratio[-1].std()), 1e-6)
-    mirrored = np.pad(ratio, ((0, 0), (0, rows), (0, columns)), mode="symmetric")
-    shift = rng.integers(0, (2 * rows, 2 * columns))
-    taken = np.roll(mirrored, shift, axis=(1, 2))[:, :rows, :columns]
-    return np.ascontiguousarray(taken)
+    sides = rows, columns
+    shifts = rng.integers(0, (2 * rows, 2 * columns))
+    places = [np.mod(np.arange(side) - shift, 2 * side) for side, shift in zip(sides, shifts, strict=True)]
+    y, x = (np.minimum(place, 2 * side - 1 - place) for side, place in zip(sides, places, strict=True))
+    return np.ascontiguousarray(ratio[:, y[:, None], x])
 
 
 @kernel(fastmath={"contract"})
