@@ -34,21 +34,19 @@ def main():
     arguments.add_argument("--exact", type=int, default=6)
     given = arguments.parse_args()
     rng, table = np.random.default_rng(1), clear_sky_table(SCENE)
-    for share in (68.0, 95.0):
-        held, spread = [], []
-        for _ in range(given.twins):
-            truth = np.array(drawn(rng, table))
-            measured = table.kelvin(truth[None])[0] + rng.normal(0.0, CHANNEL_K, 2)
-            draws = posterior(table, measured.tolist())
+    held, spread = {68.0: [], 95.0: []}, []
+    for _ in range(given.twins):
+        truth = np.array(drawn(rng, table))
+        measured = table.kelvin(truth[None])[0] + rng.normal(0.0, CHANNEL_K, 2)
+        draws = posterior(table, measured.tolist())
+        spread.append(draws.std(axis=0))
+        for share, entries in held.items():
             low, high = np.percentile(draws, [50.0 - 0.5 * share, 50.0 + 0.5 * share], axis=0)
-            held.append((low < truth) & (truth < high))
-            spread.append(draws.std(axis=0))
-        sea, vapour = 100.0 * np.mean(held, axis=0)
-        print(
-            f"{given.twins} twins: {share:g} % intervals hold {sea:.0f} % of the seas, {vapour:.0f} % of the vapours; "
-            f"standard deviations {np.mean(spread, axis=0).round(2)}",
-            flush=True,
-        )
+            entries.append((low < truth) & (truth < high))
+    for share, entries in held.items():
+        sea, vapour = 100.0 * np.mean(entries, axis=0)
+        print(f"{given.twins} twins: {share:g} % intervals hold {sea:.0f} % of the seas, {vapour:.0f} % of the vapours")
+    print(f"standard deviations: {np.mean(spread, axis=0).round(2)}", flush=True)
     errors = []
     for _ in range(given.exact):
         sea, scale = drawn(rng, table)
