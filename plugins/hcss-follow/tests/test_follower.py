@@ -95,12 +95,13 @@ def test_a_twin_takes_the_next_image_and_shows_it_at_its_time(tmp_path):
         with pytest.raises(ImageError, match=r"time: .*; allowed: a time with its time zone"):
             assimilate(twin, image, time)
     after = assimilate(twin, _kelvin(5), TIME + STEP)
-    stands_still, follows = (
-        next(iter(each.frames([1]))).variables["brightness_temperature"][0] for each in (twin, after)
+    before, follows = (
+        next(iter(each.frames([number]))).variables["brightness_temperature"][0]
+        for each, number in ((twin, 0), (after, 1))
     )
     inside = (slice(40, 56),) * 2
     assert np.sqrt(np.mean((follows - _kelvin(5)[inside]) ** 2)) < 0.15
-    np.testing.assert_allclose(stands_still, _kelvin(0)[inside], atol=0.5)
+    np.testing.assert_allclose(before, _kelvin(0)[inside], atol=0.5)
     again = next(iter(assimilate(twin, Image(_kelvin(5), TIME), TIME + STEP).frames([1])))
     np.testing.assert_array_equal(again.variables["brightness_temperature"][0], follows)
 
