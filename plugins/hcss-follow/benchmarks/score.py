@@ -1,21 +1,29 @@
 """Score forecasts of image sequences: mean, ensemble and texture, beside pysteps' S-PROG and STEPS with the same flow.
 
-``python benchmarks/score.py FILE --variables A B C --minutes 0 15 30 [--peers] [--auc] [--pictures DIR]`` forecasts
-every later image from the first two. CRPS is the fair one of the members. Spread over error is that of the
+``python benchmarks/score.py FILE --variables A B C --minutes 0 15 30 [--peers] [--auc] [--spoilt] [--pictures DIR]``
+forecasts every later image from the first two. CRPS is the fair one of the members. Spread over error is that of the
 ensemble: sqrt((N + 1) / N) times the root of the mean variance, over the RMSE of their mean. The rank distance is the
-mean absolute deviation of the rank histogram's cumulative shares from even ones, times 2. Spectra are ratios of
-octaves, member over measured. --auc needs hcss-evaluate[realism] and ten blocks or more.
+mean absolute deviation of the rank histogram's cumulative shares from even ones, times 2; the mean of the blocks, and
+that of all blocks together. Spectra are ratios of octaves, member over measured, of images without missing pixels.
+--auc needs hcss-evaluate[realism] and ten blocks or more. --spoilt scores the same with a first image of another block,
+and with one that is six hours old by its time.
 """
 
+from datetime import timedelta
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from hcss_follow.analysis import Image, analyse, doubts
 from hcss_follow.sky import FollowedSky
-from sequences import EDGES_K, MARGIN, blocks, inside, parser, state_of
+from sequences import EDGES_K, MARGIN, START, blocks, inside, parser, state_of
 
 CLASSES = "clear", "thin", "cold"
 """By the mean forecast, see ``sequences.py``."""
+
+
+LEAST_KNOWN = 0.1
+"""Share of the pixels of a later image that are not missing, for its block to count."""
 
 
 def crps(members, truth):
@@ -26,12 +34,14 @@ def crps(members, truth):
     return np.mean(np.abs(members - truth), axis=0) - 0.5 * spread
 
 
-def rank_distance(members, truth):
-    """Return the distance of the rank histogram from an even one."""
-    ranks = np.sum(members < truth, axis=0)
-    share = np.cumsum(np.bincount(ranks.ravel(), minlength=len(members) + 1)) / ranks.size
-    even = np.arange(1, len(members) + 2) / (len(members) + 1)
-    return 2.0 * float(np.mean(np.abs(share - even)))
+def ranks_of(members, truth):
+    """Return the rank histogram, shares of the pixels."""
+    return np.bincount(np.sum(members < truth, axis=0), minlength=len(members) + 1) / truth.size
+
+
+def rank_distance(ranks):
+    """Return the distance of a rank histogram from an even one."""
+    return 2.0 * float(np.mean(np.abs(np.cumsum(ranks) - np.arange(1, ranks.size + 1) / ranks.size)))
 
 
 def octaves(image):
@@ -88,6 +98,30 @@ def picture(path, truth, mean, members):
     pyplot.close(figure)
 
 
+def spoilt(given):
+    """Print RMSE and doubts: as the images are, with a first one of another block, and with one that is old."""
+    first, second, *later = sorted(given.minutes)
+    collected = list(blocks(given))
+    last, old = START + timedelta(minutes=second), START + timedelta(minutes=second, hours=-6)
+    for name in ("as they are", "first image of another block", "first image six hours old"):
+        flagged, errors = [], {minute: [] for minute in later}
+        for position, (_, images) in enumerate(collected):
+            other = collected[(position + len(collected) // 4 + 1) % len(collected)][1]
+            before = (other if "another" in name else images)[first]
+            time = old if "old" in name else START + timedelta(minutes=first)
+            pair = [Image(before, time), Image(images[second], last)]
+            state = analyse(pair, pixel_size_m=given.pixel_size, latitude=0.0, longitude=0.0)
+            flagged.append(bool(doubts(state)))
+            at = [np.arange(MARGIN, side - MARGIN) - 0.5 * (side - 1) for side in state.shape]
+            for minute in later:
+                truth = inside(images[minute])
+                if np.isfinite(truth).mean() >= LEAST_KNOWN:
+                    forecast = FollowedSky(state, 1).at(60.0 * (minute - second), *at)[..., 0]
+                    errors[minute].append(np.nanmean((forecast - truth) ** 2))
+        rmse = " / ".join(f"{np.sqrt(np.mean(errors[minute])):.3f}" for minute in later)
+        print(f"{name}: RMSE {rmse} K, {sum(flagged)} of {len(flagged)} states flagged", flush=True)
+
+
 def classifier(kept):
     """Return AUC of members against measured images."""
     from hcss_evaluate.realism import compare
@@ -107,46 +141,51 @@ def main():
     arguments.add_argument("--members", type=int, default=20)
     arguments.add_argument("--peers", action="store_true")
     arguments.add_argument("--auc", action="store_true")
+    arguments.add_argument("--spoilt", action="store_true")
     arguments.add_argument("--pictures", type=Path)
     given = arguments.parse_args()
     first, second, *later = sorted(given.minutes)
-    sums, kept = {}, {minute: [] for minute in later}
+    sums, of_ranks, kept = {}, {}, {minute: [] for minute in later}
     for number, images in blocks(given):
         state = state_of(images, (first, second), given.pixel_size)
         for minute in later:
             truth, lead = inside(images[minute]), minute - second
-            if not np.all(np.isfinite(truth)):
+            known = np.isfinite(truth)
+            if known.mean() < LEAST_KNOWN:
                 continue
             mean, members = ours(state, 60.0 * lead, given.members)
             found = {"ours": (mean, members)}
             if given.peers:
                 found |= peers(images, state, (first, second), round(lead / (second - first)), given.members)
-            measured = octaves(truth)
             line = [f"block {number:2} {lead:g} min"]
             for name, (forecast, ensemble) in found.items():
                 entry = sums.setdefault((lead, name), [])
                 centre = forecast if forecast is not None else ensemble.mean(axis=0)
-                values = {"rmse2": np.mean((centre - truth) ** 2)}
+                values = {"rmse2": np.mean((centre - truth)[known] ** 2)}
                 if ensemble is not None:
-                    bias = ensemble.mean(axis=0) - truth
+                    of_pixels, measured = ensemble[:, known], truth[known]
+                    bias, variance = of_pixels.mean(axis=0) - measured, of_pixels.var(axis=0, ddof=1)
+                    ranks = ranks_of(of_pixels, measured)
                     values |= {
-                        "crps": crps(ensemble, truth).mean(), "variance": ensemble.var(axis=0, ddof=1).mean(),
-                        "error2": np.mean(bias**2), "rank": rank_distance(ensemble, truth),
+                        "crps": crps(of_pixels, measured).mean(), "variance": variance.mean(),
+                        "error2": np.mean(bias**2), "rank": rank_distance(ranks),
                     }  # fmt: skip
-                    classes = np.digitize(inside(state.clear_K) - mean, EDGES_K)
+                    of_ranks.setdefault((lead, name), []).append(ranks)
+                    classes = np.digitize((inside(state.clear_K) - mean)[known], EDGES_K)
                     for one, word in enumerate(CLASSES):
                         these = classes == one
-                        values[f"{word} variance"] = np.sum(ensemble.var(axis=0, ddof=1)[these]) / truth.size
-                        values[f"{word} error2"] = np.sum(bias[these] ** 2) / truth.size
+                        values[f"{word} variance"] = np.sum(variance[these]) / measured.size
+                        values[f"{word} error2"] = np.sum(bias[these] ** 2) / measured.size
                     values |= {
-                        f"octave {2 * 2**n} px": ratio for n, ratio in enumerate(octaves(ensemble[0]) / measured)
+                        f"octave {2 * 2**n} px": ratio for n, ratio in enumerate(octaves(ensemble[0]) / octaves(truth))
                     }
                     line.append(f"{name} rmse {values['rmse2'] ** 0.5:.2f} crps {values['crps']:.2f}")
                 else:
                     line.append(f"{name} rmse {values['rmse2'] ** 0.5:.2f}")
                 entry.append(values)
             print(", ".join(line), flush=True)
-            kept[minute].append((number, truth, members[0]))
+            if known.all():
+                kept[minute].append((number, truth, members[0]))
             if given.pictures:
                 given.pictures.mkdir(exist_ok=True)
                 picture(given.pictures / f"block-{number}-{lead:g}.png", truth, mean, members)
@@ -156,15 +195,18 @@ def main():
         if "crps" in mean:
             ratio = np.sqrt((given.members + 1) / given.members * mean["variance"] / mean["error2"])
             text.append(f"CRPS {mean['crps']:.3f} K, spread/error {ratio:.2f}, rank distance {mean['rank']:.3f}")
+            text.append(f"of all blocks together {rank_distance(np.mean(of_ranks[lead, name], axis=0)):.3f}")
             for word in CLASSES:
                 part = np.sqrt((given.members + 1) / given.members * mean[f"{word} variance"] / mean[f"{word} error2"])
                 text.append(f"{word} {part:.2f}")
-            medians = [np.median([entry[key] for entry in entries]) for key in mean if key.startswith("octave")]
+            medians = [np.nanmedian([entry[key] for entry in entries]) for key in mean if key.startswith("octave")]
             text.append("octaves from 2 px (median) " + " ".join(f"{value:.2f}" for value in medians))
         print(", ".join(text))
     if given.auc:
         for minute, pairs in kept.items():
             print(f"{minute - second:g} min, one member of each block against measured:\n{classifier(pairs)}")
+    if given.spoilt:
+        spoilt(given)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from importlib.metadata import entry_points
 import numpy as np
 import pytest
 from hcss_follow.analysis import Image, analyse
-from hcss_follow.follower import followed
+from hcss_follow.follower import assimilate, followed
 from hcss_follow.state import read_state
 from scipy.ndimage import gaussian_filter
 
@@ -67,6 +67,43 @@ def test_what_is_no_later_image_is_refused(scenario, tmp_path):
     with pytest.raises(CatalogError, match=r"half\.nc"):
         followed.read(tmp_path / "half.nc")
     assert not list(tmp_path.glob("twin-*.nc"))
+
+
+def test_a_scenario_that_follows_nothing_is_refused(scenario):
+    raw = json.loads(scenario.to_json())
+    raw["clouds"] = {"type": "stratus", "generator": "fractal", "coverage": 0.3}
+    with pytest.raises(ImageError, match=r"generators of clouds are .*fractal; allowed: with followed"):
+        followed.assimilated(hcss_twin.Scenario.from_dict(raw), _kelvin(2), TIME + STEP)
+
+
+@pytest.mark.long
+def test_a_twin_takes_the_next_image_and_shows_it_at_its_time(tmp_path):
+    """From Python, without a server: the frame at the time of the image is the image."""
+    analyse([Image(_kelvin(0), TIME)], pixel_size_m=3000.0, latitude=0.0, longitude=0.0).write(tmp_path / "twin.nc")
+    twin = hcss_twin.Twin({
+        "time": TIME.isoformat(), "place": {"latitude": 0.0, "longitude": 0.0}, "bands": [[10.3, 11.3]],
+        "accuracy": 0.005, "view": {"zenith": 0.0}, "sea": {"temperature": 299.0},
+        "image": {"rows": 16, "columns": 16, "pixel_size": 3000.0}, "frames": {"count": 2, "interval": 900.0},
+        "motion": {"platform_speed": 0.0, "wind_speed": 0.0}, "slant": {"parallax": "off", "shadows": "off"},
+        "clouds": {
+            "type": "deep-convection", "base": 500.0, "top": 1500.0, "water_content": 0.6, "thickness_min": 0.01,
+            "generator": "followed", "parameters": {"state": str(tmp_path / "twin.nc")},
+        },
+        "output": {"variables": ["brightness_temperature"]},
+    })  # fmt: skip
+    for image, time in ((_kelvin(1), None), (Image(_kelvin(1), TIME.replace(tzinfo=None)), None)):
+        with pytest.raises(ImageError, match=r"time: .*; allowed: a time with its time zone"):
+            assimilate(twin, image, time)
+    after = assimilate(twin, _kelvin(5), TIME + STEP)
+    before, follows = (
+        next(iter(each.frames([number]))).variables["brightness_temperature"][0]
+        for each, number in ((twin, 0), (after, 1))
+    )
+    inside = (slice(40, 56),) * 2
+    assert np.sqrt(np.mean((follows - _kelvin(5)[inside]) ** 2)) < 0.15
+    np.testing.assert_allclose(before, _kelvin(0)[inside], atol=0.5)
+    again = next(iter(assimilate(twin, Image(_kelvin(5), TIME), TIME + STEP).frames([1])))
+    np.testing.assert_array_equal(again.variables["brightness_temperature"][0], follows)
 
 
 def test_live_frames_find_the_follower():

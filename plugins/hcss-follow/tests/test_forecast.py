@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import field, images, state_of
-from hcss_follow.bands import COUNT, bands_of
+from hcss_follow.bands import COUNT, bands_of, local_energy
 from hcss_follow.coefficients import Coefficients, read_coefficients
-from hcss_follow.forecast import Forecast, displaced
+from hcss_follow.forecast import PEAK, Forecast, displaced
 from hcss_follow.motion import departures
 from hcss_follow.sky import FollowedSky
 
@@ -78,6 +78,24 @@ def test_what_is_drawn_has_energy_1():
     image = np.random.default_rng(0).normal(size=(COUNT, 64, 64)).astype(np.float32) * 5.0
     drawn = displaced(image, np.full_like(image, 25.0), 3)
     assert np.mean(drawn[:-1] ** 2) == pytest.approx(1.0, rel=0.1)
+
+
+def test_deviations_are_small_in_most_pixels_and_large_in_few(monkeypatch):
+    """u |u|^(1/4) times what gives it the variance of u, by quadrature over the normal distribution."""
+    x, weight = np.polynomial.hermite_e.hermegauss(200)
+    assert np.sum(weight * (PEAK * np.abs(x) ** 1.25) ** 2) / np.sqrt(2.0 * np.pi) == pytest.approx(1.0, rel=1e-4)
+    state, of = state_of(images(fine=8.0)), staying()
+    of.variance[:, 1, 1:] = 0.0  # the finest band alone
+    mean = Forecast(state, None, of).kelvin(900.0)
+
+    def drawn(u):
+        monkeypatch.setattr("hcss_follow.forecast.displaced", lambda *_: np.full((COUNT, 128, 128), u, np.float32))
+        return (Forecast(state, 1, of).kelvin(900.0) - mean)[20:-20, 20:-20]
+
+    once, twice = drawn(-1.0), drawn(-2.0)  # colder, as the clear sky limits what is warmer
+    energy = local_energy(bands_of(state.kelvin))[0, 20:-20, 20:-20]
+    np.testing.assert_allclose(once, -PEAK * np.sqrt(0.5 * energy), rtol=1e-2, atol=2e-4)
+    np.testing.assert_allclose(twice, once * 2.0**1.25, rtol=1e-2, atol=4e-4)
 
 
 def test_beyond_the_last_lead_energy_is_kept():

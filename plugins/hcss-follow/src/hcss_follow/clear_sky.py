@@ -34,12 +34,25 @@ _WALKERS, _STEPS, _BURNT, _SEED = 24, 1200, 400, 7
 
 
 @dataclass(frozen=True)
-class _Table:
-    """Brightness temperature of the clear sky (S, V, B) by the temperature of the sea and the scale of the vapour."""
+class Table:
+    """Brightness temperature of the clear sky by the temperature of the sea and the scale of the vapour.
+
+    Attributes
+    ----------
+    sea_K, scales : ndarray (S,), (V,)
+    grid_K : ndarray (S, V, B)
+    bands : tuple of str
+    """
 
     sea_K: Array
     scales: Array
     grid_K: Array
+    bands: tuple[str, ...]
+
+    @property
+    def climatology_K(self) -> float:
+        """Temperature of the sea of the climatology."""
+        return float(self.sea_K[self.sea_K.size // 2])
 
     def kelvin(self, at: Array) -> Array:
         """Return brightness temperatures (N, B) at (N, 2): bilinear, in the logarithm of the scale."""
@@ -69,14 +82,14 @@ class ClearSky:
     bands : tuple of str
     pixels : int
         That were clear.
-    table : _Table
+    table : Table
     """
 
     draws: Array
     predicted_K: Array
     bands: tuple[str, ...]
     pixels: int
-    table: _Table
+    table: Table
 
     def warm_sea_K(self, kelvin: float) -> float:
         """Return the temperature of the sea with a brightness temperature in the first band; vapour: the median."""
@@ -109,15 +122,25 @@ def fit_clear_sky(scenario: Mapping[str, Any], measured_K: Sequence[float], pixe
     measured_K : sequence of float
         One or two.
     """
-    import emcee
+    table = clear_sky_table(scenario)
+    draws = posterior(table, measured_K)
+    return ClearSky(draws, table.kelvin(draws), table.bands, pixels, table)
 
+
+def clear_sky_table(scenario: Mapping[str, Any]) -> Table:
+    """Return the brightness temperatures of the clear sky of a scenario."""
     start = hcss_twin.make_plan(hcss_twin.Scenario.from_dict(_clear(scenario, None, 1.0)))
     sea = float(start.assembly.sea_temperature_K)
     scales = np.geomspace(_DRIEST, _wettest(scenario), _SCALES)
     seen = [[_clear_K(_clear(scenario, sea + by, scale)) for scale in scales] for by in _SEA_K]
-    table = _Table(sea + _SEA_K, scales, np.array([[kelvin for _, kelvin in row] for row in seen]))
-    bands = seen[0][0][0]
-    count = len(measured_K)
+    return Table(sea + _SEA_K, scales, np.array([[kelvin for _, kelvin in row] for row in seen]), seen[0][0][0])
+
+
+def posterior(table: Table, measured_K: Sequence[float]) -> Array:
+    """Return draws (N, 2) of sea and vapour for brightness temperatures in the first bands of a table."""
+    import emcee
+
+    sea, scales, count = table.climatology_K, table.scales, len(measured_K)
 
     def log_posterior(at: Array) -> Array:
         inside = (np.abs(at[:, 0] - sea) < _SEA_K[-1]) & (at[:, 1] > scales[0]) & (at[:, 1] < scales[-1])
@@ -132,8 +155,8 @@ def fit_clear_sky(scenario: Mapping[str, Any], measured_K: Sequence[float], pixe
     sampler = emcee.EnsembleSampler(_WALKERS, 2, log_posterior, vectorize=True)
     sampler.random_state = np.random.RandomState(_SEED).get_state()
     sampler.run_mcmc(first, _STEPS)
-    draws = sampler.get_chain(discard=_BURNT, thin=4, flat=True)
-    return ClearSky(draws, table.kelvin(draws), bands, pixels, table)
+    draws: Array = sampler.get_chain(discard=_BURNT, thin=4, flat=True)
+    return draws
 
 
 def _wettest(scenario: Mapping[str, Any]) -> float:

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from hcss_twin.core.kernels import kernel
 from hcss_twin.providers import Array, BrightnessInversion, CloudLayer
 
-ALTITUDES = 17
+_ALTITUDES = 17
+"""Number of altitudes at which the scene is asked; in between, brightness temperatures are linear."""
+
 _EXCESSES = 97
 _THICKNESSES = 64
 
@@ -43,9 +45,8 @@ class HangingClouds:
 
 
 def hanging_clouds(
-    inversion: BrightnessInversion, layer: CloudLayer, kelvin: Array, excess_m: Array, highest_m: float,
-    altitudes: int = ALTITUDES,
-) -> HangingClouds:  # fmt: skip
+    inversion: BrightnessInversion, layer: CloudLayer, kelvin: Array, excess_m: Array, highest_m: float
+) -> HangingClouds:
     """Return the clouds with given brightness temperatures: no lower than opaque, and x higher.
 
     An opaque cloud has the lowest top with its temperature; a cloud x above it is as thin as that temperature needs.
@@ -58,12 +59,10 @@ def hanging_clouds(
         x of the example.
     highest_m : float
         Altitude of its highest cloud top.
-    altitudes : int
-        Number of altitudes at which the scene is asked; in between, brightness temperatures are linear.
     """
     lowest = max(_LOWEST_M, 2.0 * layer.thickness_min_m)
     # Close at the bottom, where clouds are too thin to be opaque.
-    rise = np.linspace(0.0, 1.0, altitudes) ** 2
+    rise = np.linspace(0.0, 1.0, _ALTITUDES) ** 2
     altitude = lowest + (max(0.0, highest_m - lowest) + _BEYOND_M) * rise
     thinnest = max(layer.thickness_min_m, 1e-4 * layer.thickness_max_m)
     thickness = np.geomspace(thinnest, layer.thickness_max_m, _THICKNESSES)
