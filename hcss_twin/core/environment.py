@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -62,11 +63,17 @@ def announce_compilation(report: Callable[[str], object]) -> Iterator[None]:
     """
     from numba.core import event
 
+    process = os.getpid()  # copies of it, which compile meanwhile, say nothing
+
     class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
         def on_start(self, event: Any) -> None:
             dispatcher = event.data["dispatcher"]
             module = dispatcher.py_func.__module__
-            if module.partition(".")[0] == __name__.partition(".")[0] and _is_first_compilation():
+            if (
+                os.getpid() == process
+                and module.partition(".")[0] == __name__.partition(".")[0]
+                and _is_first_compilation()
+            ):
                 report(COMPILING if dispatcher.stats.cache_path else COMPILING_EACH_TIME)
 
         def on_end(self, event: Any) -> None:
