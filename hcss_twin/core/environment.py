@@ -37,7 +37,7 @@ def _loaded(distribution: str) -> str:
     return installed_version(distribution)
 
 
-COMPILING = "compiling kernels, once on this machine (up to half a minute) ..."
+COMPILING = "compiling kernels that are kept for later runs (up to half a minute) ..."
 COMPILING_EACH_TIME = (
     "compiling kernels (up to half a minute), in each process, because no folder for them may be written; set "
     "NUMBA_CACHE_DIR to one that may ..."

@@ -112,16 +112,30 @@ class Ahead(NamedTuple):
         Where it is.
     types : str
         Types of its arguments, as numba's signatures have them.
+    seconds : float
+        What the compilation takes, with that of the kernels that it calls.
     """
 
     module: str
     function: str
     types: str
+    seconds: float
 
     def compile(self) -> None:
         """Compile it, unless it is in the cache."""
         arguments, _ = sigutils.normalize_signature(f"void({self.types})")
-        getattr(import_module(self.module), self.function).compile(arguments)
+        self._dispatcher.compile(arguments)
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether it is compiled, in this process or for some arguments in the cache."""
+        dispatcher = self._dispatcher
+        kept = getattr(dispatcher._cache, "_cache_file", None)
+        return bool(dispatcher.overloads or (kept is not None and kept._load_index()))
+
+    @property
+    def _dispatcher(self) -> Any:
+        return getattr(import_module(self.module), self.function)
 
 
 _FREE, _TAKEN, _AWAITED, _DONE = range(4)
@@ -158,11 +172,13 @@ class _Copies:
         number = self._take(function)
         if number is None:
             return False
-        others = (each for at, each in enumerate(self._kernels) if self._state[at] == _FREE)
         while self._state[number] == _AWAITED and self.is_alive():
-            if other := next(others, None):
-                other.compile()
-            time.sleep(0.01)
+            other = self._state.find(bytes([_FREE]))
+            if other < 0:
+                time.sleep(0.01)
+            else:
+                self._state[other] = _TAKEN
+                self._kernels[other].compile()
         return self._state[number] == _DONE
 
     def is_alive(self) -> bool:
