@@ -178,7 +178,8 @@ class _Copies:
                 time.sleep(0.01)
             else:
                 self._state[other] = _TAKEN
-                self._kernels[other].compile()
+                with suppress(Exception):  # its caller will meet it
+                    self._kernels[other].compile()
         return self._state[number] == _DONE
 
     def is_alive(self) -> bool:

@@ -76,7 +76,14 @@ def test_a_kernel_that_fails_in_a_copy_is_left_to_the_process_in_silence(tmp_pat
 
 
 def test_a_kernel_that_a_copy_is_about_to_compile_is_awaited_while_others_are_compiled(tmp_path):
-    listed = [Work(tmp_path / "long", "compile_one", __name__, lambda: time.sleep(0.5)), Work(tmp_path / "other")]
+    other = Work(tmp_path / "other")
+
+    def until_the_other_is_compiled():
+        end = time.monotonic() + 60.0
+        while not other.file.exists() and time.monotonic() < end:
+            time.sleep(0.01)
+
+    listed = [Work(tmp_path / "long", "compile_one", __name__, until_the_other_is_compiled), other]
     with kernels.compiling_meanwhile(lambda: listed):
         compile_one()
         while not listed[0].file.exists():
