@@ -84,7 +84,9 @@ def run(
     Output.require_writable([output], force, form="Zarr" if is_zarr(output) else "NetCDF")
     measured = measured_beside(output, loaded, force)
     from hcss_twin.cli.progress import shown_progress
+    from hcss_twin.core.kernels import compiling_meanwhile
     from hcss_twin.core.stages import StageTimes, watched
+    from hcss_twin.engine.first_kernels import kernels_of
     from hcss_twin.engine.predicted_time import expected_planning, learn, predict
     from hcss_twin.engine.simulate import run as run_plan
     from hcss_twin.plan.description import describe
@@ -95,6 +97,7 @@ def run(
     times = StageTimes()
     with (
         announce_compilation(compiled),
+        compiling_meanwhile(partial(kernels_of, loaded)),
         shown_progress(context.ensure_object(Stop).check, quiet, expected_planning()) as progress,
         watched(times),
     ):
@@ -139,7 +142,9 @@ def plan(context: click.Context, /, scenario: str, assignments: tuple[str, ...],
     """Show what a run of SCENARIO would need, compute and omit."""
     from hcss_twin.cli.progress import shown_progress
     from hcss_twin.core.environment import announce_compilation
+    from hcss_twin.core.kernels import compiling_meanwhile
     from hcss_twin.core.stages import StageTimes, watched
+    from hcss_twin.engine.first_kernels import kernels_of
     from hcss_twin.engine.predicted_time import expected_planning, learn_planning, predict
     from hcss_twin.plan.description import describe
     from hcss_twin.plan.make_plan import make_plan
@@ -148,7 +153,12 @@ def plan(context: click.Context, /, scenario: str, assignments: tuple[str, ...],
     loaded, times = Shared.load(scenario, assignments), StageTimes()
     compiled = Announcement()
     check = context.ensure_object(Stop).check
-    with announce_compilation(compiled), shown_progress(check, False, expected_planning()), watched(times):
+    with (
+        announce_compilation(compiled),
+        compiling_meanwhile(partial(kernels_of, loaded)),
+        shown_progress(check, False, expected_planning()),
+        watched(times),
+    ):
         made = make_plan(loaded)
     if not compiled.made:
         learn_planning(made, context.ensure_object(Stop).comparable(times.seconds))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -36,7 +37,7 @@ def _loaded(distribution: str) -> str:
     return installed_version(distribution)
 
 
-COMPILING = "compiling kernels, once on this machine (up to half a minute) ..."
+COMPILING = "compiling kernels that are kept for later runs (up to half a minute) ..."
 COMPILING_EACH_TIME = (
     "compiling kernels (up to half a minute), in each process, because no folder for them may be written; set "
     "NUMBA_CACHE_DIR to one that may ..."
@@ -62,11 +63,17 @@ def announce_compilation(report: Callable[[str], object]) -> Iterator[None]:
     """
     from numba.core import event
 
+    process = os.getpid()  # copies of it, which compile meanwhile, say nothing
+
     class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
         def on_start(self, event: Any) -> None:
             dispatcher = event.data["dispatcher"]
             module = dispatcher.py_func.__module__
-            if module.partition(".")[0] == __name__.partition(".")[0] and _is_first_compilation():
+            if (
+                os.getpid() == process
+                and module.partition(".")[0] == __name__.partition(".")[0]
+                and _is_first_compilation()
+            ):
                 report(COMPILING if dispatcher.stats.cache_path else COMPILING_EACH_TIME)
 
         def on_end(self, event: Any) -> None:

@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import sys
+import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from importlib import import_module
+from mmap import mmap
 from types import CodeType, FunctionType
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from numba import njit
-from numba.core import environment, event
+from numba.core import environment, event, sigutils
 from numba.core.caching import FunctionCache
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
 from numpy import generic, ndarray
 
+if TYPE_CHECKING:
+    from multiprocessing.process import BaseProcess
+
 __all__ = ["kernel"]
 
-COMPILES = "compiles kernels"
-"""Name of a process of :func:`compiling_meanwhile`."""
-
-LONGEST_S = 30.0
-"""Time in which the kernels of clouds are compiled on a busy machine."""
+MOST_COPIES = 2
+"""Copies of a process that compile; more would wait for the largest kernel."""
 
 
 class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
@@ -36,7 +40,10 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         rtsys.initialize(target_context)
         with _without_modules(), self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
+            found = self._load_overload(sig, target_context)
+        if found is None and _copies is not None and _copies.compiled(self._py_func):
+            return self.load_overload(sig, target_context)
+        return found
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         """Return numba's key, which knows the file of the kernel only, with what is compiled into it from others."""
@@ -119,52 +126,164 @@ def kernel(*, inner: bool = False, **options: Any) -> Callable[[Callable[..., An
 
 def kernels_folder() -> str:
     """Return where compiled kernels are kept; empty if no folder may be written, so that each process compiles."""
-    return str(kernel()(_silently).stats.cache_path or "")
+    return str(kernel()(_compile_all).stats.cache_path or "")
 
 
-@contextmanager
-def compiling_meanwhile(work: Callable[[], object]) -> Iterator[None]:
-    """Let a copy of this process do ``work`` as soon as the block compiles a kernel, to compile those of ``work``, too.
+class Ahead(NamedTuple):
+    """A kernel that a process compiles before it is called.
 
-    Only its kernels matter, which are kept in numba's cache; :func:`wait_for_kernels` waits for them. Where a process
-    cannot be copied, or all kernels of the block are compiled, nothing happens.
+    Attributes
+    ----------
+    module, function : str
+        Where it is.
+    types : str
+        Types of its arguments, as numba's signatures have them.
+    seconds : float
+        What the compilation takes, with that of the kernels that it calls.
     """
-    with event.install_listener("numba:compile", _FirstCompilation(work)):
-        yield
+
+    module: str
+    function: str
+    types: str
+    seconds: float
+
+    def compile(self) -> None:
+        """Compile it, unless it is in the cache."""
+        arguments, _ = sigutils.normalize_signature(f"void({self.types})")
+        self._dispatcher.compile(arguments)
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether it is compiled, in this process or for some arguments in the cache."""
+        dispatcher = self._dispatcher
+        kept = getattr(dispatcher._cache, "_cache_file", None)
+        return bool(dispatcher.overloads or (kept is not None and kept._load_index()))
+
+    @property
+    def _dispatcher(self) -> Any:
+        return getattr(import_module(self.module), self.function)
+
+
+_FREE, _TAKEN, _AWAITED, _DONE = range(4)
+"""A kernel is compiled by nobody yet, by this process, by a copy of it, or in the cache."""
+
+
+class _Copies:
+    """Copies of this process that compile kernels, and which of them each one compiles."""
+
+    def __init__(self, kernels: Sequence[Ahead], count: int, begun: Any) -> None:
+        from hcss_twin.core.processes import start_copy
+
+        self._kernels = kernels
+        self._number = {(each.module, each.function): number for number, each in enumerate(kernels)}
+        self._state = mmap(-1, max(len(kernels), 1))  # memory that copies share
+        self._take(begun)
+        self._started: list[BaseProcess] = []
+        with suppress(OSError):  # no more processes
+            for _ in range(count):
+                self._started.append(start_copy(_compile_all, kernels, self._state))
+
+    def _take(self, function: Any) -> int | None:
+        """Let copies leave a function to this process, unless one has begun; return its number."""
+        number = self._number.get((function.__module__, function.__qualname__))
+        if number is not None and self._state[number] == _FREE:
+            self._state[number] = _TAKEN
+        return number
+
+    def compiled(self, function: Any) -> bool:
+        """Whether a copy has compiled a function, which is awaited if it is about to; if not, none will.
+
+        Meanwhile this process compiles others.
+        """
+        number = self._take(function)
+        if number is None:
+            return False
+        while self._state[number] == _AWAITED and self.is_alive():
+            other = self._state.find(bytes([_FREE]))
+            if other < 0:
+                time.sleep(0.01)
+            else:
+                self._state[other] = _TAKEN
+                with suppress(Exception):  # its caller will meet it
+                    self._kernels[other].compile()
+        return self._state[number] == _DONE
+
+    def is_alive(self) -> bool:
+        """Whether any copy still compiles."""
+        return any(process.is_alive() for process in self._started)
+
+    def end(self) -> None:
+        """End the copies without waiting for their work."""
+        for process in self._started:
+            process.terminate()
+            process.join()
+
+
+_copies: _Copies | None = None
+"""The copies of this process."""
+
+
+def _compile_all(kernels: Sequence[Ahead], state: mmap) -> None:
+    """Compile kernels in a copy; the original will meet errors and warnings itself."""
+    # The copy never goes on with what the original was compiling, and its threads need the lock.
+    while global_compiler_lock.is_locked():
+        global_compiler_lock.release()
+    warnings.simplefilter("ignore")
+    for number, each in enumerate(kernels):
+        if state[number] != _FREE:
+            continue
+        state[number] = _AWAITED
+        try:
+            each.compile()
+            state[number] = _DONE
+        except Exception:
+            state[number] = _TAKEN
 
 
 class _FirstCompilation(event.Listener):  # type: ignore[misc]  # numba has no types
-    """Starts the copy. A class in a function would keep ``work``, and so a whole scene, until garbage is collected."""
+    """Starts the copies when the first kernel is compiled."""
 
-    def __init__(self, work: Callable[[], object]) -> None:
-        self._work, self._is_first = work, True
+    def __init__(self, listed: Callable[[], Sequence[Ahead]]) -> None:
+        self._listed, self._is_first = listed, True
 
     def on_start(self, event: Any) -> None:
-        from hcss_twin.core.processes import can_copy, start_copy
+        from hcss_twin.core.processes import can_copy
 
-        if self._is_first and can_copy():
-            with suppress(OSError):  # no more processes
-                start_copy(_silently, self._work).name = COMPILES
+        global _copies
+        count = min(MOST_COPIES, len(os.sched_getaffinity(0)) - 1) if self._is_first and can_copy() else 0
         self._is_first = False
+        if count and _copies is None and kernels_folder():
+            _copies = _Copies(self._listed(), count, event.data["dispatcher"].py_func)
 
     def on_end(self, event: Any) -> None:
         pass
 
 
-def _silently(work: Callable[[], object]) -> None:
-    """Do ``work`` in a copy; the original will meet its errors and warnings itself."""
-    # The copy never goes on with what the original was compiling, and its threads need the lock.
-    while global_compiler_lock.is_locked():
-        global_compiler_lock.release()
-    warnings.simplefilter("ignore")
-    with suppress(Exception):
-        work()
+@contextmanager
+def compiling_meanwhile(listed: Callable[[], Sequence[Ahead]]) -> Iterator[None]:
+    """Let copies of this process compile kernels as soon as the block compiles its first one.
+
+    They hand them over in numba's cache: what a copy is about to compile, the block waits for. Where a process cannot
+    be copied, no folder may be written, no other processor is free, or all kernels of the block are compiled, nothing
+    happens. The copies end with the block.
+
+    Parameters
+    ----------
+    listed : callable
+        Returns the kernels, in the order in which they are needed.
+    """
+    global _copies
+    before = _copies
+    try:
+        with event.install_listener("numba:compile", _FirstCompilation(listed)):
+            yield
+    finally:
+        if before is None and _copies is not None:
+            _copies.end()
+            _copies = None
 
 
 def wait_for_kernels() -> None:
-    """Wait for the process that :func:`compiling_meanwhile` has started, unless it takes longer than to compile."""
-    started = sys.modules.get("multiprocessing")
-    for process in started.active_children() if started else ():
-        if process.name == COMPILES:
-            process.join(LONGEST_S)
-            process.terminate()
+    """Wait for the copies of :func:`compiling_meanwhile`, so that other processes find the kernels."""
+    while _copies is not None and _copies.is_alive():
+        time.sleep(0.01)

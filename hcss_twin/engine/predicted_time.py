@@ -19,6 +19,7 @@ from hcss_twin.core.cache import CacheError, cache_root, cached_file, in_use
 from hcss_twin.core.files import Writing
 from hcss_twin.core.stages import STAGES, Stage, time_text
 from hcss_twin.core.trust import make_private, withhold
+from hcss_twin.engine.first_kernels import kernels_of
 from hcss_twin.engine.parts import parts_of
 from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.plan.plan import Plan
@@ -84,7 +85,7 @@ class Prediction:
     Attributes
     ----------
     seconds : mapping of Stage to float
-        Processor time of each stage of the next run with its start, with what the cache holds now.
+        Processor time of each stage of the next run but for kernels, with its start, with what the cache holds now.
     again_s : float
         Processor time of a run that finds all in the cache.
     memory_bytes : float
@@ -93,6 +94,8 @@ class Prediction:
         Earlier runs on this machine that corrected the times.
     is_kept : bool
         Whether the tables are in the cache.
+    kernels_s : float
+        Processor time in which the next run compiles kernels; where other processors are free, they do half of it.
     """
 
     seconds: Mapping[Stage, float]
@@ -100,11 +103,12 @@ class Prediction:
     memory_bytes: float
     runs: int
     is_kept: bool
+    kernels_s: float
 
     @property
     def total_s(self) -> float:
         """Processor time of the next run."""
-        return sum(self.seconds.values())
+        return sum(self.seconds.values()) + self.kernels_s
 
     @property
     def time_text(self) -> str:
@@ -114,6 +118,8 @@ class Prediction:
             for name, taken in self.seconds.items()
             if taken >= 0.05 * self.total_s
         ]
+        if self.kernels_s:
+            parts.append(f"compiling kernels once {time_text(self.kernels_s)}")
         text = f"about {time_text(self.total_s)} of processor time ({', '.join(parts)})"
         if self.again_s < 0.8 * self.total_s:
             text += f"; again, from the cache, about {time_text(self.again_s)}"
@@ -131,7 +137,7 @@ class Prediction:
         """Return plain values, for ``--json``."""
         stages = {str(name): taken for name, taken in self.seconds.items()}
         return {
-            "processor_s": {**stages, "total": self.total_s, "again": self.again_s},
+            "processor_s": {**stages, "kernels": self.kernels_s, "total": self.total_s, "again": self.again_s},
             "memory_bytes": self.memory_bytes,
             "earlier_runs": self.runs,
         }
@@ -162,7 +168,8 @@ def predict(plan: Plan, costs: Sequence[ProviderCost] = ()) -> Prediction:
         return taken
 
     again_s, runs = sum(seconds(True).values()), max((len(factors.get(name, ())) for name in STAGES), default=0)
-    return Prediction(seconds(kept), again_s, _memory_bytes(plan, kept), runs, kept)
+    kernels_s = sum(each.seconds for each in kernels_of(plan.scenario) if not each.is_kept)
+    return Prediction(seconds(kept), again_s, _memory_bytes(plan, kept), runs, kept, kernels_s)
 
 
 def expected_planning() -> dict[Stage, float]:

@@ -9,6 +9,7 @@ import warnings
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -19,7 +20,7 @@ from hcss_twin.core.catalog import used_paths
 from hcss_twin.core.environment import announce_compilation
 from hcss_twin.core.errors import CertificateWarning, CubeError
 from hcss_twin.core.files import require_not_read
-from hcss_twin.core.kernels import wait_for_kernels
+from hcss_twin.core.kernels import compiling_meanwhile, wait_for_kernels
 from hcss_twin.core.memory import naming_memory
 from hcss_twin.core.plugins import OWN_DISTRIBUTION
 from hcss_twin.core.stages import stage
@@ -27,6 +28,7 @@ from hcss_twin.cube.header import BandInfo, CubeHeader, LayerInfo, WindowInfo
 from hcss_twin.cube.reader import open_cube
 from hcss_twin.cube.streamed_writer import BackgroundWriter, frame_bytes
 from hcss_twin.cube.zarr_writer import cube_writer
+from hcss_twin.engine.first_kernels import kernels_of
 from hcss_twin.engine.parts import Part, Workers, parts_of, stream_parts, tile_shape
 from hcss_twin.engine.provenance import leaves, provenance
 from hcss_twin.engine.stages.stage import Frame
@@ -159,7 +161,8 @@ def _write_clean(
             sample = PixelSample(plan)
     certificate: Certificate | None = None
     header = cube_header(plan, tables)
-    wait_for_kernels()
+    if workers > 1 or scheduler is not None:
+        wait_for_kernels()  # others find what copies have compiled
     _require_no_input(plan, output)  # again, with the files read for the tables
     with (
         Workers.of(workers, scheduler) as pool,
@@ -259,8 +262,9 @@ def simulate(
     ScenarioError, ProviderError, CubeError
         As :func:`make_plan` and :func:`run`.
     """
-    with announce_compilation(logging.getLogger(__name__).warning):
-        plan = make_plan(Scenario.of(scenario, overrides))
+    scenario = Scenario.of(scenario, overrides)
+    with announce_compilation(logging.getLogger(__name__).warning), compiling_meanwhile(partial(kernels_of, scenario)):
+        plan = make_plan(scenario)
         if output is not None:
             return open_cube(run(plan, output))
         return _in_memory(plan)

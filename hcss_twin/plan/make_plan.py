@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import timedelta
 from functools import partial
-from itertools import compress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,6 @@ import numpy as np
 from hcss_twin.core.arguments import checked
 from hcss_twin.core.catalog import Catalog, SecludedCatalog
 from hcss_twin.core.errors import Problem, ScenarioError
-from hcss_twin.core.kernels import compiling_meanwhile
 from hcss_twin.core.memory import naming_memory
 from hcss_twin.core.one_thread import in_one_thread
 from hcss_twin.core.result_cache import ResultCache
@@ -65,9 +63,6 @@ EARLIEST_YEAR, LATEST_YEAR = 1700, 2200
 
 BETWEEN_DEG = 0.01
 """By how much the sun is taken to be lower than at known times, so that its paths between them stay in the room."""
-
-_SMALL_IMAGE = 2**22
-"""Pixels whose clouds take less time than their kernels take to compile."""
 
 
 @checked
@@ -167,14 +162,13 @@ def _make_plan(scenario: Scenario, catalog: Catalog, family: SceneFamily | None,
     probe_last_frame(assembly, float(times[-1]))
     doubts = examine_geometry(json.loads(scenario.to_json()), sensor.stages) if sensor.stages else ()
     probes = _probes(scenario, assembly, catalog, sensor.stages)
-    with compiling_meanwhile(partial(_first_clouds, assembly)):
-        if given is not None:
-            assembly, suns = _with_own_suns(given, scenario, assembly, catalog, suns) or (assembly, suns)
-        tops_at = _at_extreme_tops(assembly)
-        effects = section_effects(scenario, catalog)
-        at_corners = (scene for of_places in airs for scene in of_places.at_corners(assembly))
-        scenes = [*tops_at, *extremes_of(assembly, effects), *at_corners]
-        analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
+    if given is not None:
+        assembly, suns = _with_own_suns(given, scenario, assembly, catalog, suns) or (assembly, suns)
+    tops_at = _at_extreme_tops(assembly)
+    effects = section_effects(scenario, catalog)
+    at_corners = (scene for of_places in airs for scene in of_places.at_corners(assembly))
+    scenes = [*tops_at, *extremes_of(assembly, effects), *at_corners]
+    analyses = [analyse_scene(scenario, scene, catalog, suns) for scene in scenes]
     analysis = analyses[0] if len(analyses) == 1 else strictest(analyses[0], analyses)
     planned_surfaces: list[PlannedSurfaces] = []
     for surfaces in assembly.surfaces:
@@ -334,14 +328,6 @@ def _on_land(share: float) -> tuple[str, ...]:
         "sea everywhere; with [surfaces] land is land"
     )
     return (text,) if share > 0.0 else ()
-
-
-def _first_clouds(assembly: Assembly) -> None:
-    """Compute the clouds of a small image at time 0."""
-    points = tuple(slice(0, size) for size in (assembly.grid.rows, assembly.grid.columns))
-    if assembly.grid.rows * assembly.grid.columns <= _SMALL_IMAGE:
-        for generator in compress(assembly.generators, assembly.cloudy_layers):
-            generator.thickness_m(0.0, *points)
 
 
 def _probes(scenario: Scenario, assembly: Assembly, catalog: Catalog, stages: Sequence[Stage]) -> tuple[Probed, ...]:

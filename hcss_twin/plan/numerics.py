@@ -35,8 +35,11 @@ SUSPICIOUS_CONVERGENCE = 8.0
 SPECTRAL_LEVELS = 3
 """Levels from that of the spectra at all wavenumbers to that of the tables."""
 
-FIRST_LEVELS = ((1e-2, 0), (1e-3, 1), (1e-4, 2), (0.0, 4))
-"""Where the search starts, for tolerances above each limit: coarser ones may agree with the next by chance."""
+FIRST_LEVELS = ((1e-2, 0), (1e-3, 1), (1e-4, 3), (0.0, 4))
+"""Where the search starts, for tolerances above each limit: coarser ones may agree with the next by chance.
+
+Most scenes end at the third or beyond: each level that the search passes costs two solutions.
+"""
 
 FIRST_OF_SIMPLE = ((1e-4, 0), (0.0, 4))
 """The same for clear sky, and for one layer at night: sunlight and light between clouds may agree by chance."""

@@ -121,6 +121,32 @@ with announce_compilation(print):
     assert python(again, cwd=tmp_path, **kept).stdout == f"{COMPILING}\n"
 
 
+ABOUT_KERNELS = """
+import gc, json, sys
+import hcss_twin
+from numba.core import sigutils
+from numba.core.dispatcher import Dispatcher
+from hcss_twin.engine.first_kernels import kernels_of
+scenario = hcss_twin.Scenario.load("stratus", json.loads(sys.argv[1]))
+hcss_twin.simulate(scenario)
+used = {}
+for each in gc.get_objects():
+    if isinstance(each, Dispatcher) and each.overloads and not each.targetoptions.get("no_cpython_wrapper"):
+        used[each.py_func.__module__, each.py_func.__qualname__] = list(each.overloads)
+for each in kernels_of(scenario):
+    arguments, _ = sigutils.normalize_signature(f"void({each.types})")
+    assert used.pop((each.module, each.function), None) == [arguments], each
+print(*(name for module, name in used if module.startswith("hcss_twin.")))
+"""
+
+
+@pytest.mark.long
+def test_all_but_small_kernels_of_a_scene_are_listed_with_the_types_that_it_has(tmp_path):
+    """So that copies of the process can compile them: what is left to it alone takes less than half a second."""
+    done = python(ABOUT_KERNELS, json.dumps({"image.rows": 64, "image.columns": 64, "frames.count": 2}), cwd=tmp_path)
+    assert set(done.stdout.split()) <= {"_complementary_error", "exceedance"}
+
+
 def test_a_process_says_once_that_it_compiles_in_blocks_within_and_after_each_other(tmp_path):
     code = """
 import numpy as np
