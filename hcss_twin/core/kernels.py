@@ -39,11 +39,14 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]  # numba has no types
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         rtsys.initialize(target_context)
-        with _without_modules(), self._guard_against_spurious_io_errors():
-            found = self._load_overload(sig, target_context)
+        found = self._kept(sig, target_context)
         if found is None and _copies is not None and _copies.compiled(self._py_func):
-            return self.load_overload(sig, target_context)
+            found = self._kept(sig, target_context)  # none, if the copy compiled it for other arguments
         return found
+
+    def _kept(self, sig: Any, target_context: Any) -> Any:
+        with _without_modules(), self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         """Return numba's key, which knows the file of the kernel only, with what is compiled into it from others."""

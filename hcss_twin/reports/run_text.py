@@ -30,8 +30,8 @@ _LEAST_CAUSE = 30
 _NAMED_SHARE = 0.1
 """Omissions that are named beside the largest are more than this share of it."""
 
-_TITLE = "how true (rms, K)"
-_CAUSE = "largest cause (your inputs aside; >: at least)"
+_TITLE = "error against nature (rms, K)"
+_CAUSE = "largest cause (inputs taken as true; >: at least)"
 
 
 def run_text(plan: Plan, certificate: Certificate | None, output: Path, written: Sequence[str]) -> Iterator[str]:
@@ -76,7 +76,7 @@ def _left_out(plan: Plan, certificate: Certificate | None, kelvin_of_one: tuple[
     limit = OMISSION_SHARE * plan.accuracy.relative
     large = [omission for omission in plan.omissions if omission.decision and omission.exceeds(limit)]
     large.sort(key=lambda omission: -(omission.size or 0.0))
-    for heading, by_user in (("switched off by you", True), ("left out for its time", False)):
+    for heading, by_user in (("switched off by you", True), ("left out to save time", False)):
         chosen = [omission for omission in large if (omission.decision == SWITCHED_OFF) == by_user]
         if chosen:
             first, *others = chosen
@@ -86,7 +86,7 @@ def _left_out(plan: Plan, certificate: Certificate | None, kelvin_of_one: tuple[
                 *(f"{each.what}, {_size(replace(each, sense=''), kelvin_of_one)}" for each in named),
             ]
             if rest := others[len(named) :]:
-                texts.append(f"{len(rest)} more of at most {_size(replace(rest[0], sense=''), kelvin_of_one)}")
+                texts.append(f"{len(rest)} smaller, at most {_size(replace(rest[0], sense=''), kelvin_of_one)}")
             yield f"{heading}, not in these figures: {'; '.join(texts)}"
 
 

@@ -92,6 +92,19 @@ def test_a_kernel_that_a_copy_is_about_to_compile_is_awaited_while_others_are_co
         assert int(listed[0].file.read_text()) != os.getpid() == int(listed[1].file.read_text())
 
 
+def twice(x):
+    return 2.0 * x
+
+
+def test_a_kernel_that_a_copy_compiled_for_other_arguments_is_compiled_for_these(tmp_path, monkeypatch):
+    monkeypatch.setattr("numba.core.config.CACHE_DIR", str(tmp_path))
+    kernel = kernels.kernel()(twice)
+    with kernels.compiling_meanwhile(lambda: [Work(tmp_path / "one", "twice", __name__)]):
+        compile_one()
+        kernels.wait_for_kernels()
+        assert kernel(1.5) == 3.0
+
+
 def test_copies_end_with_the_block_also_by_an_interrupt(tmp_path):
     listed = [Work(tmp_path / "hangs", then=lambda: time.sleep(300))]
     start = time.monotonic()
