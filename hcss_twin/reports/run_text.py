@@ -1,4 +1,4 @@
-"""What ``hcss run`` says: what was written, whether it is right, how true it is, what is left out, what to do next."""
+"""What ``hcss run`` says: what was written, whether it is right, its total error, what is left out, what to do next."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _LEAST_CAUSE = 30
 _NAMED_SHARE = 0.1
 """Omissions that are named beside the largest are more than this share of it."""
 
-_TITLE = "error against nature (rms, K)"
+_TITLE = "total error (rms, K)"
 _CAUSE = "largest cause (inputs taken as true; >: at least)"
 
 
