@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import stat
 import sys
 import time
 import warnings
@@ -228,6 +229,7 @@ _copies: _Copies | None = None
 
 def _compile_all(kernels: Sequence[Ahead], state: mmap) -> None:
     """Compile kernels in a copy; the original will meet errors and warnings itself."""
+    _close_files()
     # The copy never goes on with what the original was compiling, and its threads need the lock.
     while global_compiler_lock.is_locked():
         global_compiler_lock.release()
@@ -241,6 +243,14 @@ def _compile_all(kernels: Sequence[Ahead], state: mmap) -> None:
             state[number] = _DONE
         except Exception:
             state[number] = _TAKEN
+
+
+def _close_files() -> None:
+    """Close the files that the original has open: HDF5 locks a file until every process that has it has closed it."""
+    for number in map(int, os.listdir("/proc/self/fd")):
+        with suppress(OSError):  # what listed them
+            if number > 2 and stat.S_ISREG(os.fstat(number).st_mode):
+                os.close(number)
 
 
 class _FirstCompilation(event.Listener):  # type: ignore[misc]  # numba has no types

@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
+import netCDF4
 import pytest
 from numba import njit
 
@@ -103,6 +104,18 @@ def test_a_kernel_that_a_copy_compiled_for_other_arguments_is_compiled_for_these
         compile_one()
         kernels.wait_for_kernels()
         assert kernel(1.5) == 3.0
+
+
+def test_a_file_that_is_written_when_copies_start_can_be_read_while_they_compile(tmp_path):
+    listed = [Work(tmp_path / "long", then=lambda: time.sleep(300))]
+    with kernels.compiling_meanwhile(lambda: listed):
+        with netCDF4.Dataset(tmp_path / "cube.nc", "w") as cube:
+            compile_one()
+            while not listed[0].file.exists():
+                time.sleep(0.01)
+            cube.title = "written"
+        with netCDF4.Dataset(tmp_path / "cube.nc") as cube:
+            assert kernels._copies.is_alive() and cube.title == "written"
 
 
 def test_copies_end_with_the_block_also_by_an_interrupt(tmp_path):

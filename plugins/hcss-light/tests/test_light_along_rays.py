@@ -58,7 +58,7 @@ def planned(light, rays=None, **changes):
     common = {"clouds": clouds, "sea": EVEN, "slant": {"shadows": "off", "parallax": "off"}}
     common |= {"time": DAY, "bands": [[3.6, 3.8]], "image": {"rows": 40, "columns": 30, "pixel_size": 100.0}}
     if rays is not None:
-        common["slant"] = {"shadows": "off"}
+        common |= {"slant": {"shadows": "off"}, "view": {}}
         return make_plan(scene(light, model="as-printed", **common, **changes), rays=lambda *_: rays)
     return make_plan(scene(light, model="as-printed", **common, **changes))
 
@@ -100,7 +100,7 @@ def test_light_of_several_layers_along_rays_agrees_with_monte_carlo():
     layers = [flat | {"type": name} for name in ("stratocumulus", "paper-cirrus")]
     error = {}
     for light in ("source", "columns"):
-        plan = make_plan(scene(light, 8, clouds={"layers": layers}, sea=EVEN), rays=lambda *_: Arc(0.1))
+        plan = make_plan(scene(light, 8, clouds={"layers": layers}, sea=EVEN, view={}), rays=lambda *_: Arc(0.1))
         (error[light],) = check(plan, tables_of(plan), 0)["bands"].values()
     # Cirrus over its neighbours' gaps: columns err by 11 %, light between them by 1.0 +- .3 %.
     assert abs(error["source"]["bias"]) < 0.1 * abs(error["columns"]["bias"]) + 2.0 * error["source"]["noise"]

@@ -84,7 +84,7 @@ def test_towers_and_low_clouds_beside_each_other_agree_with_monte_carlo(towers, 
 def test_rays_that_form_no_grid_on_the_ground_see_what_monte_carlo_does(towers, clouds):
     error = {}
     for light in ("source", "columns"):
-        plan = make_plan(of(light, certificate=8, **clouds), rays=lambda *_: Arc(0.1))
+        plan = make_plan(of(light, certificate=8, view={}, **clouds), rays=lambda *_: Arc(0.1))
         (error[light],) = check(plan, tables_of(plan), 0)["bands"].values()
     assert abs(error["source"]["bias"]) < 2e-3 + 2.0 * error["source"]["noise"]
     assert error["source"]["rms"] < 0.5 * error["columns"]["rms"]

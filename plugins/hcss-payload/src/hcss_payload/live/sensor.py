@@ -24,9 +24,9 @@ _LINES = 64
 LEAST, TAPS_AT_ONCE = 7, 4
 """Smallest reach in pixels of kernels that decrease slowly, and weights in a group: those of the sensors of cubes."""
 
-BLUR_LEFT_OUT = 0.02
+BLUR_LEFT_OUT = 0.015
 """Largest share of a blur's weights, in absolute values, that live frames leave out: a narrow point spread that is
-known up to half a cycle per pixel has small tails of alternating sign, which reach 55 pixels in cubes."""
+known up to half a cycle per pixel has small tails of alternating sign, which reach 16 pixels in cubes."""
 
 TICKS_PER_S = 1e6
 """Noise is numbered by the time in microseconds: frames at the same microsecond have the same noise."""
