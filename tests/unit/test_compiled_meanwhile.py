@@ -115,7 +115,8 @@ def test_a_file_that_is_written_when_copies_start_can_be_read_while_they_compile
                 time.sleep(0.01)
             cube.title = "written"
         with netCDF4.Dataset(tmp_path / "cube.nc") as cube:
-            assert kernels._copies.is_alive() and cube.title == "written"
+            assert kernels._copies.is_alive()
+            assert cube.title == "written"
 
 
 def test_copies_end_with_the_block_also_by_an_interrupt(tmp_path):
