@@ -16,7 +16,7 @@ import json
 import re
 from pathlib import Path
 
-BUDGET_S, OTHERS_S = 520.0, 380.0
+BUDGET_S, OTHERS_S = 580.0, 430.0
 """Processor time of what remains of README's second command, and of other packages."""
 
 OTHERS = re.compile(r"plugins/hcss-(dataset|examples|explore|follow|light|lowtran7|payload|skies)/")

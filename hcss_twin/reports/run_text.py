@@ -31,7 +31,7 @@ _NAMED_SHARE = 0.1
 """Omissions that are named beside the largest are more than this share of it."""
 
 _TITLE = "total error (rms, K)"
-_CAUSE = "largest cause (inputs taken as true; >: at least)"
+_CAUSE = "largest cause (inputs taken as true)"
 
 
 def run_text(plan: Plan, certificate: Certificate | None, output: Path, written: Sequence[str]) -> Iterator[str]:

@@ -1,7 +1,8 @@
+import os
+
 import netCDF4
 import numpy as np
 import pytest
-from hcss_author.own_cache import own_cache  # noqa: F401
 
 TIMES_S = np.array([0.0, 600.0, 1200.0])
 CELL_M, CELLS = 100.0, 40
@@ -31,3 +32,12 @@ def les_file(tmp_path_factory):
         file.createVariable("lwc", "f8", ("time", "z", "y", "x"))[:] = water
         file["lwc"].units = "kg m-3"
     return folder / "les.nc"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory):
+    """Keep the user's cache as it is, unless another folder is given."""
+    with pytest.MonkeyPatch.context() as patch:
+        if "HCSS_CACHE_DIR" not in os.environ:
+            patch.setenv("HCSS_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
+        yield
