@@ -88,11 +88,11 @@ def measured(name: str, changes: dict[str, Any], folder: Path) -> list[dict[str,
     rows = []
     try:
         for kind in ("cold", "warm"):
-            _, planned, _ = hcss("plan", name, *options)
+            plan_s, planned, _ = hcss("plan", name, *options)
             taken, done, messages = hcss("run", name, *options, "-o", str(folder / "cube.nc"), "--force")
             plan = make_plan(Scenario.load(name, changes))
             rows.append({
-                "kind": kind, "scenario": name, "process_s": taken, "compiled": "compiling" in messages,
+                "kind": kind, "scenario": name, "process_s": taken, "plan_s": plan_s, "compiled": "compiling" in messages,
                 "stages": done["processor_s"], "predicted": planned["predicted"]["processor_s"], "work": work(plan),
                 "certificate": reference_columns(plan), "points": points(plan),
             })  # fmt: skip

@@ -156,7 +156,7 @@ class Markup(str):
 
         stream = io.BytesIO()
         with mpl.rc_context({"svg.hashsalt": "hcss", "svg.fonttype": "path"}):
-            figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+            figure.savefig(stream, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
         return Markup._figure(data_address(stream.getvalue(), "image/svg+xml"), alternative, caption, wide)
 
     @staticmethod
