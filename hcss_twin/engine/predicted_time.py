@@ -58,8 +58,8 @@ PLANNING_S = 1.35
 """The same, with planning of a scene whose analysis is in the cache."""
 
 TABLES_LAW = {
-    "constant": -0.34, "wavenumbers": 0.21, "bands": -0.14, "sunlit": 0.73, "level": 0.16, "layers": 1.96, "views": 0.66,
-    "day_views": 0.16, "axes": 1.0, "waves": 0.58, "hours": 0.27, "accuracy": 0.29,
+    "constant": -0.34, "wavenumbers": 0.21, "bands": -0.14, "sunlit": 0.73, "level": 0.16, "layers": 1.96,
+    "views": 0.66, "day_views": 0.16, "axes": 1.0, "waves": 0.58, "hours": 0.27, "accuracy": 0.29,
 }  # fmt: skip
 CERTIFICATE_LAW = {
     "constant": -0.71, "wavenumbers": 0.2, "bands": 0.08, "sunlit": 0.21, "level": 0.24, "layers": 0.79, "views": 0.43,
