@@ -92,7 +92,7 @@ def _small_scene(stop: Stop) -> str:
         prediction = predict(plan)
         run(plan, Path(folder) / "small.nc", shown, found.append)
     if not compiled.made:
-        learn(plan, prediction.is_kept, stop.comparable(times.seconds))
+        learn(plan, prediction.is_kept, stop.comparable(times))
     parts = ", ".join(f"{name} {seconds:.2g}" for name, seconds in times.seconds.items())
     with_kernels = ", with the compilation of kernels: run again to see without" if compiled.made else ""
     return f"{sum(times.seconds.values()):.1f} s of processor time ({parts}){with_kernels}; {found[0].verdict}"

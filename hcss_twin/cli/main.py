@@ -94,19 +94,19 @@ def run(
 
     found: list[Any] = []
     compiled = Announcement()
-    times = StageTimes()
+    times, stop = StageTimes(), context.ensure_object(Stop)
     with (
         announce_compilation(compiled),
         compiling_meanwhile(partial(kernels_of, loaded)),
-        shown_progress(context.ensure_object(Stop).check, quiet, expected_planning()) as progress,
+        shown_progress(stop.check, quiet, expected_planning(loaded)) as progress,
         watched(times),
     ):
         plan = make_plan(loaded)
-        prediction = predict(plan)
+        prediction = predict(plan, (), None if compiled.made else stop.comparable(times))
         progress.expect(prediction.seconds)
         run_plan(plan, output, progress.each, found.append, workers, scheduler, force)
     if workers == 1 and scheduler is None and not compiled.made:
-        learn(plan, prediction.is_kept, context.ensure_object(Stop).comparable(times.seconds))
+        learn(plan, prediction.is_kept, stop.comparable(times))
     if as_json:
         told = {
             "certificate": {name: value for certificate in found for name, value in certificate.as_dict().items()}
@@ -152,18 +152,19 @@ def plan(context: click.Context, /, scenario: str, assignments: tuple[str, ...],
 
     loaded, times = Shared.load(scenario, assignments), StageTimes()
     compiled = Announcement()
-    check = context.ensure_object(Stop).check
+    stop = context.ensure_object(Stop)
     with (
         announce_compilation(compiled),
         compiling_meanwhile(partial(kernels_of, loaded)),
-        shown_progress(check, False, expected_planning()),
+        shown_progress(stop.check, False, expected_planning(loaded)),
         watched(times),
     ):
         made = make_plan(loaded)
-    if not compiled.made:
-        learn_planning(made, context.ensure_object(Stop).comparable(times.seconds))
+    comparable = StageTimes() if compiled.made else stop.comparable(times)
+    learn_planning(made, comparable)
     if as_json:
-        Shared.write_json({"predicted": predict(made, provider_costs(made)).as_dict(), **describe(made)})
+        predicted = predict(made, provider_costs(made), comparable).as_dict()
+        Shared.write_json({"predicted": predicted, **describe(made)})
     elif verbose:
         from hcss_twin.reports.plan_text import plan_text
 
@@ -171,7 +172,7 @@ def plan(context: click.Context, /, scenario: str, assignments: tuple[str, ...],
     else:
         from hcss_twin.reports.plan_brief import plan_brief
 
-        click.echo(plan_brief(made, predict(made, provider_costs(made)), scenario))
+        click.echo(plan_brief(made, predict(made, provider_costs(made), comparable), scenario))
 
 
 @cli.command()

@@ -19,7 +19,7 @@ from hcss_twin.core.files import is_device
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
-    from hcss_twin.core.stages import Stage
+    from hcss_twin.core.stages import StageTimes
 
 __all__ = ["Existing", "Number", "Output", "Shared", "Stop"]
 
@@ -378,9 +378,9 @@ class Stop:
         self.signal = 0
         self._is_process = is_process
 
-    def comparable(self, seconds: Mapping[Stage, float]) -> dict[Stage, float]:
+    def comparable(self, times: StageTimes) -> StageTimes:
         """Return times of stages that say something of the machine: start and planning only of a process for it."""
-        return {name: taken for name, taken in seconds.items() if name != "planning" or self._is_process}
+        return times if self._is_process else times.without_start()
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         """Handle a signal."""

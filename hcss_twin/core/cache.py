@@ -22,6 +22,7 @@ from hcss_twin.core.errors import CacheWarning, HcssError
 from hcss_twin.core.files import Writing
 from hcss_twin.core.records import read_record, write_record
 from hcss_twin.core.result_cache import ResultCache
+from hcss_twin.core.stages import done_once
 from hcss_twin.core.trust import distrust, make_private, withhold
 
 __all__ = ["kept_result"]
@@ -198,11 +199,12 @@ def _stored(
             # A scenario in another folder refers to other files.
             if kept_key == key and isinstance(kept, classes[0]) and base in ("", folder) and catalog.unchanged(files):
                 return cast(_T, kept), files
-    result = compute()
-    read = {name: digest for name, digest in catalog.used.items() if name not in before}
-    base = folder if any(Path(name).is_absolute() for name in read) else ""
-    record = (key, base, tuple(read), tuple(read.values()), result)
-    store.keep(key, lambda draft: write_record(draft, record, classes))
+    with done_once():
+        result = compute()
+        read = {name: digest for name, digest in catalog.used.items() if name not in before}
+        base = folder if any(Path(name).is_absolute() for name in read) else ""
+        record = (key, base, tuple(read), tuple(read.values()), result)
+        store.keep(key, lambda draft: write_record(draft, record, classes))
     return result, read
 
 

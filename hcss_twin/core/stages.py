@@ -28,19 +28,38 @@ class StageTimes:
     """A watcher that measures the processor time of each stage; planning includes the start of the process.
 
     Processes that this one has started and awaited count, too.
+
+    Attributes
+    ----------
+    seconds : dict of Stage to float
+    once_s : dict of Stage to float
+        Of these, what made results that are in the user's cache now.
+    start_s : float
+        Start of the process, before planning; 0 if there was none.
     """
 
     def __init__(self) -> None:
         self.seconds = dict[Stage, float]()
+        self.once_s = dict[Stage, float]()
+        self.start_s = 0.0
         self._began = 0.0
 
     def begin(self, stage: Stage) -> None:
         """Remember the time."""
-        self._began = 0.0 if stage == "planning" else _processor_s()
+        self._began = _processor_s()
+        if stage == "planning":
+            self.start_s, self._began = self._began, 0.0
 
     def end(self, stage: Stage) -> None:
         """Add what the stage took."""
         self.seconds[stage] = self.seconds.get(stage, 0.0) + _processor_s() - self._began
+
+    def without_start(self) -> StageTimes:
+        """Return the times of the other stages, of a process that was not started for them."""
+        others = StageTimes()
+        others.seconds, others.once_s = dict(self.seconds), dict(self.once_s)
+        others.seconds.pop("planning", None)
+        return others
 
 
 def _processor_s() -> float:
@@ -50,6 +69,7 @@ def _processor_s() -> float:
 
 _watchers: ContextVar[tuple[Watcher, ...]] = ContextVar("watchers", default=())
 _current: ContextVar[Stage | None] = ContextVar("current", default=None)
+_once: ContextVar[bool] = ContextVar("once", default=False)
 
 
 @contextmanager
@@ -76,6 +96,21 @@ def stage(name: Stage) -> Iterator[None]:
             watcher.end(name)
         if token is not None:
             _current.reset(token)
+
+
+@contextmanager
+def done_once() -> Iterator[None]:
+    """Mark the block as work whose result stays in the user's cache; one within another is part of it."""
+    current, outer = _current.get(), _once.get()
+    token, began = _once.set(True), _processor_s()
+    try:
+        yield
+    finally:
+        _once.reset(token)
+        if current is not None and not outer:
+            for times in _watchers.get():
+                if isinstance(times, StageTimes):
+                    times.once_s[current] = times.once_s.get(current, 0.0) + _processor_s() - began
 
 
 def time_text(seconds: float) -> str:

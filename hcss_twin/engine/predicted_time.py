@@ -2,40 +2,42 @@
 
 The work of each stage follows from the plan. Its time on the reference machine was fitted to random scenes
 (``benchmarks/predicted_time.py``); what earlier runs on this machine took, relative to that, is kept in the user's
-cache and corrects it: start and planning, which hardly depend on the scene, say how fast the machine is, and runs of a
-stage what is peculiar to it. Neither is part of a cube.
+cache and corrects it: the start of processes says how fast the machine is, runs of a stage what is peculiar to it, and
+planning of a scene what planning it again takes. All are processor times, and none is part of a cube.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import math
 import statistics
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 
 from hcss_twin.core.cache import CacheError, cache_root, cached_file, in_use
 from hcss_twin.core.files import Writing
-from hcss_twin.core.stages import STAGES, Stage, time_text
+from hcss_twin.core.stages import STAGES, Stage, StageTimes, time_text
 from hcss_twin.core.trust import make_private, withhold
-from hcss_twin.engine.first_kernels import kernels_of
+from hcss_twin.engine.first_kernels import FRACTAL, kernels_of
 from hcss_twin.engine.parts import parts_of
 from hcss_twin.engine.tables.scene_axes import point_axes
 from hcss_twin.plan.plan import Plan
 from hcss_twin.plan.provider_cost import ProviderCost
 from hcss_twin.providers.registry.specs import Kind
+from hcss_twin.scenario.scenario import Scenario
 
 __all__ = ["Prediction"]
 
-FILE = "stage-times.json"
-"""In the cache folder: measured over predicted times of the latest runs, by stage."""
-
-ANALYSES = "analyses"
-"""In the same file: seconds of the latest start and planning of scenes whose tables were not in the cache."""
+FILE = "processor-times.json"
+"""In the cache folder: what :class:`Earlier` holds."""
 
 LATEST = 9
-"""Runs of which the median corrects a stage."""
+"""Runs of which the median corrects a stage; of two middle values the lower one: a load slows a machine, no more."""
+
+SCENES = 100
+"""Scenes of which the time of planning is kept."""
 
 MACHINE_WEIGHS = 4
 """Runs of a stage that count as much as the speed of the machine: times of scenes scatter about their law twice as
@@ -49,16 +51,19 @@ UNLIKE = 10.0
 
 NAMES = {"planning": "start and planning"}
 
+START_S = 1.1
+"""Start of a process that plans a scene with clouds of this package."""
+
 PLANNING_S = 1.35
-"""Start of a process, and planning of a scene whose analysis is in the cache."""
+"""The same, with planning of a scene whose analysis is in the cache."""
 
 TABLES_LAW = {
-    "constant": -0.82, "wavenumbers": 0.04, "bands": 0.0, "sunlit": 0.6, "level": 0.27, "layers": 1.87, "views": 0.61,
-    "axes": 1.0, "waves": 0.46, "hours": 0.1, "accuracy": 0.19,
+    "constant": -0.34, "wavenumbers": 0.21, "bands": -0.14, "sunlit": 0.73, "level": 0.16, "layers": 1.96,
+    "views": 0.66, "day_views": 0.16, "axes": 1.0, "waves": 0.58, "hours": 0.27, "accuracy": 0.29,
 }  # fmt: skip
 CERTIFICATE_LAW = {
-    "constant": -0.84, "wavenumbers": 0.12, "bands": 0.15, "sunlit": 0.16, "level": 0.33, "layers": 0.91, "views": 0.5,
-    "axes": 0.3, "waves": 0.35, "hours": 0.0, "accuracy": 0.1,
+    "constant": -0.71, "wavenumbers": 0.2, "bands": 0.08, "sunlit": 0.21, "level": 0.24, "layers": 0.79, "views": 0.43,
+    "day_views": 0.82, "axes": 0.3, "waves": 0.37, "hours": 0.1, "accuracy": 0.06,
 }  # fmt: skip
 """Logarithms of seconds on the reference machine by :func:`work`, of a certificate of 24 columns."""
 
@@ -76,6 +81,70 @@ SENSOR = {"constant": 0.3, "points": 0.3}
 
 MEMORY = {"constant": 220e6, "points": 60e6, "tables": 50e6, "wavenumbers": 0.25e6, "sunlit": 70e6}
 """Bytes: of the program, for a million points of a frame or tile, and of tables for each wavenumber and by day."""
+
+
+@dataclass
+class Earlier:
+    """Processor times of earlier runs on this machine.
+
+    Attributes
+    ----------
+    ratios : dict of str to list of float
+        Times of the latest runs over those of the reference machine, by stage; ``start``: of the start of processes.
+    new_s : list of float
+        Start and planning of the latest scenes that were not known yet.
+    scenes_s : dict of str to float
+        Start and planning of a scene, by its digest, once its analysis is in the cache.
+    """
+
+    ratios: dict[str, list[float]] = field(default_factory=dict)
+    new_s: list[float] = field(default_factory=list)
+    scenes_s: dict[str, float] = field(default_factory=dict)
+
+    def add(self, name: str, taken: float, expected: float) -> None:
+        """Add a stage of a run, unless it is too short or too long to tell anything."""
+        if min(expected, taken) >= WORTH_MEASURING_S and taken < UNLIKE * expected:
+            self.ratios[name] = [*self.ratios.get(name, []), taken / expected][-LATEST:]
+
+    def machine(self) -> float:
+        """Return how much slower this machine is than the reference.
+
+        The reference counts once, so that one start under load changes nothing.
+        """
+        return statistics.median_low([1.0, *self.ratios.get("start", [])])
+
+    def correction(self, stage: Stage) -> float:
+        """Return the time of a stage over that of the reference machine: of its own runs, and of the machine."""
+        machine, runs = math.log(self.machine()), self.ratios.get(stage, [])
+        if not runs:
+            return math.exp(machine)
+        own = math.log(statistics.median_low(runs))
+        return math.exp((len(runs) * own + MACHINE_WEIGHS * machine) / (len(runs) + MACHINE_WEIGHS))
+
+    def add_planning(self, scenario: Scenario, times: StageTimes) -> None:
+        """Add start and planning of a process of its own."""
+        again = _planning_again(times)
+        if again is None:
+            return
+        self.scenes_s.pop(digest := _digest(scenario), None)
+        self.scenes_s = dict([*self.scenes_s.items(), (digest, again)][-SCENES:])
+        if all(layer.generator in FRACTAL for layer in scenario.clouds.layers):  # others may read files before planning
+            self.add("start", times.start_s, START_S)
+            taken = times.seconds["planning"]
+            if again < taken < UNLIKE * PLANNING_S:
+                self.new_s = [*self.new_s, taken][-LATEST:]
+
+
+def _planning_again(times: StageTimes | None) -> float | None:
+    """Return what start and planning of the same scene take in the next process, or None if that is not known."""
+    taken = None if times is None else times.seconds.get("planning")
+    if times is None or taken is None:
+        return None
+    return taken if in_use(cache_root()) is None else max(taken - times.once_s.get("planning", 0.0), times.start_s)
+
+
+def _digest(scenario: Scenario) -> str:
+    return hashlib.sha256(f"{scenario.base} {scenario.to_json()}".encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -143,15 +212,17 @@ class Prediction:
         }
 
 
-def predict(plan: Plan, costs: Sequence[ProviderCost] = ()) -> Prediction:
+def predict(plan: Plan, costs: Sequence[ProviderCost] = (), times: StageTimes | None = None) -> Prediction:
     """Predict time and memory of the next run of a plan in one process.
 
     Parameters
     ----------
     costs : sequence of ProviderCost
         Of providers of other packages, of which the constants know nothing.
+    times : StageTimes, optional
+        Of the process that made the plan, if it was started for that and compiled nothing.
     """
-    factors = _read_factors()
+    earlier, planning_s = _read(), _planning_again(times)
     kept = False
     if plan.needs_radiance:
         from hcss_twin.engine.compile import tables_are_kept  # a mask alone needs no radiance
@@ -159,7 +230,9 @@ def predict(plan: Plan, costs: Sequence[ProviderCost] = ()) -> Prediction:
         kept = tables_are_kept(plan)
 
     def seconds(is_kept: bool) -> dict[Stage, float]:
-        taken = {name: taken * _correction(name, factors) for name, taken in _reference_seconds(plan, is_kept).items()}
+        taken = {name: taken * earlier.correction(name) for name, taken in _reference_seconds(plan, is_kept).items()}
+        if planning_s is not None:
+            taken["planning"] = planning_s
         for cost in costs:
             if cost.label.startswith(Kind.CLOUDS):
                 taken["frames"] += cost.seconds
@@ -167,58 +240,46 @@ def predict(plan: Plan, costs: Sequence[ProviderCost] = ()) -> Prediction:
                 taken["tables"] += cost.seconds
         return taken
 
-    again_s, runs = sum(seconds(True).values()), max((len(factors.get(name, ())) for name in STAGES), default=0)
+    again_s, runs = sum(seconds(True).values()), max((len(each) for each in earlier.ratios.values()), default=0)
     kernels_s = sum(each.seconds for each in kernels_of(plan.scenario) if not each.is_kept)
     return Prediction(seconds(kept), again_s, _memory_bytes(plan, kept), runs, kept, kernels_s)
 
 
-def expected_planning() -> dict[Stage, float]:
-    """Return what start and planning of a scene that is not known yet takes: the median of earlier ones that were new.
+def expected_planning(scenario: Scenario) -> dict[Stage, float]:
+    """Return what start and planning take: of this scene before, or the median of scenes that were new.
 
     Nothing of it is in the plan's own prediction, which is made when planning has ended.
     """
-    earlier = _read_factors().get(ANALYSES)
-    return {"planning": statistics.median(earlier)} if earlier else {}
+    earlier = _read()
+    known = earlier.scenes_s.get(_digest(scenario)) or (statistics.median_low(earlier.new_s) if earlier.new_s else None)
+    return {} if known is None else {"planning": known}
 
 
-def learn_planning(plan: Plan, measured: Mapping[Stage, float]) -> None:
-    """Keep how long planning took, for :func:`expected_planning`, unless the scene was known."""
-    if "planning" not in measured or not plan.needs_radiance:
-        return
-    from hcss_twin.engine.compile import tables_are_kept  # a mask alone needs no radiance
-
-    if not tables_are_kept(plan):
-        _write_factors(_with_analysis(_read_factors(), measured))
+def learn_planning(plan: Plan, times: StageTimes) -> None:
+    """Keep how long start and planning took."""
+    if "planning" in times.seconds and plan.needs_radiance:
+        earlier = _read()
+        earlier.add_planning(plan.scenario, times)
+        _write(earlier)
 
 
-def learn(plan: Plan, was_kept: bool, measured: Mapping[Stage, float]) -> None:
+def learn(plan: Plan, was_kept: bool, times: StageTimes) -> None:
     """Keep how long the stages of a run took on this machine; a cache that cannot be written changes nothing.
 
     Parameters
     ----------
     was_kept : bool
         Whether the tables were in the cache.
-    measured : mapping of Stage to float
-        Processor time of each stage of a run in one process that compiled no kernels.
+    times : StageTimes
+        Of a run in one process that compiled no kernels.
     """
-    factors = _read_factors()
+    earlier = _read()
     for name, expected in _reference_seconds(plan, was_kept).items():
-        if name == "planning" and not was_kept:
-            continue  # its analysis may have been new
-        if (
-            name in measured
-            and min(expected, measured[name]) >= WORTH_MEASURING_S
-            and measured[name] < UNLIKE * expected
-        ):
-            factors[name] = [*factors.get(name, []), measured[name] / expected][-LATEST:]
-    _write_factors(factors if was_kept else _with_analysis(factors, measured))
-
-
-def _with_analysis(factors: Mapping[str, list[float]], measured: Mapping[Stage, float]) -> dict[str, list[float]]:
-    """Add start and planning, if it took so long that it cannot have found the analysis of the scene in the cache."""
-    known = 1.5 * PLANNING_S * _correction("planning", factors)
-    new = [taken] if (taken := measured.get("planning", 0.0)) > known else []
-    return {**factors, ANALYSES: [*factors.get(ANALYSES, []), *new][-LATEST:]}
+        if name != "planning" and name in times.seconds:
+            earlier.add(name, times.seconds[name], expected)
+    if plan.needs_radiance:
+        earlier.add_planning(plan.scenario, times)
+    _write(earlier)
 
 
 def work(plan: Plan) -> dict[str, float]:
@@ -229,13 +290,15 @@ def work(plan: Plan) -> dict[str, float]:
     """
     assembly, sunlit = plan.assembly, plan.sun_matters
     over = math.prod(len(axis.nodes) for axis in point_axes(plan))
+    views = math.log(len(plan.views.places)) if plan.views.varies else 0.0
     return {
         "wavenumbers": math.log(assembly.spectral_grid.wavenumber_cm1.size / 100.0),
         "bands": math.log(len(plan.bands)),
         "sunlit": float(sunlit),
         "level": float(assembly.numerical_level + assembly.sunlight_steps) if sunlit else 0.0,
         "layers": float(sum(assembly.cloudy_layers) - 1),
-        "views": math.log(len(plan.views.places)) if plan.views.varies else 0.0,
+        "views": views,
+        "day_views": views * sunlit,
         "axes": math.log(max(over, 1)),
         "waves": float(plan.waves.varies),
         "hours": math.log1p(abs(float(plan.frame_times_s[-1] - plan.frame_times_s[0])) / 600.0) if sunlit else 0.0,
@@ -277,16 +340,6 @@ def _reference_seconds(plan: Plan, is_kept: bool) -> dict[Stage, float]:
     return {name: seconds[name] for name in STAGES if name in seconds}
 
 
-def _correction(stage: Stage, factors: Mapping[str, Sequence[float]]) -> float:
-    """Return the time of a stage over that of the reference machine: that of its runs, and of start and planning."""
-    machine = math.log(statistics.median(factors.get("planning") or [1.0]))
-    runs = factors.get(stage, []) if stage != "planning" else []
-    if not runs:
-        return math.exp(machine)
-    own = math.log(statistics.median(runs))
-    return math.exp((len(runs) * own + MACHINE_WEIGHS * machine) / (len(runs) + MACHINE_WEIGHS))
-
-
 def _memory_bytes(plan: Plan, is_kept: bool) -> float:
     """Return the largest memory of a run in one process, which holds one frame, or one tile of a large one."""
     of_part = MEMORY["points"] * points(plan) / parts_of(plan)
@@ -297,28 +350,32 @@ def _memory_bytes(plan: Plan, is_kept: bool) -> float:
     return MEMORY["constant"] + of_part + tables
 
 
-def _read_factors() -> dict[str, list[float]]:
-    """Return measured over predicted times of earlier runs; none where the file is missing or not ours."""
+def _read() -> Earlier:
+    """Return the times of earlier runs; none where the file is missing or not ours."""
     folder = in_use(cache_root())
     path = None if folder is None else cached_file(folder, FILE)
     if path is None:
-        return {}
-    with contextlib.suppress(OSError, ValueError, AttributeError, TypeError):
+        return Earlier()
+    with contextlib.suppress(OSError, ValueError, AttributeError, TypeError, KeyError):
         read = json.loads(path.read_text(encoding="utf-8"))
-        return {
-            name: [float(ratio) for ratio in read[name] if 0.01 < float(ratio) < limit]
-            for name, limit in (*dict.fromkeys(STAGES, 100.0).items(), (ANALYSES, 1e4))
-            if name in read
-        }
-    return {}
+        return Earlier(
+            {str(name): _numbers(each, UNLIKE) for name, each in read["ratios"].items()},
+            _numbers(read["new_s"], UNLIKE * PLANNING_S),
+            {str(name): float(taken) for name, taken in read["scenes_s"].items()},
+        )
+    return Earlier()
 
 
-def _write_factors(factors: Mapping[str, Sequence[float]]) -> None:
+def _numbers(read: Sequence[float], limit: float) -> list[float]:
+    return [float(number) for number in read if 0.01 < float(number) < limit]
+
+
+def _write(earlier: Earlier) -> None:
     folder = in_use(cache_root())
     if folder is None:
         return
     with contextlib.suppress(OSError, CacheError):
         make_private(folder)
         with Writing(folder / FILE, CacheError) as draft:
-            draft.write_text(json.dumps(factors), encoding="utf-8")
+            draft.write_text(json.dumps(asdict(earlier)), encoding="utf-8")
             withhold(draft)

@@ -63,6 +63,9 @@ def omitted(omission: Omission, left_out: NotComputed, instead: str) -> Omission
     return replace(omission, why=f"{left_out.why}: {instead}", needs=left_out.needs, decision=decision)
 
 
+CROSSED = "mean over the pixels that cloud edges cross"
+"""What the error of a pixel that is seen at its centre means."""
+
 SWITCHED_OFF, TOO_DEAR = "switched off", "too dear"
 """Decisions of the user, and of the plan, to leave out what matters."""
 

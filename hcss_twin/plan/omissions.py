@@ -18,6 +18,7 @@ from hcss_twin.plan.clear_sky_sizes import RAREST, change_by_sea, size_of_textur
 from hcss_twin.plan.climate_over_image import climate_over_image
 from hcss_twin.plan.combinations import NotComputed
 from hcss_twin.plan.few_columns import (
+    CROSSED,
     SAFETY_FACTOR,
     SKIP_SHARE,
     SWITCHED_OFF,
@@ -219,7 +220,7 @@ def list_omissions(
     if assembly.has_cloud and assembly.samples_per_pixel == 1:
         why = "one point for each pixel: a pixel is what its centre sees; the bound is for a pixel"
         # Where a share f of the footprint is cloudy, the centre errs by 2 f (1 - f) steps on average: 1/3 over all f.
-        size, of = typical / 3.0, "mean over the pixels that the edge of a cloud crosses"
+        size, of = typical / 3.0, CROSSED
         if not assembly.has_clear_sky and sum(assembly.cloudy_layers) == 1:
             # No edges. Over a distance, a thickness with the spectrum of turbulence changes with its power 1/3.
             size, of = (

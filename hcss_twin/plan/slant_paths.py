@@ -220,7 +220,7 @@ class SlantPaths:
     def notes(self) -> tuple[str, ...]:
         """Notes on the selected options."""
         notes = []
-        if self.parallax:
+        if self.parallax and self.farthest_m(1.0) > 0.0:
             how = "as a whole" if self.sight is None else "along the line of sight of each point"
             notes.append(
                 f"parallax: each layer is displaced {how}, at the height of its flat side and by whole points; "

@@ -323,7 +323,10 @@ def _select(reader: Reader, group: Sequence[Reader.Quantity], budget: float, mos
 
 
 def _read(reader: Reader, group: Sequence[Reader.Quantity], selection: FrameSelection) -> list[Series]:
-    return [_series(reader, quantity, part, selection) for quantity in group for part in quantity.shown.order()]
+    orders: dict[tuple[str, ...], list[int]] = {}  # the same for all: a band has one place, and one line, on a page
+    for quantity in group:
+        orders[quantity.parts] = orders.get(quantity.parts) or quantity.shown.order()
+    return [_series(reader, quantity, part, selection) for quantity in group for part in orders[quantity.parts]]
 
 
 def _series(reader: Reader, quantity: Reader.Quantity, part: int, selection: FrameSelection) -> Series:

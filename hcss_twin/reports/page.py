@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Markup", "Page"]
 
+LONG_CELL = 40
+"""Characters beyond which a cell of a table wraps."""
+
 _VOID = {"br", "img", "input"}
 
 
@@ -128,7 +131,7 @@ class Markup(str):
             Markup.element(
                 "tr",
                 *(
-                    Markup.element("td", cell, class_=None if column < table.text_columns else "number")
+                    Markup.element("td", cell, class_=_kind(cell, column < table.text_columns))
                     for column, cell in enumerate(row)
                 ),
             )
@@ -156,7 +159,7 @@ class Markup(str):
 
         stream = io.BytesIO()
         with mpl.rc_context({"svg.hashsalt": "hcss", "svg.fonttype": "path"}):
-            figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+            figure.savefig(stream, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
         return Markup._figure(data_address(stream.getvalue(), "image/svg+xml"), alternative, caption, wide)
 
     @staticmethod
@@ -180,6 +183,11 @@ class Markup(str):
         image = Markup.element("img", src=address, alt=alternative, loading="lazy")
         shown = Markup.element("div", image, class_="scroll keeps-size") if wide else image
         return Markup.element("figure", shown, *([Markup.element("figcaption", caption)] if caption else []))
+
+
+def _kind(cell: str, is_text: bool) -> str | None:
+    """Return the class of a cell of a table."""
+    return "long" if len(cell) > LONG_CELL else None if is_text else "number"
 
 
 def data_address(content: bytes, media_type: str = "image/png") -> str:

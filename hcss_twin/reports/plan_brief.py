@@ -11,7 +11,7 @@ from hcss_twin.plan.error_budget import ErrorBudget, error_budget
 from hcss_twin.plan.few_columns import OMISSION_SHARE, SWITCHED_OFF, TOO_DEAR, Omission
 from hcss_twin.plan.plan import Plan
 from hcss_twin.reports.plan_text import default_wind
-from hcss_twin.reports.tables import Table, bound_text
+from hcss_twin.reports.tables import Table, bound_text, class_text
 
 MOST_LINES = 15
 """Lines of the whole text; details that do not fit are left to ``--verbose``."""
@@ -80,7 +80,7 @@ def _largest_error(plan: Plan) -> str:
     names = dict.fromkeys(_IN_PART.sub("", unknown) for unknown in budget.unknown(cell))
     least, unknown = ("at least ", f"; unknown: {', '.join(names)}") if names else ("", "")
     of, band = cell
-    total = f"{least}{budget.total(cell)[1]:.2g} K in {of}, {band}: mostly {cause.name}"
+    total = f"{least}{budget.total(cell)[1]:.2g} K in {class_text(of)}, {band}: mostly {cause.name}"
     return f"{total}{unknown}{_unknown_of_others(budget, of)}"
 
 
@@ -94,7 +94,7 @@ def _unknown_of_others(budget: ErrorBudget, named: str) -> str:
     alike: dict[tuple[str, ...], list[str]] = {}
     for of, causes in unknown.items():
         if causes:
-            alike.setdefault(tuple(causes), []).append(of)
+            alike.setdefault(tuple(causes), []).append(class_text(of))
     return "".join(f"; unknown in {_listed(classes, ', ')}: {', '.join(causes)}" for causes, classes in alike.items())
 
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hcss_twin.plan.error_budget import ErrorBudget
-from hcss_twin.plan.few_columns import OMISSION_SHARE, SWITCHED_OFF, Omission
+from hcss_twin.plan.few_columns import CROSSED, OMISSION_SHARE, SWITCHED_OFF, Omission
 from hcss_twin.plan.plan import Plan
-from hcss_twin.reports.tables import Table
+from hcss_twin.reports.tables import Table, class_text
 
 if TYPE_CHECKING:
     from hcss_twin.engine.certificate.certificate import Certificate
@@ -79,7 +79,7 @@ def _left_out(plan: Plan, certificate: Certificate | None, kelvin_of_one: tuple[
     for heading, by_user in (("switched off by you", True), ("left out to save time", False)):
         chosen = [omission for omission in large if (omission.decision == SWITCHED_OFF) == by_user]
         if chosen:
-            first, *others = chosen
+            first, *others = [_with_share(each, certificate) for each in chosen]
             named = [each for each in others if (each.size or 0.0) > _NAMED_SHARE * (first.size or 0.0)]
             texts = [
                 _omitted(first, kelvin_of_one),
@@ -115,7 +115,7 @@ def error_table(budget: ErrorBudget, width: int) -> Iterator[str]:
     figures = [[_TITLE, *bands]]
     figures += [
         [
-            f"  {kind}",
+            f"  {class_text(kind)}",
             *(f"{'> ' * bool(unknown[kind, name])}{budget.total(worst[kind, name])[1]:.2g}" for name in bands),
         ]
         for kind in kinds
@@ -165,6 +165,16 @@ def _by_band(names: Mapping[str, str]) -> str:
 def _omitted(omission: Omission, kelvin_of_one: tuple[float, float]) -> str:
     size = _size(omission, kelvin_of_one)
     return f"{omission.what}, {size} ({omission.sense or 'at most, any pixel'}), needs {omission.needs}"
+
+
+def _with_share(omission: Omission, certificate: Certificate | None) -> Omission:
+    """Say of the pixels that cloud edges cross how many of the checked frames there are: those of the edge stratum."""
+    strata = () if certificate is None else certificate.strata
+    if omission.sense != CROSSED or not strata:
+        return omission
+    crossed = sum(each.pixels for each in strata if each.name.startswith("edge"))
+    share = f"the {100.0 * crossed / sum(each.pixels for each in strata):.2g} % of"
+    return replace(omission, sense=CROSSED.replace("the", share, 1))
 
 
 def _size(omission: Omission, kelvin_of_one: tuple[float, float]) -> str:

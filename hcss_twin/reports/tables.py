@@ -98,6 +98,11 @@ class Table:
         return "one frame" if count == 1 else f"{count} frames"
 
 
+def class_text(of: str) -> str:
+    """Return a class of pixels in words: only scenarios tell the paper's cloud types from others by their names."""
+    return of.removeprefix("paper-")
+
+
 def bound_text(bound: float | None) -> str:
     """Return the bound of omitted physics relative to the radiance: a percentage, or a factor if 1 or more."""
     if bound is None:

@@ -203,6 +203,9 @@ def test_a_plan_without_parallax_says_how_far_clouds_would_move():
     assert "up to 364 m (7.3 pixels)" in left_out.why  # 1000 m x tan 20 deg
     vertical = make_plan(scenario(**{"view.zenith": 0.0}))
     assert not any(item.what == "parallax of clouds" for item in vertical.omissions)
+    for switch in ("on", "off"):
+        notes = make_plan(scenario(**{"view.zenith": 0.0, "slant.parallax": switch})).assembly.notes()
+        assert not any("parallax" in note for note in notes)
 
 
 def test_what_the_options_leave_out_is_in_plan_and_cube():

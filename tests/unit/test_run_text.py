@@ -39,6 +39,11 @@ def test_lines_fit_and_nothing_is_lost(width):
         assert part in words
 
 
+def test_classes_are_named_without_the_paper_whose_clouds_they_have():
+    lines = list(error_table(budget(["clear", "paper-stratus"], ["mwir"]), 100))
+    assert [line.split()[0] for line in lines[1:]] == ["stratus", "clear"]
+
+
 def test_what_has_no_row_or_column_counts_with_the_largest_of_the_rest():
     lines = list(error_table(budget(["clear", "a", "b"], ["one", "two", "three", "four", "five"]), 200))
     assert lines[0].split("  largest")[0].split("  ")[-1].strip() == "2 other bands, worst"

@@ -346,6 +346,9 @@ function fitPicture() {
   const width = Math.min(room, (tallest * columns) / rows);
   box.style.width = `${width}px`;
   box.style.height = `${(width * rows) / columns}px`;
+  // what has the focus stays below the image where that sticks to the top
+  const sticks = getComputedStyle($("view")).position === "sticky";
+  document.documentElement.style.scrollPaddingTop = sticks ? `${$("view").offsetHeight + 8}px` : "";
 }
 
 // A canvas at the resolution of the screen; returns its context in CSS pixels, and its size.
@@ -693,7 +696,7 @@ function showOmissions(about) {
   $("omissions").replaceChildren(make("thead", {}, head), make("tbody", {}, ...sized.map((omission) => {
     const size = omission.size === null ? "equal on average" : `${digits(100 * omission.size, 2)} %`;
     const why = [{ "switched off": "switched off by the scenario", "too dear": "for its time" }[omission.decision] ?? omission.decision, omission.sense, omission.why].filter(Boolean).join("; ");
-    return row([omission.what, { number: size }, omission.needs ? make("code", { textContent: omission.needs }) : "none known", why], "td", omission.size > about.share ? "large" : "");
+    return row([omission.what, { number: size }, omission.needs ? make("code", {}, ...omission.needs.split(/(?<=[._])/).flatMap((part) => [part, make("wbr")])) : "none known", why], "td", omission.size > about.share ? "large" : "");
   })));
 }
 
