@@ -25,7 +25,7 @@ from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.frames import Frame
 from hcss_payload.live.keyframe_store import SLOTS, StateProcess, wait_for
 from hcss_payload.live.keyframe_worker import Image, Ready, Setup
-from hcss_payload.live.prepared_pass import FrameCost, PreparedPass
+from hcss_payload.live.prepared_pass import FrameCost, PreparedPass, StateChange
 from hcss_payload.live.resampling import REACH, between_keyframes
 from hcss_payload.live.sensor import LiveSensor
 from hcss_payload.live.sight import mesh_step
@@ -45,24 +45,6 @@ _AHEAD = 2
 
 _WORST = 0.99
 """Quantile of the pixels whose error decides on the time between keyframes."""
-
-
-@dataclass(frozen=True)
-class StateChange:
-    """A state of the scene.
-
-    Attributes
-    ----------
-    number : int
-        Of the state, from 1.
-    begins_s, ends_s : float
-        Times between which it takes the place of the one before; given to :meth:`KeyframePass.assimilate`, the first
-        one repeats a run bit for bit.
-    """
-
-    number: int
-    begins_s: float
-    ends_s: float
 
 
 @dataclass(eq=False)
