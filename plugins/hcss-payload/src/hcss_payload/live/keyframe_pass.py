@@ -97,11 +97,7 @@ class KeyframePass(PreparedPass):
             raise PayloadError(f"start_s, end_s: {start_s:g} to {end_s:g} s; allowed: a pass with some duration")
         if keyframe_s is not None:
             require_within("keyframe_s", keyframe_s, 1e-3, 3600.0, "s")
-        plan = make_plan(_bare(scene_of(scenario), keep_sensor=True))
-        super().__init__(plan, payload, start_s, end_s, ())
         camera = payload.camera
-        self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
-        self._height_m = plan.layers[0].reference_height_m if plan.layers else 0.0
         self._step = mesh_step(
             camera, [pose_at(at, payload.trajectory, payload.attitude) for at in (start_s, end_s)], 0.0
         )
@@ -114,10 +110,10 @@ class KeyframePass(PreparedPass):
             camera, rows=camera.rows + 2 * margin, columns=camera.columns + 2 * margin,
             principal_point=(row + margin, column + margin),
         )  # fmt: skip
-        shape = len(plan.bands), self._wide.rows, self._wide.columns
+        shape = len(scenario.bands), self._wide.rows, self._wide.columns
         of_keyframes = replace(payload, camera=self._wide, jitter=None)
         self._setup = Setup(
-            _bare(scenario, keep_sensor=False).to_json(), str(scenario.base), of_keyframes, start_s, end_s, shape
+            _bare(scenario, "sensor").to_json(), str(scenario.base), of_keyframes, start_s, end_s, shape
         )
         self._mixed, self._mixed_of = np.empty((SLOTS, *shape), np.float32), [(-1, -1)] * SLOTS
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="live") if threads > 1 else None
@@ -129,8 +125,12 @@ class KeyframePass(PreparedPass):
         self._states, self._begins = [StateProcess(0, self._setup)], [0]
         self._processes = [*self._states]
         try:
+            # The process plans the whole scene meanwhile; sensor, bands and accuracy are those of a clear sky, too.
+            plan = make_plan(_bare(scene_of(scenario), "clouds"))
+            super().__init__(plan, payload, start_s, end_s, ())
+            self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
             ready = self._first_ready()
-            self.omissions, self.notes = ready.omissions, ready.notes
+            self.omissions, self.notes, self._height_m = ready.omissions, ready.notes, ready.height_m
             self.keyframe_s = self._chosen_s(keyframe_s)
         except BaseException:
             self.close()
@@ -408,10 +408,9 @@ class KeyframePass(PreparedPass):
             number += (number + 1) % SLOTS == 0
 
 
-def _bare(scene: Scenario, keep_sensor: bool) -> Scenario:
-    """Return a scenario of radiance alone, with or without its sensor."""
+def _bare(scene: Scenario, section: str) -> Scenario:
+    """Return a scenario of radiance alone, without a section."""
     data = json.loads(scene.to_json())
     data["output"] |= {"variables": ["radiance"], "derived": [], "certificate": 0}
-    if not keep_sensor:
-        data.pop("sensor", None)
+    data.pop(section, None)
     return Scenario.from_dict(data, base=scene.base, origin=scene.origin)
