@@ -21,7 +21,7 @@ pytest.importorskip("zmq", reason="extra zmq of hcss-payload")
 
 pytestmark = pytest.mark.long
 
-SIDE, STEP, PATIENCE_S, KEYFRAME_S, FIRST_S = 64, timedelta(minutes=15), 300.0, 4.0, 8.0
+SIDE, STEP, PATIENCE_S, KEYFRAME_S, FIRST_S = 64, timedelta(minutes=15), 1200.0, 4.0, 8.0
 SCENE = {
     "time": (TIME + STEP).isoformat(), "place": {"latitude": 0.0, "longitude": 0.0}, "bands": [[10.3, 11.3]],
     "accuracy": 0.005, "sea": {"temperature": 299.0},
@@ -57,10 +57,15 @@ def _asked(folder, *options):
     import zmq
 
     endpoint = f"ipc://{folder}/commands"
-    options = ["twin.json", "--name", f"hcss-test-followed-{os.getpid()}", "--zmq", endpoint, *options]
-    command = [sys.executable, "-m", "hcss_twin", "serve", *options, "--keyframe", str(KEYFRAME_S), "--margin", "4"]
-    server = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    with zmq.Context() as context, context.socket(zmq.REQ) as socket:
+    options = ["twin.json", "--name", f"hcss-test-followed-{os.getpid()}", "--zmq", endpoint, "--margin", "4", *options]
+    options += ["--method", "keyframes", "--keyframe", str(KEYFRAME_S)]
+    command = [sys.executable, "-m", "hcss_twin", "serve", *options]
+    with (
+        (folder / "errors.txt").open("w") as errors,
+        subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=errors) as server,
+        zmq.Context() as context,
+        context.socket(zmq.REQ) as socket,
+    ):
         socket.setsockopt(zmq.RCVTIMEO, int(1e3 * PATIENCE_S))
         socket.setsockopt(zmq.LINGER, 0)
         socket.connect(endpoint)
@@ -75,11 +80,9 @@ def _asked(folder, *options):
         try:
             yield ask
             ask(command="stop")
-            _, errors = server.communicate(timeout=PATIENCE_S)
-            assert server.returncode == 0, errors
+            assert server.wait(PATIENCE_S) == 0, (folder / "errors.txt").read_text()
         finally:
             server.kill()
-            server.wait()
 
 
 def _poses():

@@ -135,8 +135,7 @@ class KeyframePass(PreparedPass):
         except BaseException:
             self.close()
             raise
-        self._last = math.ceil((end_s - start_s) / self.keyframe_s)
-        self.keyframe_s = (end_s - start_s) / self._last
+        self._last = round((end_s - start_s) / self.keyframe_s)
         self._ramp = math.ceil(BLEND_S / self.keyframe_s)
         self.blend_s = self._ramp * self.keyframe_s
 
@@ -380,7 +379,8 @@ class KeyframePass(PreparedPass):
     def _chosen_s(self, stated_s: float | None) -> float:
         """Return the time between keyframes, by the error in the middle between the first two."""
         (state,), start, camera = self._states, self.start_s, self._payload.camera
-        interval = min(LONGEST_S if stated_s is None else stated_s, self.end_s - start)
+        duration = self.end_s - start
+        interval = duration / math.ceil(duration / (LONGEST_S if stated_s is None else stated_s) - 1e-9)
         out = np.empty((len(self._plan.bands), camera.rows, camera.columns), np.float32)
         true = np.empty_like(out)
 
@@ -401,7 +401,7 @@ class KeyframePass(PreparedPass):
             self.errors = {"keyframes": float(np.quantile(np.abs(out / true - 1.0), _WORST))}
             is_accurate = self.errors["keyframes"] <= self._plan.accuracy.relative
             if is_accurate or stated_s is not None or 0.5 * interval < SHORTEST_S:
-                state.forget()
+                state.forget(2 if number == 2 else 1)  # the others are not where they were
                 return interval
             interval, after = 0.5 * interval, middle
             # The first keyframe stays where it is; the others take turns in the other slots.
