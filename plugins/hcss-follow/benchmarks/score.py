@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from hcss_follow.analysis import Image, analyse, doubts
+from hcss_follow.coefficients import SHIPPED, read_coefficients
 from hcss_follow.sky import FollowedSky
 from sequences import EDGES_K, MARGIN, START, blocks, inside, parser, state_of
 
@@ -53,11 +54,13 @@ def octaves(image):
     return np.array([power[(k > low) & (k <= high)].sum() for high, low in pairwise(edges)])
 
 
-def ours(state, lead_s, count):
+def ours(state, lead_s, count, coefficients):
     """Return the mean forecast and the members (N, rows, columns)."""
     at = [np.arange(MARGIN, side - MARGIN) - 0.5 * (side - 1) for side in state.shape]
-    members = [FollowedSky(state, 1, member).at(lead_s, *at)[..., 0] for member in range(count)]
-    return FollowedSky(state, 1).at(lead_s, *at)[..., 0], np.stack(members)
+    mean, *members = (
+        FollowedSky(state, 1, seed, coefficients).at(lead_s, *at)[..., 0] for seed in (None, *range(count))
+    )
+    return mean, np.stack(members)
 
 
 def peers(images, state, minutes, step, count):
@@ -143,7 +146,9 @@ def main():
     arguments.add_argument("--auc", action="store_true")
     arguments.add_argument("--spoilt", action="store_true")
     arguments.add_argument("--pictures", type=Path)
+    arguments.add_argument("--coefficients", type=Path, default=SHIPPED, help="of fit.py, from other blocks")
     given = arguments.parse_args()
+    coefficients = read_coefficients(given.coefficients)
     first, second, *later = sorted(given.minutes)
     sums, of_ranks, kept = {}, {}, {minute: [] for minute in later}
     for number, images in blocks(given):
@@ -153,7 +158,7 @@ def main():
             known = np.isfinite(truth)
             if known.mean() < LEAST_KNOWN:
                 continue
-            mean, members = ours(state, 60.0 * lead, given.members)
+            mean, members = ours(state, 60.0 * lead, given.members, coefficients)
             found = {"ours": (mean, members)}
             if given.peers:
                 found |= peers(images, state, (first, second), round(lead / (second - first)), given.members)

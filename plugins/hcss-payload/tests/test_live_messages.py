@@ -9,7 +9,7 @@ import pytest
 from hcss_payload.checks import PayloadError
 from hcss_payload.live.gateway import Gateway, frames_endpoint_of
 from hcss_payload.live.messages import command_of
-from hcss_payload.live.prepared_pass import FrameCost
+from hcss_payload.live.prepared_pass import FrameCost, StateChange
 from hcss_payload.live.server import Server
 
 POSE = {"command": "pose", "time_s": 2.0, "position_m": [7e6, 0.0, 0.0], "quaternion": [0.0, 0.6, 0.0, 0.8]}
@@ -30,8 +30,10 @@ class _Pass:
     def warm_up(self, out=None):
         return FrameCost(1.0, {})
 
+    states = (StateChange(5, 7.0, 17.0),)
+
     def assimilate(self, image, time=None, begins_s=None, file=None):
-        return 5
+        return 5 if begins_s is None else int(begins_s)
 
     def look(self):
         return []
@@ -82,6 +84,7 @@ def test_commands_are_answered_in_lockstep(tmp_path):
             {"command": "elements", "targets": [TARGET]}, POSE, {"command": "elements"}, POSE,
             {**POSE, "time_s": 11.0}, b"{", {"command": "elements", "targets": [{**TARGET, "intensity": [1.0, 2.0]}]},
             {"command": "assimilate", "file": str(image)}, {"command": "assimilate", "file": "none"},
+            {"command": "assimilate", "file": str(image), "begins_s": 7},
             {"command": "describe"}, {"command": "stop"},
         )  # fmt: skip
 
@@ -105,7 +108,10 @@ def test_commands_are_answered_in_lockstep(tmp_path):
     assert errors[2]["message"].startswith("target.intensity: 2 values; allowed: 1")
     assert next(replies)[0] == {"state_number": 5}
     assert next(replies)[0]["message"] == "file: 'none' is no file; allowed: one with an image"
-    assert next(replies)[0]["frames"] == 4  # a refused pose has none
+    assert next(replies)[0] == {"state_number": 7}  # begins when it began in the run that is repeated
+    described, _ = next(replies)
+    assert described["frames"] == 4  # a refused pose has none
+    assert described["states"] == [{"number": 5, "begins_s": 7.0, "ends_s": 17.0}]
     assert next(replies)[0] == {"stopping": True}
 
 
@@ -167,6 +173,7 @@ def test_an_address_in_use_is_named(tmp_path):
         ({**POSE, "time_s": True}, r"time_s: True; allowed: a valid number"),
         ({**POSE, "position_m": [1.0, 2.0]}, r"position_m: \[1\.0, 2\.0\]; allowed: at least 3 items"),
         ({**POSE, "targets": [{**TARGET, "altitude_m": float("nan")}]}, r"targets\.0\.altitude_m: nan; allowed: "),
+        ({"command": "assimilate", "file": "a.nc", "begins_s": "7"}, r"begins_s: '7'; allowed: a valid number"),
         ({"command": "assimilate"}, r"file: is missing; allowed: a value, which 'assimilate' needs"),
     ],
 )

@@ -25,7 +25,7 @@ from hcss_payload.checks import PayloadError, require_within
 from hcss_payload.frames import Frame
 from hcss_payload.live.keyframe_store import SLOTS, StateProcess, wait_for
 from hcss_payload.live.keyframe_worker import Image, Ready, Setup
-from hcss_payload.live.prepared_pass import FrameCost, PreparedPass
+from hcss_payload.live.prepared_pass import FrameCost, PreparedPass, StateChange
 from hcss_payload.live.resampling import REACH, between_keyframes
 from hcss_payload.live.sensor import LiveSensor
 from hcss_payload.live.sight import mesh_step
@@ -45,24 +45,6 @@ _AHEAD = 2
 
 _WORST = 0.99
 """Quantile of the pixels whose error decides on the time between keyframes."""
-
-
-@dataclass(frozen=True)
-class StateChange:
-    """A state of the scene.
-
-    Attributes
-    ----------
-    number : int
-        Of the state, from 1.
-    begins_s, ends_s : float
-        Times between which it takes the place of the one before; given to :meth:`KeyframePass.assimilate`, the first
-        one repeats a run bit for bit.
-    """
-
-    number: int
-    begins_s: float
-    ends_s: float
 
 
 @dataclass(eq=False)
@@ -115,11 +97,7 @@ class KeyframePass(PreparedPass):
             raise PayloadError(f"start_s, end_s: {start_s:g} to {end_s:g} s; allowed: a pass with some duration")
         if keyframe_s is not None:
             require_within("keyframe_s", keyframe_s, 1e-3, 3600.0, "s")
-        plan = make_plan(_bare(scene_of(scenario), keep_sensor=True))
-        super().__init__(plan, payload, start_s, end_s, ())
         camera = payload.camera
-        self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
-        self._height_m = plan.layers[0].reference_height_m if plan.layers else 0.0
         self._step = mesh_step(
             camera, [pose_at(at, payload.trajectory, payload.attitude) for at in (start_s, end_s)], 0.0
         )
@@ -132,10 +110,10 @@ class KeyframePass(PreparedPass):
             camera, rows=camera.rows + 2 * margin, columns=camera.columns + 2 * margin,
             principal_point=(row + margin, column + margin),
         )  # fmt: skip
-        shape = len(plan.bands), self._wide.rows, self._wide.columns
+        shape = len(scenario.bands), self._wide.rows, self._wide.columns
         of_keyframes = replace(payload, camera=self._wide, jitter=None)
         self._setup = Setup(
-            _bare(scenario, keep_sensor=False).to_json(), str(scenario.base), of_keyframes, start_s, end_s, shape
+            _bare(scenario, "sensor").to_json(), str(scenario.base), of_keyframes, start_s, end_s, shape
         )
         self._mixed, self._mixed_of = np.empty((SLOTS, *shape), np.float32), [(-1, -1)] * SLOTS
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="live") if threads > 1 else None
@@ -147,14 +125,17 @@ class KeyframePass(PreparedPass):
         self._states, self._begins = [StateProcess(0, self._setup)], [0]
         self._processes = [*self._states]
         try:
+            # The process plans the whole scene meanwhile; sensor, bands and accuracy are those of a clear sky, too.
+            plan = make_plan(_bare(scene_of(scenario), "clouds"))
+            super().__init__(plan, payload, start_s, end_s, ())
+            self._sensor = None if plan.scenario.sensor is None else LiveSensor(plan, camera)
             ready = self._first_ready()
-            self.omissions, self.notes = ready.omissions, ready.notes
+            self.omissions, self.notes, self._height_m = ready.omissions, ready.notes, ready.height_m
             self.keyframe_s = self._chosen_s(keyframe_s)
         except BaseException:
             self.close()
             raise
-        self._last = math.ceil((end_s - start_s) / self.keyframe_s)
-        self.keyframe_s = (end_s - start_s) / self._last
+        self._last = round((end_s - start_s) / self.keyframe_s)
         self._ramp = math.ceil(BLEND_S / self.keyframe_s)
         self.blend_s = self._ramp * self.keyframe_s
 
@@ -398,7 +379,8 @@ class KeyframePass(PreparedPass):
     def _chosen_s(self, stated_s: float | None) -> float:
         """Return the time between keyframes, by the error in the middle between the first two."""
         (state,), start, camera = self._states, self.start_s, self._payload.camera
-        interval = min(LONGEST_S if stated_s is None else stated_s, self.end_s - start)
+        duration = self.end_s - start
+        interval = duration / math.ceil(duration / (LONGEST_S if stated_s is None else stated_s) - 1e-9)
         out = np.empty((len(self._plan.bands), camera.rows, camera.columns), np.float32)
         true = np.empty_like(out)
 
@@ -419,17 +401,16 @@ class KeyframePass(PreparedPass):
             self.errors = {"keyframes": float(np.quantile(np.abs(out / true - 1.0), _WORST))}
             is_accurate = self.errors["keyframes"] <= self._plan.accuracy.relative
             if is_accurate or stated_s is not None or 0.5 * interval < SHORTEST_S:
-                state.forget()
+                state.forget(2 if number == 2 else 1)  # the others are not where they were
                 return interval
             interval, after = 0.5 * interval, middle
             # The first keyframe stays where it is; the others take turns in the other slots.
             number += (number + 1) % SLOTS == 0
 
 
-def _bare(scene: Scenario, keep_sensor: bool) -> Scenario:
-    """Return a scenario of radiance alone, with or without its sensor."""
+def _bare(scene: Scenario, section: str) -> Scenario:
+    """Return a scenario of radiance alone, without a section."""
     data = json.loads(scene.to_json())
     data["output"] |= {"variables": ["radiance"], "derived": [], "certificate": 0}
-    if not keep_sensor:
-        data.pop("sensor", None)
+    data.pop(section, None)
     return Scenario.from_dict(data, base=scene.base, origin=scene.origin)

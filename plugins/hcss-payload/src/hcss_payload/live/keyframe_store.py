@@ -96,9 +96,9 @@ class StateProcess:
                 if int(self._asked[message.slot]) == message.number:
                     self._held[message.slot] = message.number
 
-    def forget(self) -> None:
-        """Forget all keyframes."""
-        self._held[:] = self._asked[:] = -1
+    def forget(self, from_slot: int) -> None:
+        """Forget the keyframes of a slot and of those after it."""
+        self._held[from_slot:] = self._asked[from_slot:] = -1
 
     def end(self) -> None:
         """Let the process end, and delete its memory, without waiting."""

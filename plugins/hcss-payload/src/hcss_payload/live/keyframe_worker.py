@@ -95,9 +95,16 @@ class Setup:
 
 @dataclass(frozen=True)
 class Ready:
-    """A state that can be computed."""
+    """A state that can be computed.
+
+    Attributes
+    ----------
+    height_m : float
+        Where the lines of sight of keyframes meet the scene.
+    """
 
     scenario: str
+    height_m: float
     omissions: tuple[Omission, ...]
     notes: tuple[str, ...]
 
@@ -152,7 +159,7 @@ def work(connection: Connection) -> None:
     computed = ScenePass(scenario, setup.payload, setup.start_s, setup.end_s, (), 0.0)
     memory = attached(setup.memory)
     frames = np.ndarray((setup.slots, *setup.shape), np.float32, memory.buf)
-    connection.send(Ready(scenario.to_json(), computed.omissions, computed.notes))
+    connection.send(Ready(scenario.to_json(), computed.height_m, computed.omissions, computed.notes))
     while (wanted := connection.recv()) is not None:
         computed.frame(wanted.time_s, out=frames[wanted.slot], targets=())
         connection.send(wanted)

@@ -80,10 +80,11 @@ class AssimilateCommand(_Message):
 
     command: Literal["assimilate"]
     file: Annotated[str, Field(min_length=1, max_length=4096)]
+    begins_s: Number | None = None
 
 
 class DescribeCommand(_Message):
-    """Asks for shape, type and times of frames, and for the counts."""
+    """Asks for shape, type and times of frames, the states of the scene, and the counts."""
 
     command: Literal["describe"]
 

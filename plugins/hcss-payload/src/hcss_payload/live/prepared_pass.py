@@ -62,6 +62,24 @@ class FrameCost:
         return f"{text}; too slow for {rate_hz:g} ({1e3 / rate_hz:.3g} ms): {', '.join(slow)}"
 
 
+@dataclass(frozen=True)
+class StateChange:
+    """A state of the scene.
+
+    Attributes
+    ----------
+    number : int
+        Of the state, from 1.
+    begins_s, ends_s : float
+        Times between which it takes the place of the one before; given to :meth:`PreparedPass.assimilate`, the first
+        one repeats a run bit for bit.
+    """
+
+    number: int
+    begins_s: float
+    ends_s: float
+
+
 class PreparedPass(ABC):
     """A pass whose frames are computed on demand; close it, or use it in a ``with`` block.
 
@@ -117,6 +135,11 @@ class PreparedPass(ABC):
     def stalls(self) -> int:
         """Pieces of the sky that frames had to wait for."""
         return 0
+
+    @property
+    def states(self) -> tuple[StateChange, ...]:
+        """States of images that have begun or whose beginning is known, in their order."""
+        return ()
 
     def frame(
         self,

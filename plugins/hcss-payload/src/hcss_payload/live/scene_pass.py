@@ -136,6 +136,7 @@ class ScenePass(PreparedPass):
         self._shown = LiveTargets((scenario.place.latitude, scenario.place.longitude))
         self.omissions = tuple(item for item in plan.omissions if item.bound != 0.0 and item.size)
         self.notes = plan.notes
+        self.height_m = plan.layers[0].reference_height_m if plan.layers else 0.0
         tables = tables_of(plan)
         shown = replace(plan, assembly=replace(plan.assembly, elements=(*plan.assembly.elements, self._shown)))
         radiance = tuple(spec for spec in plan.variables if spec.name == "radiance")

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -182,7 +183,7 @@ class Server:
             case AssimilateCommand():
                 if not Path(command.file).is_file():
                     raise PayloadError(f"file: '{command.file}' is no file; allowed: one with an image")
-                return {"state_number": self._live.assimilate(None, file=command.file)}, None
+                return {"state_number": self._live.assimilate(None, begins_s=command.begins_s, file=command.file)}, None
             case DescribeCommand():
                 return self._description(), None
             case StopCommand():
@@ -198,6 +199,7 @@ class Server:
             "start_s": self._live.start_s,
             "end_s": self._live.end_s,
             "method": self._live.method,
+            "states": [asdict(state) for state in self._live.states],
             **{name: int(self._ring.header[name]) for name in names},
         }
 
