@@ -101,6 +101,17 @@ def test_what_tables_depend_on_finds_others(changes, usual):
     assert table_key(plan(**changes)) != usual
 
 
+def test_tables_do_not_depend_on_the_image_that_decides_where_clouds_are(tmp_path):
+    keys = set()
+    for seed in (1, 2):
+        path = tmp_path / f"{seed}.npy"
+        np.save(path, np.random.default_rng(seed).uniform(size=(32, 32)))
+        changed = plan(clouds__generator="imagery", clouds__parameters={"image": str(path)}, frames__count=1)
+        assert str(path) in changed.catalog.used
+        keys.add(table_key(changed))
+    assert len(keys) == 1
+
+
 def test_a_damaged_file_is_made_again(folder):
     first = tables_of(plan())
     [kept] = folder.iterdir()

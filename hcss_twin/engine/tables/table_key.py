@@ -32,7 +32,7 @@ def table_key(plan: Plan) -> str:
             dataclasses.astuple(plan.grid_refinement),
         ],
         "view": [plan.view.zenith_deg, plan.view.azimuth_deg],
-        "files": dict(plan.catalog.used),
+        "files": {name: digest for name, digest in plan.catalog.used.items() if name not in _of_generators(plan)},
         "terms": [spec.name for spec in plan.computed if spec.name.startswith(TERM_PREFIX)],
         "sunlight": [plan.sun_matters, *dataclasses.astuple(plan.sunlight)],
         "layers": [
@@ -66,3 +66,12 @@ def table_key(plan: Plan) -> str:
         parts["optics"] = [[layer[key] for key in ("type", "base", "top")] for layer in scenario["clouds"]["layers"]]
         parts["optics"] += layer_optics
     return result_key(parts, plan.catalog.shelf)
+
+
+def _of_generators(plan: Plan) -> frozenset[str]:
+    """Return the files that parameters of the clouds' generators alone name: they decide where clouds are."""
+    scenario = json.loads(plan.scenario.to_json())
+    given = [layer.pop("parameters", None) or {} for layer in scenario["clouds"]["layers"]]
+    elsewhere = json.dumps(scenario)
+    named = {value for values in given for value in values.values() if isinstance(value, str)}
+    return frozenset(str((plan.catalog.base / name).resolve()) for name in named if json.dumps(name) not in elsewhere)
