@@ -6,7 +6,7 @@ Each scene is planned by ``hcss plan`` and run twice by ``hcss run``, each comma
 its own that begins empty but for the stage times of the scenes before. ``cold``: the plan is in the cache, tables are
 not; ``warm``: both are. A scene that compiles kernels is measured again. Times are of whole processes of ``hcss run``.
 ``--fit`` prints the constants of ``hcss_twin/engine/predicted_time.py`` by least squares over the rows of FILE, as JSON
-lines. Scenes 400 to 412, 600 to 630, 700 to 711, 900 to 904 and 1000 to 1017 gave the present ones: judge them by
+lines. Scenes 400 to 412, 600 to 630, 700 to 711, 900 to 904 and 1000 to 1024 gave the present ones: judge them by
 others.
 """
 
