@@ -19,6 +19,7 @@ INDEPENDENT = ("title", "seed", "image", "clouds", "elements", "surfaces", "outp
 def table_key(plan: Plan) -> str:
     """Return a hash of everything the tables of a plan depend on."""
     scenario, assembly = json.loads(plan.scenario.to_json()), plan.assembly
+    of_generators = _of_generators(plan)
     independent = (*INDEPENDENT, *plan.scenario.sections)
     for key in ("light", "light_profile", "light_accuracy"):  # what is added to the tables
         scenario["radiance"].pop(key)
@@ -32,7 +33,7 @@ def table_key(plan: Plan) -> str:
             dataclasses.astuple(plan.grid_refinement),
         ],
         "view": [plan.view.zenith_deg, plan.view.azimuth_deg],
-        "files": {name: digest for name, digest in plan.catalog.used.items() if name not in _of_generators(plan)},
+        "files": {name: digest for name, digest in plan.catalog.used.items() if name not in of_generators},
         "terms": [spec.name for spec in plan.computed if spec.name.startswith(TERM_PREFIX)],
         "sunlight": [plan.sun_matters, *dataclasses.astuple(plan.sunlight)],
         "layers": [
