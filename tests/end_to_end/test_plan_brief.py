@@ -73,14 +73,18 @@ def test_the_error_is_the_largest_total_of_the_budget_in_kelvin():
         for band, entry in bands.items()
     }
     (of, band), kelvin = max(totals.items(), key=lambda each: each[1])
-    assert re.match(rf"(at least )?{kelvin:.2g} K in {of}, {band}: mostly \w", row(text, "error"))
+    assert re.match(
+        rf"(at least )?{kelvin:.2g} K in {of.removeprefix('paper-')}, {band}: mostly \w", row(text, "error")
+    )
 
 
 def test_the_error_names_what_is_unknown_of_every_class():
     """A class whose error is not known may have the largest: its causes stand beside the largest that is known."""
     plan, text = brief("cumulus", {**CHEAP, "view.zenith": 45.0})
     of_classes = {
-        of: {re.sub(" in .* of the band", "", each) for entry in bands.values() for each in entry["unknown"]}
+        of.removeprefix("paper-"): {
+            re.sub(" in .* of the band", "", each) for entry in bands.values() for each in entry["unknown"]
+        }
         for of, bands in describe(plan)["error_budget"].items()
     }
     told = row(text, "error")
